@@ -1,0 +1,3 @@
+//! The `cdpr` command.
+
+fn main() {}

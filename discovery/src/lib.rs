@@ -1,0 +1,1 @@
+//! Finds the physical effect a cable-robot simulation is missing.

@@ -1,0 +1,1 @@
+//! Dynamics of a planar cable-driven parallel robot with elastic cables.
