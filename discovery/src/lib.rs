@@ -1,1 +1,3 @@
 //! Finds the physical effect a cable-robot simulation is missing.
+
+pub mod report;

@@ -1,0 +1,387 @@
+//! What the report shows: plain data, filled by the discovery engine.
+//!
+//! Everything is in SI units and radians. A *place* is a string of the same form as in `discovery.json`:
+//! `platform.force_x`, `platform.force_y`, `platform.torque`, `winch[3]`, `cable[2]`, `sensor.cable_length[1]`,
+//! `sensor.unstretched_length[1]`, `sensor.pose`; `winch` and `cable` without an index mean all four. A *channel* is
+//! a measured column under its FMU name: `x`, `phi`, `cable_length[1]`, `tension[4]`. Cable numbers count from 1,
+//! indices into the vectors of this module from 0.
+
+use serde::Serialize;
+
+/// Everything that one report shows.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// What was examined, in a few words, e.g. the name of the measurement campaign or of the first data file.
+    pub title: String,
+    /// The outcome in one word.
+    pub verdict: Verdict,
+    /// The effects found, the most important first. Empty for [`Verdict::NoMissingEffect`].
+    pub effects: Vec<Effect>,
+    /// Where, when and depending on what the model disagrees, the largest share first.
+    pub located: Vec<Located>,
+    /// Terms outside the catalogue that were added as expressions.
+    pub terms: Vec<Term>,
+    /// The error of the model without and with what was found.
+    pub gap: Gap,
+    /// Every measured channel, in the order in which tables and pictures list them.
+    pub channels: Vec<Channel>,
+    /// What stays unexplained, as forces.
+    pub remainder: Remainder,
+    /// The trials to plot, decimated by the caller (a few thousand samples each are plenty).
+    pub trials: Vec<Trial>,
+    /// The residual against the variable it depends on, one plot per effect or term.
+    pub signatures: Vec<Signature>,
+    /// The robot, for the drawing.
+    pub robot: Robot,
+    /// The files read and written.
+    pub files: Vec<FileUsed>,
+    /// Settings of the run in the order to be listed: name and value with unit.
+    pub settings: Vec<Setting>,
+    /// How the result was reached.
+    pub method: Method,
+    /// Remarks and warnings for the reader, each a full sentence.
+    pub remarks: Vec<String>,
+}
+
+/// The outcome of a discovery.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The model reproduces the data as well as the noise allows.
+    NoMissingEffect,
+    /// Every effect found is in the catalogue and the remaining residual is white.
+    Named,
+    /// Two or more explanations differ by less than the evidence can tell.
+    Ambiguous,
+    /// Part of the gap needs [`Report::terms`] outside the catalogue.
+    Unnamed,
+}
+
+/// One effect found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Effect {
+    /// Id in the catalogue, e.g. `winch_coulomb_friction`.
+    pub id: String,
+    /// The catalogue's name for people, fit for the middle of a sentence, without the place: `Coulomb friction`.
+    pub label: String,
+    /// The place it acts on, e.g. `winch[3]`.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// The cable it acts on, 1 to 4; `None` where it acts on the platform or on all cables.
+    pub cable: Option<usize>,
+    /// The law in one line of plain text, e.g. `F_c tanh(l̇/v_s)`.
+    pub equation: String,
+    /// Its parameters, the one that tells its size first.
+    pub parameters: Vec<Parameter>,
+    /// Bayesian information criterion with the effect minus without it; negative where the effect is supported.
+    pub delta_bic: f64,
+    /// Gap on held-out data (see [`Gap`]) with everything found *except* this effect; compare `gap.holdout.after`.
+    pub holdout_gap_without: Option<f64>,
+    /// The explanations that the data could hardly tell from this one, the nearest first.
+    pub alternatives: Vec<Alternative>,
+}
+
+/// A fitted number.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Key in `model.toml`, e.g. `transition_speed`.
+    pub name: String,
+    /// Estimate, in `unit`.
+    pub value: f64,
+    /// One standard error, in `unit`; `None` where the parameter was held fixed.
+    pub standard_error: Option<f64>,
+    /// Unit as in the catalogue, e.g. `N s/m`; `1` for a pure number.
+    pub unit: String,
+}
+
+/// An explanation that was nearly as good as the chosen one, or as good.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Alternative {
+    /// Id in the catalogue.
+    pub id: String,
+    /// The catalogue's name for people, without the place.
+    pub label: String,
+    /// The place it would act on.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// The cable it would act on, 1 to 4.
+    pub cable: Option<usize>,
+    /// Its parameters if it were the true one.
+    pub parameters: Vec<Parameter>,
+    /// BIC with this effect in place of the chosen one, minus BIC with the chosen one; near zero means a tie.
+    pub delta_bic: f64,
+    /// Correlation of the two whitened signatures, -1 to 1, where it was computed.
+    pub correlation: Option<f64>,
+    /// True where the evidence cannot tell the two apart: this is what makes the verdict `ambiguous`.
+    pub indistinguishable: bool,
+    /// The experiment that would separate them, an imperative clause without full stop: `repeat at 10 and 30 kN pretension`.
+    pub separate_by: String,
+}
+
+/// A place where the model disagrees with the measurements.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Located {
+    /// The place, see the module's documentation.
+    #[serde(rename = "where")]
+    pub place: String,
+    /// Share of the gap that sits here, 0 to 1.
+    pub share_of_gap: f64,
+    /// When it shows; empty where it is there all the time.
+    pub when: Vec<Span>,
+    /// What it depends on: `speed`, `direction`, `tension`, `position`, `time`, ...
+    pub depends_on: Vec<String>,
+}
+
+/// A stretch of time in one of the plotted trials.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Span {
+    /// Index into [`Report::trials`].
+    pub trial: usize,
+    /// Start, s.
+    pub start: f64,
+    /// End, s.
+    pub end: f64,
+}
+
+/// A term outside the catalogue, added to the model as an expression.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Term {
+    /// The axis it acts on, e.g. `platform.force_x` (N) or `platform.torque` (N m).
+    pub target: String,
+    /// The expression with its coefficients, as in `model.toml`.
+    pub expression: String,
+    /// One standard error for each coefficient of the expression, in the order in which they stand there.
+    pub standard_errors: Vec<f64>,
+    /// BIC with the term minus without it.
+    pub delta_bic: f64,
+    /// Gap on held-out data with everything found except this term.
+    pub holdout_gap_without: Option<f64>,
+}
+
+/// A number without and with what was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BeforeAfter {
+    /// With the model as given.
+    pub before: f64,
+    /// With what was found added to the model.
+    pub after: f64,
+}
+
+/// Root mean square of (simulated - measured)/σ, where the simulation restarts every `horizon_s` seconds; 1.0 is
+/// the noise floor.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Gap {
+    /// Horizon of `train`, `holdout` and `channels`, s.
+    pub horizon_s: f64,
+    /// On the data that was fitted, all channels together.
+    pub train: BeforeAfter,
+    /// On data that the search never saw, all channels together; `None` where there was too little data to hold out.
+    pub holdout: Option<BeforeAfter>,
+    /// What was held out, as a noun phrase: `trial c.csv`, `the last 30 s of a.csv`. Empty where nothing was.
+    pub holdout_source: String,
+    /// The same for each channel.
+    pub channels: Vec<ChannelGap>,
+    /// The same for other horizons, e.g. 1, 5 and 20 s.
+    pub horizons: Vec<HorizonGap>,
+}
+
+/// The gap in one channel.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChannelGap {
+    /// Name out of [`Report::channels`].
+    pub channel: String,
+    /// On the data that was fitted.
+    pub train: BeforeAfter,
+    /// On held-out data.
+    pub holdout: Option<BeforeAfter>,
+}
+
+/// The gap over one horizon, all channels together.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct HorizonGap {
+    /// Time between restarts of the simulation, s.
+    pub horizon_s: f64,
+    /// On the data that was fitted.
+    pub train: BeforeAfter,
+    /// On held-out data.
+    pub holdout: Option<BeforeAfter>,
+}
+
+/// A measured channel.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Channel {
+    /// FMU name, e.g. `cable_length[1]`.
+    pub name: String,
+    /// Unit of the measurements, `m`, `rad` or `N`.
+    pub unit: String,
+    /// Measurement noise σ, estimated from the data, in `unit`.
+    pub noise: f64,
+    /// Number of samples used.
+    pub samples: usize,
+    /// Whiteness test of what remains after the fit, where it was made.
+    pub whiteness: Option<Whiteness>,
+}
+
+/// Test of whether what remains looks like noise without memory.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Whiteness {
+    /// Name of the statistic: `Ljung-Box Q(20)`, ...
+    pub name: String,
+    /// Its value.
+    pub statistic: f64,
+    /// The confidence limit it has to stay below.
+    pub limit: f64,
+    /// Whether it does.
+    pub pass: bool,
+}
+
+/// What stays unexplained, as root mean square of the latent wrench on the platform.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Remainder {
+    /// Force, N.
+    pub force: f64,
+    /// Torque, N m.
+    pub torque: f64,
+    /// The same force before anything was added, N.
+    pub force_before: Option<f64>,
+    /// The same torque before anything was added, N m.
+    pub torque_before: Option<f64>,
+}
+
+/// One trial as plotted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trial {
+    /// Name for people, usually the file's.
+    pub name: String,
+    /// Whether this is held-out data.
+    pub holdout: bool,
+    /// Time of each plotted sample, s, strictly increasing.
+    pub time: Vec<f64>,
+    /// The channels plotted, each as long as `time`.
+    pub series: Vec<Series>,
+    /// Residuals in blocks of time, for the time × channel picture.
+    pub residuals: ResidualMap,
+}
+
+/// One channel over time. A gap in the measurements, and the sample at which a simulation restarts, is `NAN`: lines
+/// break there.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Series {
+    /// Name out of [`Report::channels`].
+    pub channel: String,
+    /// Measured, in the channel's unit.
+    pub measured: Vec<f64>,
+    /// Simulated with the model as given.
+    pub before: Vec<f64>,
+    /// Simulated with what was found added.
+    pub after: Vec<f64>,
+}
+
+/// Root mean square of (simulated - measured)/σ in blocks of time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ResidualMap {
+    /// Borders of the blocks, s, increasing; one more than there are blocks. Empty for no picture.
+    pub edges: Vec<f64>,
+    /// One row per channel.
+    pub rows: Vec<ResidualRow>,
+}
+
+/// One channel of a [`ResidualMap`]; `NAN` for a block without data.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ResidualRow {
+    /// Name out of [`Report::channels`].
+    pub channel: String,
+    /// With the model as given, one number per block.
+    pub before: Vec<f64>,
+    /// With what was found added.
+    pub after: Vec<f64>,
+}
+
+/// What the model misses, against the variable it depends on.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Signature {
+    /// The effect or term with its place, as a heading: `Coulomb friction on winch 3`.
+    pub label: String,
+    /// Name of the variable: `reel-out speed of cable 3`.
+    pub x_name: String,
+    /// Its unit.
+    pub x_unit: String,
+    /// Name of the residual: `missing force at winch 3`.
+    pub y_name: String,
+    /// Its unit.
+    pub y_unit: String,
+    /// Estimates from the data, (variable, residual); up to a few thousand.
+    pub points: Vec<[f64; 2]>,
+    /// The fitted law, sorted by the variable.
+    pub law: Vec<[f64; 2]>,
+}
+
+/// Geometry of the robot, for the drawing.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Robot {
+    /// Anchor (winch) of each cable in the base frame, m.
+    pub anchors: Vec<[f64; 2]>,
+    /// Attachment of each cable in the body frame, m.
+    pub attachments: Vec<[f64; 2]>,
+    /// Pose drawn: x (m), y (m), φ (rad).
+    pub pose: [f64; 3],
+    /// Path of the platform in the plotted trials, m; may be empty.
+    pub path: Vec<[f64; 2]>,
+}
+
+/// A file that the run read or wrote.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FileUsed {
+    /// What it is: `training data`, `held-out data`, `base model`, `FMU with what was found`.
+    pub role: String,
+    /// Its path as given or written.
+    pub path: String,
+}
+
+/// A setting of the run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Setting {
+    /// Name for people.
+    pub name: String,
+    /// Value with its unit.
+    pub value: String,
+}
+
+/// How the result was reached.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Method {
+    /// Explanations tried.
+    pub candidates: usize,
+    /// Trials used for fitting.
+    pub trials: usize,
+    /// Samples used for fitting, all channels and trials together.
+    pub samples: usize,
+    /// Computing time, s.
+    pub seconds: f64,
+    /// False-alarm check, where it was made.
+    pub null_test: Option<NullTest>,
+    /// The search as it went: what was taken up, refused, taken out again.
+    pub steps: Vec<Step>,
+}
+
+/// The same search on data in which no effect can be: how often something at least as strong was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct NullTest {
+    /// Repetitions with permuted or time-shifted signatures.
+    pub runs: usize,
+    /// Repetitions in which the evidence was as strong as for the weakest effect reported.
+    pub exceeded: usize,
+}
+
+/// One step of the search.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// What was tried, with its place.
+    pub label: String,
+    /// What became of it: `added`, `refused`, `removed`, ...
+    pub outcome: String,
+    /// BIC with it minus without it.
+    pub delta_bic: f64,
+    /// Why, in a few words; may be empty.
+    pub reason: String,
+}
