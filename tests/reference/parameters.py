@@ -1,0 +1,128 @@
+"""Parameters, effects and inputs of the reference plant (SI units, radians)."""
+
+from __future__ import annotations
+
+import bisect
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+RIGID = "rigid"
+MASSLESS_SPRING = "massless_spring"
+LUMPED_MASS = "lumped_mass"
+CABLE_MODELS = (RIGID, MASSLESS_SPRING, LUMPED_MASS)
+CABLE_INERTIAS = ("paper", "reeled", "none")
+
+CABLES = 4
+AIR_DENSITY = 1.225  # kg/m3, ISA sea level
+
+
+def _degrees(*angles: float) -> tuple[float, ...]:
+    return tuple(math.radians(a) for a in angles)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One entry of the catalogue: `cable` is 1..4, or None for all four or for the platform."""
+
+    id: str
+    cable: int | None = None
+    values: dict[str, float | str] = field(default_factory=dict)
+
+    def acts_on(self, cable_index: int) -> bool:
+        """Whether it acts on the cable with this zero-based index."""
+        return self.cable is None or self.cable == cable_index + 1
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Tables I and II of the paper, with the area in m2 and everything changeable."""
+
+    platform_mass: float = 2500.0  # kg
+    platform_inertia: float = 3.5e5  # kg m2, about the centre of mass
+    anchor_radius: float = 900.0  # m
+    attachment_radius: float = 10.0  # m
+    anchor_angle: tuple[float, ...] = _degrees(-135, -45, 45, 135)
+    attachment_angle: tuple[float, ...] = _degrees(-45, -135, 135, 45)
+    cable_density: float = 0.215  # kg/m
+    youngs_modulus: float = 38e9  # Pa
+    cable_area: float = 4e-4  # m2
+    cable_damping: float = 20000.0  # N s, the product b l
+    cable_model: str = LUMPED_MASS
+    cable_inertia: str = "paper"
+    effects: tuple[Effect, ...] = ()
+
+    @property
+    def axial_stiffness(self) -> float:
+        """EA in N."""
+        return self.youngs_modulus * self.cable_area
+
+    def find(self, effect_id: str) -> list[Effect]:
+        """All effects with this id."""
+        return [e for e in self.effects if e.id == effect_id]
+
+    def to_toml(self) -> str:
+        """The same model as a `model.toml`, every value written with all its digits."""
+        lines = []
+        for name in SCALARS:
+            lines.append(f"{name} = {_number(getattr(self, name))}")
+        for name in ("anchor_angle", "attachment_angle"):
+            lines.append(f"{name} = [{', '.join(_number(v) for v in getattr(self, name))}]")
+        lines.append(f'cable_model = "{self.cable_model}"')
+        lines.append(f'cable_inertia = "{self.cable_inertia}"')
+        for effect in self.effects:
+            lines += ["", "[[effect]]", f'id = "{effect.id}"']
+            if effect.cable is not None:
+                lines.append(f"cable = {effect.cable}")
+            for key, value in effect.values.items():
+                text = f'"{value}"' if isinstance(value, str) else _number(value)
+                lines.append(f"{key} = {text}")
+        return "\n".join(lines) + "\n"
+
+
+SCALARS = (
+    "platform_mass",
+    "platform_inertia",
+    "anchor_radius",
+    "attachment_radius",
+    "cable_density",
+    "youngs_modulus",
+    "cable_area",
+    "cable_damping",
+)
+
+
+def _number(value: float) -> str:
+    text = repr(float(value))
+    return text if any(c in text for c in ".en") else text + ".0"
+
+
+class Inputs:
+    """The seven inputs over time: four winch forces (N), two forces (N) and a torque (N m).
+
+    Knots `times[k]` start segments on which the inputs are `values[k] + slopes[k] (t - times[k])`;
+    without slopes this is a zero-order hold. Before the first knot the first value holds.
+    """
+
+    def __init__(self, times, values, slopes=None):
+        self.times = [float(t) for t in times]
+        self.values = np.asarray(values, dtype=float).reshape(len(self.times), 7)
+        self.slopes = np.zeros_like(self.values) if slopes is None else np.asarray(slopes, float)
+
+    @classmethod
+    def constant(cls, winch_force, wrench=(0.0, 0.0, 0.0)) -> Inputs:
+        """The same inputs for ever."""
+        return cls([0.0], [[*winch_force, *wrench]])
+
+    def segment(self, time: float) -> int:
+        """The segment that begins at or contains `time`."""
+        return max(bisect.bisect_right(self.times, time) - 1, 0)
+
+    def on_segment(self, index: int, time: float) -> np.ndarray:
+        """Inputs at `time` by the law of one segment (so that a right end has its left limit)."""
+        return self.values[index] + self.slopes[index] * max(time - self.times[index], 0.0)
+
+    def at(self, time: float) -> np.ndarray:
+        """Inputs just after `time`."""
+        return self.on_segment(self.segment(time), time)

@@ -1,0 +1,321 @@
+"""The equations of motion of the platform and its cables.
+
+A planar vector is a complex number. With z = G + E - A the cable's vector, S = z/|z|, and conj(S)
+turning into the cable's frame (real part along S, imaginary part along N = iS):
+
+    z'  conj(S) = L' + i L α'
+    z'' conj(S) = (L'' - L α'^2) + i (L α'' + 2 L' α')
+
+so all lengths, angles and their derivatives come from z, z' and z''. The platform's residual is
+linear in its accelerations (for a given set of taut cables); its matrix is found by evaluating the
+residual at unit accelerations.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from .parameters import (
+    AIR_DENSITY,
+    CABLES,
+    LUMPED_MASS,
+    MASSLESS_SPRING,
+    RIGID,
+    Parameters,
+)
+from .winch import WinchChain
+
+
+@dataclass
+class Motion:
+    """The cables seen from a pose and twist (arrays of four; complex where planar vectors)."""
+
+    arm: np.ndarray  # E, m
+    S: np.ndarray
+    L: np.ndarray
+    L_rate: np.ndarray
+    angle: np.ndarray
+    angle_rate: np.ndarray
+
+
+class Plant:
+    """States, in this order: x y φ, vx vy ω, l(4) unless rigid, l'(4) if the cables have axial
+    inertia and are `lumped_mass`, then the states of the winch lags."""
+
+    def __init__(self, parameters: Parameters):
+        p = self.parameters = parameters
+        self.winches = WinchChain(p)
+        self.anchors = p.anchor_radius * np.exp(1j * np.array(p.anchor_angle))
+        self.arms = p.attachment_radius * np.exp(1j * np.array(p.attachment_angle))
+        self.mass = p.platform_mass
+        self.inertia = p.platform_inertia
+        self.com = 0j  # centre of mass in the body frame
+        self.EA = np.full(CABLES, p.axial_stiffness)
+        self.bl = np.full(CABLES, p.cable_damping)
+        self.stiffening = np.zeros(CABLES)
+        self.drum_mass = np.zeros(CABLES)
+        self.drag = np.zeros(CABLES)
+        for effect in p.effects:
+            self._apply(effect)
+        self.axial_mass = p.cable_inertia != "none" or bool(self.drum_mass.any())
+        # Without axial inertia a lumped-mass cable is a massless spring.
+        self.has_length = p.cable_model != RIGID
+        self.has_length_rate = p.cable_model == LUMPED_MASS and self.axial_mass
+        self.n_lengths = CABLES * (self.has_length + self.has_length_rate)
+        self.size = 6 + self.n_lengths + len(self.winches.lags)
+
+    def _apply(self, effect):
+        """Effects that are a change of a parameter."""
+        v = effect.values
+        cables = [i for i in range(CABLES) if effect.acts_on(i)]
+        match effect.id:
+            case "platform_mass":
+                self.mass += v["mass"]
+            case "platform_inertia":
+                self.inertia += v["inertia"]
+            case "platform_com_offset":
+                self.com += complex(v["x"], v["y"])
+            case "anchor_offset":
+                self.anchors[cables] += complex(v["x"], v["y"])
+            case "attachment_offset":
+                self.arms[cables] += complex(v["x"], v["y"])
+            case "cable_stiffness":
+                self.EA[cables] *= 1.0 + v["factor"]
+            case "cable_damping":
+                self.bl[cables] *= 1.0 + v["factor"]
+            case "cable_stiffening":
+                self.stiffening[cables] += v["coefficient"]
+            case "winch_drum_inertia":
+                self.drum_mass[cables] += v["mass"]
+            case "cable_drag":
+                self.drag[cables] += AIR_DENSITY / 8.0 * v["drag_area_per_length"]
+
+    # ---- kinematics
+
+    def motion(self, pose, twist) -> Motion:
+        """Cable vectors and their rates at a pose (x, y, φ) and twist (vx, vy, ω)."""
+        arm = self.arms * np.exp(1j * pose[2])
+        z = complex(pose[0], pose[1]) + arm - self.anchors
+        L = np.abs(z)
+        S = z / L
+        z_rate = (complex(twist[0], twist[1]) + 1j * twist[2] * arm) * S.conj()
+        return Motion(arm, S, L, z_rate.real, np.angle(z), z_rate.imag / L)
+
+    def _cable_accelerations(self, m: Motion, twist, acceleration):
+        z_acc = (
+            complex(acceleration[0], acceleration[1])
+            + (1j * acceleration[2] - twist[2] ** 2) * m.arm
+        ) * m.S.conj()
+        return z_acc.real + m.L * m.angle_rate**2, (
+            z_acc.imag - 2.0 * m.L_rate * m.angle_rate
+        ) / m.L
+
+    # ---- cables
+
+    def _inertia_terms(self, length, rate, angle_rate):
+        """Axial inertia force `mass * length'' + rest` of a moving cable."""
+        rho = self.parameters.cable_density
+        match self.parameters.cable_inertia:
+            case "paper":
+                mass = rho / 2.0 * length
+                rest = rho / 2.0 * (rate**2 - (length * angle_rate) ** 2)
+            case "reeled":
+                mass = rho * length
+                rest = -rho / 2.0 * (length * angle_rate) ** 2
+            case "none":
+                mass = 0.0 * length
+                rest = 0.0 * length
+        return mass + self.drum_mass, rest
+
+    def spring_force(self, L, unstretched) -> np.ndarray:
+        """Elastic force for a geometric and an unstretched length; negative when slack."""
+        strain = (L - unstretched) / unstretched
+        return self.EA * strain * (1.0 + self.stiffening * strain**2)
+
+    def unstretched_for(self, L, tension) -> np.ndarray:
+        """Unstretched lengths at which the springs carry `tension`."""
+        tension = np.asarray(tension, dtype=float)
+        strain = tension / self.EA
+        for _ in range(50):
+            force = self.EA * strain * (1.0 + self.stiffening * strain**2)
+            slope = self.EA * (1.0 + 3.0 * self.stiffening * strain**2)
+            strain = strain - (force - tension) / slope
+        return L / (1.0 + strain)
+
+    # ---- platform
+
+    def _external(self, t, pose, twist, wrench) -> tuple[complex, float]:
+        """Force and torque at the platform's centre G that do not come through the cables."""
+        force = complex(wrench[0], wrench[1])
+        torque = float(wrench[2])
+        position = complex(pose[0], pose[1])
+        velocity = complex(twist[0], twist[1])
+        for effect in self.parameters.effects:
+            v = effect.values
+            match effect.id:
+                case "platform_linear_drag":
+                    force -= v["coefficient"] * velocity
+                case "platform_quadratic_drag":
+                    wind = complex(v.get("wind_x", 0.0), v.get("wind_y", 0.0))
+                    force -= v["coefficient"] * abs(velocity - wind) * (velocity - wind)
+                case "platform_rotational_damping":
+                    torque -= v["coefficient"] * twist[2]
+                case "steady_wind":
+                    force += complex(v["force_x"], v["force_y"])
+                    torque += v["torque"]
+                case "periodic_gust":
+                    size = v["amplitude"] * np.sin(v["frequency"] * t + v["phase"])
+                    force += size * np.exp(1j * v["direction"])
+                case "umbilical":
+                    ground = complex(v["x"], v["y"])
+                    force -= v["stiffness"] * (position - ground) + v["damping"] * velocity
+        return force, torque
+
+    def _platform_residual(self, t, pose, twist, acceleration, m, wrench, tension):
+        """M a - forces and I φ'' - torques about G, for given tensions."""
+        rho = 0.0 if self.parameters.cable_inertia == "none" else self.parameters.cable_density
+        _, angle_acc = self._cable_accelerations(m, twist, acceleration)
+        transverse = -rho / 3.0 * (m.L**2 * angle_acc + 3.0 * m.L * m.L_rate * m.angle_rate)
+        transverse -= self.drag * m.L**3 * np.abs(m.angle_rate) * m.angle_rate
+        pull = (-tension + 1j * transverse) * m.S
+        force, torque = self._external(t, pose, twist, wrench)
+        offset = self.com * np.exp(1j * pose[2])
+        a = complex(acceleration[0], acceleration[1])
+        a_com = a + (1j * acceleration[2] - twist[2] ** 2) * offset
+        momentum_rate = self.mass * a_com
+        balance = momentum_rate - force - pull.sum()
+        moment = (
+            self.inertia * acceleration[2]
+            + (offset.conjugate() * momentum_rate).imag
+            - torque
+            - (m.arm.conj() * pull).imag.sum()
+        )
+        return np.array([balance.real, balance.imag, moment])
+
+    def _solve_accelerations(self, residual):
+        """The root of a residual that is affine in three accelerations."""
+        at_rest = residual(np.zeros(3))
+        matrix = np.column_stack([residual(unit) - at_rest for unit in np.eye(3)])
+        return np.linalg.solve(matrix, -at_rest)
+
+    def _dynamics_with_force_driven_cables(self, t, pose, twist, m, pull, wrench):
+        """Accelerations and tensions where the tension follows from the winch force and the
+        platform's motion: T = max(0, u + inertia). The right set of taut cables is the one that
+        agrees with itself; the map is monotone, so there is exactly one."""
+        mass, rest = self._inertia_terms(m.L, m.L_rate, m.angle_rate)
+
+        def axial(acceleration):
+            L_acc, _ = self._cable_accelerations(m, twist, acceleration)
+            return pull + mass * L_acc + rest
+
+        for taut in itertools.product((True, False), repeat=CABLES):
+            taut = np.array(taut)
+
+            def residual(acceleration, taut=taut):
+                tension = np.where(taut, axial(acceleration), 0.0)
+                return self._platform_residual(t, pose, twist, acceleration, m, wrench, tension)
+
+            acceleration = self._solve_accelerations(residual)
+            force = axial(acceleration)
+            if np.array_equal(force > 0.0, taut):
+                return acceleration, np.where(taut, force, 0.0)
+        # Only a cable exactly at zero can bring us here; both choices give the same motion.
+        return acceleration, np.maximum(force, 0.0)
+
+    def evaluate(self, t, y, command, wrench):
+        """Everything at one instant: accelerations, rates of the other states, tensions.
+
+        `command` are the four winch forces after their delays.
+        """
+        pose, twist = y[0:3], y[3:6]
+        m = self.motion(pose, twist)
+        lagged, lag_rates = self.winches.lag(
+            self.winches.saturate(command), y[6 + self.n_lengths :]
+        )
+        if self.has_length_rate:
+            length, rate = y[6:10], y[10:14]
+            pull = self.winches.deliver(lagged, rate)
+            damping = self.bl / length * (m.L_rate - rate)
+            tension = np.maximum(self.spring_force(m.L, length) + damping, 0.0)
+            acceleration = self._solve_accelerations(
+                lambda a: self._platform_residual(t, pose, twist, a, m, wrench, tension)
+            )
+            mass, rest = self._inertia_terms(length, rate, m.angle_rate)
+            length_acc = (tension - pull - rest) / mass
+            cable_rates = np.concatenate([rate, length_acc])
+        else:
+            # The losses see the rate of the geometric length, so that the platform moves as with
+            # rigid cables whatever the springs do.
+            pull = self.winches.deliver(lagged, m.L_rate)
+            acceleration, tension = self._dynamics_with_force_driven_cables(
+                t, pose, twist, m, pull, wrench
+            )
+            length, rate = m.L, m.L_rate
+            cable_rates = np.empty(0)
+            if self.has_length:
+                length = y[6:10]
+                rate = m.L_rate + (self.spring_force(m.L, length) - tension) * length / self.bl
+                cable_rates = rate
+        y_rate = np.concatenate([twist, acceleration, cable_rates, lag_rates])
+        return y_rate, m, tension, length, rate
+
+    # ---- starting and reading
+
+    def initial_state(
+        self, pose, twist=(0, 0, 0), command=None, unstretched=None, unstretched_rate=None
+    ):
+        """A state; without `unstretched` every spring carries its winch force, at rest."""
+        m = self.motion(pose, twist)
+        y = np.zeros(self.size)
+        y[0:3], y[3:6] = pose, twist
+        limited = None if command is None else self.winches.saturate(np.asarray(command, float))
+        if self.has_length:
+            if unstretched is None:
+                lag = self.winches.lag_at_rest(limited)
+                lagged, _ = self.winches.lag(limited, lag)
+                pull = self.winches.deliver(lagged, np.zeros(CABLES))
+                unstretched = self.unstretched_for(m.L, np.maximum(pull, 0.0))
+            y[6:10] = unstretched
+        if self.has_length_rate and unstretched_rate is not None:
+            y[10:14] = unstretched_rate
+        if self.winches.lags:
+            y[6 + self.n_lengths :] = self.winches.lag_at_rest(limited)
+        return y
+
+    def outputs(self, t, y, command, wrench) -> dict[str, float]:
+        """The values that the FMU shows under the same names (sensor delays not included)."""
+        _, m, tension, length, rate = self.evaluate(t, y, command, wrench)
+        out = dict(zip(("x", "y", "phi", "vx", "vy", "omega"), y[:6], strict=True))
+        for i in range(CABLES):
+            n = f"[{i + 1}]"
+            out["cable_length" + n] = m.L[i]
+            out["cable_angle" + n] = m.angle[i]
+            out["unstretched_length" + n] = length[i]
+            out["unstretched_length_rate" + n] = rate[i]
+            out["tension" + n] = tension[i]
+            out["strain" + n] = (m.L[i] - length[i]) / length[i]
+        for effect in self.parameters.effects:
+            self._sensor(effect, out, length)
+        return {name: float(value) for name, value in out.items()}
+
+    @staticmethod
+    def _sensor(effect, out, length):
+        v = effect.values
+        cables = [i for i in range(CABLES) if effect.acts_on(i)]
+        channel = v.get("channel", "unstretched_length")
+        match effect.id:
+            case "length_sensor_bias":
+                for i in cables:
+                    out[f"{channel}[{i + 1}]"] += v["bias"]
+            case "length_sensor_scale":
+                for i in cables:
+                    out[f"{channel}[{i + 1}]"] *= 1.0 + v["factor"]
+            case "pose_sensor_bias":
+                for name in ("x", "y", "phi"):
+                    out[name] += v.get(name, 0.0)
+
+
+__all__ = ["LUMPED_MASS", "MASSLESS_SPRING", "RIGID", "Motion", "Plant"]
