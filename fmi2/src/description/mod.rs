@@ -1,10 +1,14 @@
 //! What an FMU says of itself: the one table behind the XML, the checks of get and set, and the rules
 //! of causality.
 
+mod names;
 mod unit;
+mod validate;
 mod variable;
+mod xml;
 
 pub use unit::{BaseUnit, DisplayUnit, Unit};
+pub use validate::DescriptionError;
 pub use variable::{
     BaseType, Causality, Dependency, DependencyKind, Initial, IntegerKind, Kind, RealKind,
     Variability, Variable,
