@@ -1,0 +1,103 @@
+"""Write cases as folders of CSV files with their truth beside them."""
+
+import json
+import os
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from . import trial
+from .parameters import OUTSIDE
+from .strength import strength
+
+# Where each effect may rightly be located. `{i}` is the cable; an effect on all cables may be found
+# on any of them. A cable's law shows through its winch and the reverse, so both are accepted there.
+_ON_CABLE = ("cable[{i}]", "winch[{i}]")
+_ON_WINCH = ("winch[{i}]", "cable[{i}]")
+_FORCES = ("platform.force_x", "platform.force_y")
+_ALL_AXES = (*_FORCES, "platform.torque")
+PLACES = {
+    "cable_elasticity": _ON_CABLE,
+    "cable_drag": (*_ON_CABLE, *_FORCES),
+    "winch_lag": _ON_WINCH,
+    "platform_mass": _FORCES,
+    "platform_inertia": ("platform.torque",),
+    "platform_com_offset": _ALL_AXES,
+    "platform_linear_drag": _FORCES,
+    "platform_quadratic_drag": _FORCES,
+    "platform_rotational_damping": ("platform.torque",),
+    "steady_wind": _ALL_AXES,
+    "periodic_gust": _FORCES,
+    "umbilical": _FORCES,
+    "anchor_offset": _ON_CABLE,
+    "attachment_offset": (*_ON_CABLE, "platform.torque"),
+    "length_sensor_bias": ("sensor.{channel}[{i}]",),
+    "length_sensor_scale": ("sensor.{channel}[{i}]",),
+    "pose_sensor_bias": ("sensor.x", "sensor.y", "sensor.phi"),
+    "pose_sensor_delay": ("sensor.x", "sensor.y", "sensor.phi"),
+}
+
+
+def places(effect):
+    """The `where` strings under which finding this effect counts as located."""
+    if effect["id"] == "outside":
+        targets = OUTSIDE[effect["law"]][2]
+        return [t.replace("[cable]", f"[{effect['parameters'].get('cable')}]") for t in targets]
+    default = _ON_CABLE if effect["id"].startswith("cable") else _ON_WINCH
+    patterns = PLACES.get(effect["id"], default)
+    cables = range(1, 5) if effect["cable"] is None else [effect["cable"]]
+    channel = effect.get("channel", "unstretched_length")
+    return sorted({p.format(i=i, channel=channel) for p in patterns for i in cables})
+
+
+def truth(case, strengths, noise):
+    """What is hidden in a case, and what a good answer looks like."""
+    effects, terms = [], []
+    for item in case.effects:
+        if item["id"] == "outside":
+            _, _, targets, expression = OUTSIDE[item["law"]]
+            terms.append(
+                {"targets": places(item), "expression": expression, "values": item["parameters"]}
+            )
+        else:
+            effects.append(dict(item, located=places(item)))
+    return {
+        "case": case.name,
+        "group": case.group,
+        "model": case.model,
+        "effects": effects,
+        "terms": terms,
+        "ambiguous": case.ambiguous,
+        "alternatives": list(case.alternatives),
+        "strength": strengths,
+        "noise": noise,
+        "note": case.note,
+    }
+
+
+def write_case(case, folder):
+    """Run the trials of one case and write its folder; returns its name and strengths."""
+    folder = Path(folder) / case.name
+    folder.mkdir(parents=True, exist_ok=True)
+    strengths, noise = {}, {}
+    files = [(f"train{i + 1}", s) for i, s in enumerate(case.train)] + [("holdout", case.holdout)]
+    for name, settings in files:
+        record = trial.run(settings, case.effects, case.data_model)
+        trial.write_csv(record, folder / f"{name}.csv")
+        noise[name] = record.noise
+        if case.data_model == case.model and case.effects:
+            strengths[name], _ = strength(record, record.clean, case.model)
+    (folder / "model.toml").write_text(f'cable_model = "{case.model}"\n', encoding="utf-8")
+    text = json.dumps(truth(case, strengths, noise), indent=1)
+    (folder / "truth.json").write_text(text + "\n", encoding="utf-8")
+    return case.name, strengths
+
+
+def write_cases(cases, folder, jobs=None):
+    """Write these cases with `jobs` processes (all cores unless told), printing each when done."""
+    jobs = jobs or os.cpu_count() or 1
+    with ProcessPoolExecutor(max_workers=jobs) as pool:
+        futures = [pool.submit(write_case, case, folder) for case in cases]
+        for future in futures:
+            name, strengths = future.result()
+            shown = "  ".join(f"{k} {v:.3g}" for k, v in strengths.items())
+            print(f"{name:28s} {shown}", flush=True)

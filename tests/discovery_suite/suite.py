@@ -1,0 +1,24 @@
+"""The whole suite in one list, and its small subset."""
+
+from .cases_single import SINGLES
+
+SUITE = [*SINGLES]
+_BY_NAME = {case.name: case for case in SUITE}
+if len(_BY_NAME) != len(SUITE):
+    raise ValueError("the suite holds two cases of one name")
+
+
+def select(names=None, small=False):
+    """The cases of these names, the small subset, or all."""
+    if small:
+        names = SMALL
+    if not names:
+        return SUITE
+    unknown = sorted(set(names) - set(_BY_NAME))
+    if unknown:
+        raise ValueError(f"unknown case {unknown[0]!r}; known: {', '.join(sorted(_BY_NAME))}")
+    return [_BY_NAME[name] for name in names]
+
+
+# Two singles, a pair, a null, one outside the catalogue, and the paper's own story.
+SMALL = ("quadratic_drag", "coulomb_1_tanh")
