@@ -1,1 +1,16 @@
 //! Dynamics of a planar cable-driven parallel robot with elastic cables.
+//!
+//! The robot is the 4RPR manipulator after the Large Adaptive Reflector: a platform with three degrees of freedom on four
+//! crossed cables of 900 m. Data flows one way: [`parameters`] and [`effect`]s make a [`plant::Plant`], which the
+//! [`integrator`] drives forward.
+
+pub mod dynamics;
+pub mod effect;
+pub mod formula;
+pub mod geometry;
+pub mod integrator;
+pub mod kinematics;
+pub mod parameters;
+pub mod plant;
+pub mod scalar;
+pub mod simulation;

@@ -1,0 +1,110 @@
+//! The elastic law of a cable, (32) and (33), with the effects that change it.
+
+use crate::effect::EffectKind;
+use crate::scalar::Real;
+
+use super::CableData;
+
+/// An elastic-law effect and where its states begin among the cable's effect states.
+pub(crate) type Law = (EffectKind, usize);
+
+/// Geometric strain `(L - l')/l'` where `l'` is the unstretched length as temperature leaves it, less inelastic strain.
+#[inline]
+fn elastic_strain<S: Real>(laws: &[Law], time: S, chord: S, unstretched: S, states: &[S]) -> S {
+    let mut free = unstretched;
+    let mut inelastic = S::from(0.0);
+    for (law, at) in laws {
+        free *= law.length_factor(time);
+        inelastic += law.inelastic_strain(&states[*at..]);
+    }
+    (chord - free) / free - inelastic
+}
+
+/// Tension (N) at this elastic strain of a straight cable.
+#[inline]
+fn straight_tension<S: Real>(data: &CableData, laws: &[Law], strain: S) -> S {
+    let mut tension = strain * data.axial_stiffness;
+    for (law, _) in laws {
+        tension *= law.tension_factor(strain);
+    }
+    tension
+}
+
+/// Strain of the chord by the cable's shape at this tension (N).
+fn chord_strain<S: Real>(laws: &[Law], tension: S, chord: S) -> S {
+    laws.iter().fold(S::from(0.0), |sum, (law, _)| sum + law.chord_strain(tension, chord))
+}
+
+/// Elastic tension (N), before it is cut off at zero: `EA (L - l)/l` and what effects make of it.
+///
+/// With a chord strain (sag) the law is implicit, strain as a function of tension; it is then solved for the elastic
+/// strain, and tension is always positive.
+#[inline]
+pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S, unstretched: S, states: &[S]) -> S {
+    if laws.is_empty() {
+        return (chord - unstretched) / unstretched * data.axial_stiffness;
+    }
+    let strain = elastic_strain(laws, time, chord, unstretched, states);
+    if !laws.iter().any(|(law, _)| law.has_chord_strain()) {
+        return straight_tension(data, laws, strain);
+    }
+    let misfit = |elastic: S, strain: S, chord: S| {
+        elastic + chord_strain(laws, straight_tension(data, laws, elastic), chord) - strain
+    };
+    // The misfit rises monotonically from minus infinity at zero; Newton from the left climbs without overshoot, and
+    // from the right lands on the left, where a quarter of the last value bounds it away from zero.
+    let (strain_re, chord_re) = (strain.re(), chord.re());
+    let slope = |elastic: f64| {
+        let h = 1e-6 * elastic;
+        let f = |e: f64| misfit(S::from(e), S::from(strain_re), S::from(chord_re)).re();
+        (f(elastic), (f(elastic + h) - f(elastic - h)) / (2.0 * h))
+    };
+    let mut elastic = strain_re.max(1e-3 / data.axial_stiffness);
+    for _ in 0..100 {
+        let (f, df) = slope(elastic);
+        let next = (elastic - f / df).max(0.25 * elastic);
+        let done = (next - elastic).abs() <= 1e-14 * elastic;
+        elastic = next;
+        if done {
+            break;
+        }
+    }
+    // One Newton step in the given number type carries the derivative by the implicit function theorem.
+    let (_, df) = slope(elastic);
+    let refined = S::from(elastic) - misfit(S::from(elastic), strain, chord) / df;
+    straight_tension(data, laws, refined)
+}
+
+/// The unstretched length (m) at which a cable at rest with this chord (m) carries `tension` (N); the inverse of
+/// [`tension`]. At `tension <= 0` the cable lies unstretched.
+pub(crate) fn unstretched_length(
+    data: &CableData,
+    laws: &[Law],
+    time: f64,
+    chord: f64,
+    tension_wanted: f64,
+    states: &[f64],
+) -> f64 {
+    let wanted = tension_wanted.max(0.0);
+    let mut elastic = wanted / data.axial_stiffness;
+    for _ in 0..100 {
+        let f = straight_tension(data, laws, elastic) - wanted;
+        let h = 1e-6 * elastic.max(1e-9);
+        let df = (straight_tension(data, laws, elastic + h) - straight_tension(data, laws, elastic - h)) / (2.0 * h);
+        let step = f / df;
+        elastic -= step;
+        if step.abs() <= 1e-15 * elastic.abs() {
+            break;
+        }
+    }
+    let mut strain = elastic;
+    if wanted > 0.0 {
+        strain += chord_strain(laws, wanted, chord);
+    }
+    let mut factor = 1.0;
+    for (law, at) in laws {
+        strain += law.inelastic_strain(&states[*at..]);
+        factor *= law.length_factor(time);
+    }
+    chord / (1.0 + strain) / factor
+}

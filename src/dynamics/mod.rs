@@ -1,0 +1,127 @@
+//! Newton-Euler dynamics of the cables and the platform, equations (17)-(28) and (36)-(42).
+
+mod elastic;
+mod evaluation;
+mod matrix3;
+mod newton_matrix;
+mod residual;
+
+pub(crate) use elastic::unstretched_length;
+pub use evaluation::Evaluation;
+pub(crate) use newton_matrix::{Factors, Linearisation};
+
+use crate::geometry::Geometry;
+use crate::parameters::{CABLES, CableInertia, CableModel, Parameters};
+use crate::scalar::Real;
+
+/// Largest number of effect states on one cable.
+pub const MAX_EFFECT_STATES: usize = 6;
+
+/// What drives the plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inputs<S = f64> {
+    /// Winch forces `u_i` (N), pull-positive.
+    pub winch_force: [S; CABLES],
+    /// Disturbance `[f_Dx, f_Dy, τ_D]` on the platform (N, N m).
+    pub disturbance: [S; 3],
+}
+
+impl Default for Inputs {
+    fn default() -> Self {
+        Self { winch_force: [0.0; CABLES], disturbance: [0.0; 3] }
+    }
+}
+
+impl Inputs {
+    /// The same values as another number type, without derivatives.
+    pub fn lift<S: Real>(&self) -> Inputs<S> {
+        Inputs { winch_force: self.winch_force.map(S::from), disturbance: self.disturbance.map(S::from) }
+    }
+}
+
+/// One cable's numbers as the equations use them, effects of [`crate::effect::Stage::Parameters`] included.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CableData {
+    /// The axial model.
+    pub model: CableModel,
+    /// How the cable's own mass enters.
+    pub inertia: CableInertia,
+    /// `ρ` (kg/m).
+    pub density: f64,
+    /// `EA` (N).
+    pub axial_stiffness: f64,
+    /// `b l` (N s).
+    pub damping: f64,
+    /// Drum inertia over radius squared (kg), moving with the cable.
+    pub drum_mass: f64,
+}
+
+impl CableData {
+    /// Density (kg/m) that acts across and along: zero where the cable's mass is left out.
+    pub(crate) fn acting_density(&self) -> f64 {
+        if self.inertia == CableInertia::None { 0.0 } else { self.density }
+    }
+
+    /// Share of `ρ l` that moves with the winch end: a half in the paper's rod, all of it in a reeled cable.
+    pub(crate) fn axial_share(&self) -> f64 {
+        match self.inertia {
+            CableInertia::Paper => 0.5,
+            CableInertia::Reeled => 1.0,
+            CableInertia::None => 0.0,
+        }
+    }
+
+    /// The axial force that the cable's own motion takes beyond mass times acceleration (N), from length, its rate, and
+    /// angular rate: `ρ/2 (rate² - l² α̇²)` in the paper's rod (23), `-ρ/2 l² α̇²` in a reeled cable.
+    #[inline]
+    pub(crate) fn axial_bias<S: Real>(&self, length: S, rate: S, angular_rate: S) -> S {
+        let turning = length * angular_rate;
+        match self.inertia {
+            CableInertia::Paper => (rate * rate - turning * turning) * (0.5 * self.density),
+            CableInertia::Reeled => -(turning * turning) * (0.5 * self.density),
+            CableInertia::None => S::from(0.0),
+        }
+    }
+
+    /// Mass (kg) that moves with the winch end at this length (m).
+    #[inline]
+    pub(crate) fn axial_mass<S: Real>(&self, length: S) -> S {
+        length * (self.density * self.axial_share()) + self.drum_mass
+    }
+}
+
+/// The plant's numbers as the equations use them. Effects may change them before the plant is built.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantData {
+    /// Anchors and attachment points.
+    pub geometry: Geometry,
+    /// `M` (kg).
+    pub mass: f64,
+    /// `I_M` (kg m²) about the centre of mass.
+    pub inertia: f64,
+    /// Centre of mass in the body frame, from G (m).
+    pub centre_of_mass: [f64; 2],
+    /// The cables.
+    pub cables: [CableData; CABLES],
+}
+
+impl PlantData {
+    /// The plant without effects.
+    pub fn new(parameters: &Parameters) -> Self {
+        let cable = CableData {
+            model: parameters.cable_model,
+            inertia: parameters.cable_inertia,
+            density: parameters.cable_density,
+            axial_stiffness: parameters.axial_stiffness(),
+            damping: parameters.cable_damping,
+            drum_mass: 0.0,
+        };
+        Self {
+            geometry: Geometry::new(parameters),
+            mass: parameters.platform_mass,
+            inertia: parameters.platform_inertia,
+            centre_of_mass: [0.0; 2],
+            cables: std::array::from_fn(|_| cable.clone()),
+        }
+    }
+}

@@ -1,0 +1,383 @@
+//! The matrix of Newton's method on the plant, `σ I - ∂f/∂y`, kept and solved in the structure that the plant has.
+//!
+//! Velocities are eliminated first (`Δq = (r_q + Δv)/σ`), then each cable's own block: its states reach the rest only
+//! through its tension, and the platform reaches them only through the cable's length, its rate and the angular rate.
+//! What remains is one 3×3 system in `Δv`. The linearisation is approximate (products of accelerations with derivatives
+//! of the mass matrix are left out); Newton's method checks its own convergence.
+
+use num_dual::Dual64;
+
+use crate::effect::{PlatformContext, WinchContext};
+use crate::parameters::{CABLES, CableModel};
+use crate::plant::{Plant, axial_states};
+use crate::scalar::Real;
+
+use super::evaluation::winch_pull;
+use super::matrix3::{self, Field, Matrix3};
+use super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
+
+/// Largest number of states of one cable.
+const BLOCK: usize = 2 + MAX_EFFECT_STATES;
+
+/// One cable's part: rows of derivatives with respect to length `L`, its rate, angular rate, and own states.
+#[derive(Clone, Debug, Default)]
+struct CableBlock {
+    size: usize,
+    jacobian: [f64; 3],
+    normal_over_length: [f64; 3],
+    /// `(∂²L/∂q²) v`.
+    curvature: [f64; 3],
+    tension_by_state: [f64; BLOCK],
+    rates_by_length: [f64; BLOCK],
+    rates_by_speed: [f64; BLOCK],
+    rates_by_turning: [f64; BLOCK],
+    rates_by_state: [[f64; BLOCK]; BLOCK],
+}
+
+/// First derivatives of the plant at one state.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Linearisation {
+    mass: Matrix3<f64>,
+    force_by_pose: Matrix3<f64>,
+    force_by_twist: Matrix3<f64>,
+    cables: [CableBlock; CABLES],
+}
+
+/// A cable seen on its own: the platform through three scalars, the rest of the plant frozen.
+struct Local<'a> {
+    plant: &'a Plant,
+    cable: usize,
+    time: f64,
+    u: &'a Inputs,
+    slack: bool,
+    pose: [f64; 3],
+    twist: [f64; 3],
+    evaluation: &'a Evaluation,
+}
+
+struct LocalRates<S> {
+    tension: S,
+    transverse: S,
+    rates: [S; BLOCK],
+}
+
+impl Local<'_> {
+    fn rates<S: Real>(&self, length: S, speed: S, turning: S, own: &[S; BLOCK]) -> LocalRates<S> {
+        let zero = S::from(0.0);
+        let i = self.cable;
+        let data = &self.plant.data.cables[i];
+        let effects = &self.plant.cable[i];
+        let axial = axial_states(data.model);
+        let mut states = [zero; MAX_EFFECT_STATES];
+        states[..effects.states].copy_from_slice(&own[axial..axial + effects.states]);
+        let mut rates = [zero; BLOCK];
+        let mut effect_rates = [zero; MAX_EFFECT_STATES];
+        let (unstretched, unstretched_rate) = match data.model {
+            CableModel::Rigid => (length, speed),
+            CableModel::MasslessSpring => (own[0], speed),
+            CableModel::LumpedMass => (own[0], own[1]),
+        };
+        let time = S::from(self.time);
+        let mut pull = zero;
+        if !effects.pull.is_empty() {
+            let e = self.evaluation;
+            let replaced = |values: [f64; CABLES], own: S| {
+                let mut values = values.map(S::from);
+                values[i] = own;
+                values
+            };
+            let context = PlatformContext {
+                time,
+                pose: &self.pose.map(S::from),
+                twist: &self.twist.map(S::from),
+                inputs: &self.u.lift(),
+                cable_length: &replaced(e.kinematics.map(|k| k.length), length),
+                cable_speed: &replaced(e.kinematics.map(|k| k.speed), speed),
+                unstretched_length: &replaced(e.unstretched, unstretched),
+                unstretched_rate: &replaced(e.unstretched_rate, unstretched_rate),
+            };
+            pull = effects.pull.iter().fold(pull, |sum, kind| sum + kind.pull(&context));
+        }
+        let context = WinchContext { time, speed: unstretched_rate };
+        pull += winch_pull(self.plant, i, S::from(self.u.winch_force[i]), &context, &states, &mut effect_rates);
+        let elastic = |unstretched| elastic::tension(data, &effects.law, time, length, unstretched, &states);
+        let mut tension = match data.model {
+            CableModel::LumpedMass => elastic(unstretched) + (speed - unstretched_rate) * data.damping / unstretched,
+            CableModel::Rigid | CableModel::MasslessSpring => {
+                pull + data.axial_bias(length, speed, turning)
+                    + data.axial_mass(length) * self.evaluation.unstretched_acceleration[i]
+            }
+        };
+        if self.slack {
+            tension = zero;
+        }
+        match data.model {
+            CableModel::Rigid => {}
+            CableModel::MasslessSpring => {
+                rates[0] = speed + (elastic(unstretched) - tension) * unstretched / data.damping;
+            }
+            CableModel::LumpedMass => {
+                rates[0] = unstretched_rate;
+                rates[1] = (tension - pull - data.axial_bias(unstretched, unstretched_rate, turning))
+                    / data.axial_mass(unstretched);
+            }
+        }
+        for (kind, at) in &effects.law {
+            kind.strain_rates(tension, &states[*at..], &mut effect_rates[*at..]);
+        }
+        rates[axial..axial + effects.states].copy_from_slice(&effect_rates[..effects.states]);
+        let transverse = effects.transverse.iter().fold(zero, |sum, kind| sum + kind.transverse_force(length, turning));
+        LocalRates { tension, transverse, rates }
+    }
+}
+
+impl Linearisation {
+    /// Linearises the plant at this instant.
+    pub(crate) fn update(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; CABLES]) {
+        let e = plant.evaluate(time, y, u, slack);
+        self.mass = e.mass;
+        self.force_by_pose = [[0.0; 3]; 3];
+        self.force_by_twist = [[0.0; 3]; 3];
+        let pose = [y[0], y[1], y[2]];
+        let twist = [y[3], y[4], y[5]];
+        self.linearise_wrench(plant, time, &pose, &twist, u, &e);
+        for i in 0..CABLES {
+            let local = Local { plant, cable: i, time, u, slack: slack[i], pose, twist, evaluation: &e };
+            self.linearise_cable(&local, y);
+        }
+    }
+
+    fn linearise_wrench(
+        &mut self,
+        plant: &Plant,
+        time: f64,
+        pose: &[f64; 3],
+        twist: &[f64; 3],
+        u: &Inputs,
+        e: &Evaluation,
+    ) {
+        if plant.wrench.is_empty() {
+            return;
+        }
+        let lift = |values: [f64; CABLES]| values.map(Dual64::from);
+        let (lengths, speeds) = (lift(e.kinematics.map(|k| k.length)), lift(e.kinematics.map(|k| k.speed)));
+        let (unstretched, unstretched_rate) = (lift(e.unstretched), lift(e.unstretched_rate));
+        let inputs = u.lift();
+        for column in 0..6 {
+            let seeded = |values: &[f64; 3], first: usize| -> [Dual64; 3] {
+                std::array::from_fn(|k| Dual64::new(values[k], f64::from(u8::from(first + k == column))))
+            };
+            let context = PlatformContext {
+                time: Dual64::from(time),
+                pose: &seeded(pose, 0),
+                twist: &seeded(twist, 3),
+                inputs: &inputs,
+                cable_length: &lengths,
+                cable_speed: &speeds,
+                unstretched_length: &unstretched,
+                unstretched_rate: &unstretched_rate,
+            };
+            let target = if column < 3 { &mut self.force_by_pose } else { &mut self.force_by_twist };
+            for kind in &plant.wrench {
+                let wrench = kind.wrench(&context);
+                for r in 0..3 {
+                    target[r][column % 3] += wrench[r].eps;
+                }
+            }
+        }
+    }
+
+    fn linearise_cable(&mut self, local: &Local<'_>, y: &[f64]) {
+        let (plant, i, e) = (local.plant, local.cable, local.evaluation);
+        let k = &e.kinematics[i];
+        let block = &mut self.cables[i];
+        block.size = plant.effect_states(i).end - plant.offset[i];
+        block.jacobian = k.jacobian_row();
+        let normal = k.normal_row();
+        block.normal_over_length = normal.map(|n| n / k.length);
+        // ∂²L/∂q² = n nᵀ/L - (E·S) e₃ e₃ᵀ, by (12).
+        let mut hessian = [[0.0; 3]; 3];
+        matrix3::add_outer(&mut hessian, &normal, &normal, 1.0 / k.length);
+        hessian[2][2] -= k.arm_dot_direction;
+        block.curvature = matrix3::product(&hessian, &local.twist);
+        let mut own = [0.0; BLOCK];
+        own[..block.size].copy_from_slice(&y[plant.offset[i]..plant.offset[i] + block.size]);
+        let derivative = |seed: usize| {
+            let s = |value: f64, index: usize| Dual64::new(value, f64::from(u8::from(index == seed)));
+            let own: [Dual64; BLOCK] = std::array::from_fn(|k| s(own[k], 3 + k));
+            local.rates(s(k.length, 0), s(k.speed, 1), s(k.angular_rate, 2), &own)
+        };
+        let [by_length, by_speed, by_turning] = [derivative(0), derivative(1), derivative(2)];
+        block.rates_by_length = by_length.rates.map(|r| r.eps);
+        block.rates_by_speed = by_speed.rates.map(|r| r.eps);
+        block.rates_by_turning = by_turning.rates.map(|r| r.eps);
+        for c in 0..block.size {
+            let by_state = derivative(3 + c);
+            block.tension_by_state[c] = by_state.tension.eps;
+            for r in 0..block.size {
+                block.rates_by_state[r][c] = by_state.rates[r].eps;
+            }
+        }
+        let (row, pose, twist) = (block.jacobian, &mut self.force_by_pose, &mut self.force_by_twist);
+        for r in 0..3 {
+            for c in 0..3 {
+                pose[r][c] -= e.tension[i] * hessian[r][c];
+            }
+        }
+        matrix3::add_outer(pose, &row, &row, -by_length.tension.eps);
+        matrix3::add_outer(pose, &row, &block.curvature, -by_speed.tension.eps);
+        matrix3::add_outer(twist, &row, &row, -by_speed.tension.eps);
+        matrix3::add_outer(twist, &row, &block.normal_over_length, -by_turning.tension.eps);
+        matrix3::add_outer(twist, &normal, &block.normal_over_length, by_turning.transverse.eps);
+    }
+}
+
+#[derive(Clone, Debug)]
+struct CableFactors<F> {
+    /// `(σ I - C)⁻¹`.
+    inverse: [[F; BLOCK]; BLOCK],
+    /// Row `∂T/∂c (σ I - C)⁻¹`.
+    tension: [F; BLOCK],
+}
+
+/// `(σ I - ∂f/∂y)⁻¹` for one `σ`, real or complex.
+#[derive(Clone, Debug)]
+pub(crate) struct Factors<F> {
+    inverse_sigma: F,
+    schur_inverse: Matrix3<F>,
+    pose_coupling: Matrix3<F>,
+    cables: [CableFactors<F>; CABLES],
+}
+
+impl<F: Field + From<f64>> Factors<F> {
+    pub(crate) fn empty() -> Self {
+        let zero = F::zero();
+        let cable = CableFactors { inverse: [[zero; BLOCK]; BLOCK], tension: [zero; BLOCK] };
+        Self {
+            inverse_sigma: zero,
+            schur_inverse: [[zero; 3]; 3],
+            pose_coupling: [[zero; 3]; 3],
+            cables: std::array::from_fn(|_| cable.clone()),
+        }
+    }
+
+    /// Factors the linearisation at `sigma`.
+    pub(crate) fn update(&mut self, linearisation: &Linearisation, sigma: F) {
+        let lift = |m: f64| F::from(m);
+        self.inverse_sigma = F::one() / sigma;
+        let mut schur: Matrix3<F> = std::array::from_fn(|r| {
+            std::array::from_fn(|c| sigma * lift(linearisation.mass[r][c]) - lift(linearisation.force_by_twist[r][c]))
+        });
+        self.pose_coupling = linearisation.force_by_pose.map(|row| row.map(|v| lift(-v)));
+        for (block, factors) in linearisation.cables.iter().zip(&mut self.cables) {
+            invert(block, sigma, &mut factors.inverse);
+            let n = block.size;
+            let mut by = [F::zero(); 3]; // tension answer to length, rate, angular rate
+            for c in 0..n {
+                let mut sum = F::zero();
+                for r in 0..n {
+                    sum += lift(block.tension_by_state[r]) * factors.inverse[r][c];
+                }
+                factors.tension[c] = sum;
+                by[0] += sum * lift(block.rates_by_length[c]);
+                by[1] += sum * lift(block.rates_by_speed[c]);
+                by[2] += sum * lift(block.rates_by_turning[c]);
+            }
+            let row = block.jacobian.map(lift);
+            let curvature = block.curvature.map(lift);
+            let normal = block.normal_over_length.map(lift);
+            matrix3::add_outer(&mut self.pose_coupling, &row, &row, by[0]);
+            matrix3::add_outer(&mut self.pose_coupling, &row, &curvature, by[1]);
+            matrix3::add_outer(&mut schur, &row, &row, by[1]);
+            matrix3::add_outer(&mut schur, &row, &normal, by[2]);
+        }
+        for r in 0..3 {
+            for c in 0..3 {
+                schur[r][c] += self.pose_coupling[r][c] * self.inverse_sigma;
+            }
+        }
+        self.schur_inverse = matrix3::inverse(&schur);
+    }
+
+    /// Solves `(σ I - ∂f/∂y) x = b` in place.
+    #[inline]
+    pub(crate) fn solve(&self, linearisation: &Linearisation, offset: &[usize; CABLES], b: &mut [F]) {
+        let lift = |m: f64| F::from(m);
+        let rq = [b[0], b[1], b[2]];
+        let rv = [b[3], b[4], b[5]];
+        let coupled = matrix3::product(&self.pose_coupling, &rq);
+        let mut rhs: [F; 3] = std::array::from_fn(|r| {
+            let m = &linearisation.mass[r];
+            lift(m[0]) * rv[0] + lift(m[1]) * rv[1] + lift(m[2]) * rv[2] - coupled[r] * self.inverse_sigma
+        });
+        for i in 0..CABLES {
+            let block = &linearisation.cables[i];
+            let own = &b[offset[i]..offset[i] + block.size];
+            let mut tension = F::zero();
+            for (t, r) in self.cables[i].tension.iter().zip(own) {
+                tension += *t * *r;
+            }
+            for c in 0..3 {
+                rhs[c] -= lift(block.jacobian[c]) * tension;
+            }
+        }
+        let dv = matrix3::product(&self.schur_inverse, &rhs);
+        let dq: [F; 3] = std::array::from_fn(|k| (rq[k] + dv[k]) * self.inverse_sigma);
+        for i in 0..CABLES {
+            let block = &linearisation.cables[i];
+            let n = block.size;
+            let row = block.jacobian.map(lift);
+            let length = matrix3::dot(&row, &dq);
+            let speed = matrix3::dot(&row, &dv) + matrix3::dot(&block.curvature.map(lift), &dq);
+            let turning = matrix3::dot(&block.normal_over_length.map(lift), &dv);
+            let own = &mut b[offset[i]..offset[i] + n];
+            let mut right = [F::zero(); BLOCK];
+            for c in 0..n {
+                right[c] = own[c]
+                    + length * lift(block.rates_by_length[c])
+                    + speed * lift(block.rates_by_speed[c])
+                    + turning * lift(block.rates_by_turning[c]);
+            }
+            for (r, slot) in own.iter_mut().enumerate() {
+                let mut sum = F::zero();
+                for c in 0..n {
+                    sum += self.cables[i].inverse[r][c] * right[c];
+                }
+                *slot = sum;
+            }
+        }
+        b[..3].copy_from_slice(&dq);
+        b[3..6].copy_from_slice(&dv);
+    }
+}
+
+/// Inverse of `σ I - C` by Gauss-Jordan. No pivoting: the diagonal is `σ` plus decay rates, and the spring's entry has
+/// the sign that adds to it.
+fn invert<F: Field + From<f64>>(block: &CableBlock, sigma: F, inverse: &mut [[F; BLOCK]; BLOCK]) {
+    let n = block.size;
+    let mut m = [[F::zero(); BLOCK]; BLOCK];
+    for r in 0..n {
+        for c in 0..n {
+            let unit = if r == c { (sigma, F::one()) } else { (F::zero(), F::zero()) };
+            m[r][c] = unit.0 - F::from(block.rates_by_state[r][c]);
+            inverse[r][c] = unit.1;
+        }
+    }
+    for p in 0..n {
+        let scale = F::one() / m[p][p];
+        for c in 0..n {
+            m[p][c] *= scale;
+            inverse[p][c] *= scale;
+        }
+        for r in 0..n {
+            if r != p {
+                let factor = m[r][p];
+                for c in 0..n {
+                    let (a, b) = (m[p][c], inverse[p][c]);
+                    m[r][c] -= factor * a;
+                    inverse[r][c] -= factor * b;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! The implicit system `F(t, y, ẏ, u, F_D) = 0`: the physics as the paper states it.
+
+use crate::effect::{PlatformContext, WinchContext};
+use crate::kinematics::CableKinematics;
+use crate::parameters::{CABLES, CableModel};
+use crate::plant::Plant;
+use crate::scalar::Real;
+
+use super::evaluation::winch_pull;
+use super::{Inputs, MAX_EFFECT_STATES, elastic};
+
+impl Plant {
+    /// The residual `F(t, y, ẏ, u, F_D)`, equations (23), (25)-(28), (36)-(42), term by term.
+    ///
+    /// `y` and `rates` (ẏ) are laid out as in [`Plant::rates`]; so is the residual: kinematic rows in m/s, the
+    /// platform's rows in N and N m, a cable's rows in m/s and N, effect states in their own rate. The cables in
+    /// `slack` carry nothing. [`Plant::rates`] makes it zero.
+    pub fn residual<S: Real>(
+        &self,
+        time: S,
+        y: &[S],
+        rates: &[S],
+        u: &Inputs<S>,
+        slack: [bool; CABLES],
+        residual: &mut [S],
+    ) {
+        let zero = S::from(0.0);
+        let pose = [y[0], y[1], y[2]];
+        let twist = [y[3], y[4], y[5]];
+        let acceleration = [rates[3], rates[4], rates[5]];
+        let (omega, omega_rate) = (twist[2], acceleration[2]);
+        let rotation = [pose[2].cos(), pose[2].sin()];
+        let kinematics: [CableKinematics<S>; CABLES] = std::array::from_fn(|i| {
+            let g = &self.data.geometry;
+            CableKinematics::new(g.anchor[i], g.attachment[i], &pose, rotation, &twist)
+        });
+        let unstretched: [[S; 2]; CABLES] = std::array::from_fn(|i| match self.data.cables[i].model {
+            CableModel::Rigid => [kinematics[i].length, kinematics[i].speed],
+            CableModel::MasslessSpring => [y[self.offset[i]], kinematics[i].speed],
+            CableModel::LumpedMass => [y[self.offset[i]], y[self.offset[i] + 1]],
+        });
+        let context = PlatformContext {
+            time,
+            pose: &pose,
+            twist: &twist,
+            inputs: u,
+            cable_length: &kinematics.map(|k| k.length),
+            cable_speed: &kinematics.map(|k| k.speed),
+            unstretched_length: &unstretched.map(|l| l[0]),
+            unstretched_rate: &unstretched.map(|l| l[1]),
+        };
+        let mut wrench = u.disturbance;
+        for kind in &self.wrench {
+            let w = kind.wrench(&context);
+            for c in 0..3 {
+                wrench[c] += w[c];
+            }
+        }
+        for i in 0..CABLES {
+            let cable = &self.data.cables[i];
+            let effects = &self.cable[i];
+            let k = &kinematics[i];
+            let [s, n] = [k.direction, [-k.direction[1], k.direction[0]]];
+            // (12) and (14)
+            let length_acceleration =
+                s[0] * acceleration[0] + s[1] * acceleration[1] + omega_rate * k.arm_cross_direction
+                    - omega * omega * k.arm_dot_direction
+                    + k.length * k.angular_rate * k.angular_rate;
+            let angular_acceleration =
+                (n[0] * acceleration[0] + n[1] * acceleration[1] + omega_rate * k.arm_dot_direction
+                    - omega * omega * k.arm_dot_normal()
+                    - k.speed * k.angular_rate * 2.0)
+                    / k.length;
+            let states = self.gather_effect_states(i, y);
+            let mut effect_rates = [zero; MAX_EFFECT_STATES];
+            let winch = WinchContext { time, speed: unstretched[i][1] };
+            let pull = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context))
+                + winch_pull(self, i, u.winch_force[i], &winch, &states, &mut effect_rates);
+            let at = self.offset[i];
+            // (23): tension from the motion of the end of the cable.
+            let from_motion = |length: S, rate: S, acceleration: S| {
+                pull + cable.axial_mass(length) * acceleration + cable.axial_bias(length, rate, k.angular_rate)
+            };
+            let cut = |tension: S| if slack[i] { zero } else { tension };
+            let spring = |l: S, rate: S| {
+                elastic::tension(cable, &effects.law, time, k.length, l, &states) + (k.speed - rate) * cable.damping / l
+            };
+            let tension = match cable.model {
+                CableModel::Rigid => cut(from_motion(k.length, k.speed, length_acceleration)),
+                CableModel::MasslessSpring => {
+                    let tension = cut(from_motion(k.length, k.speed, length_acceleration));
+                    residual[at] = tension - spring(y[at], rates[at]);
+                    tension
+                }
+                CableModel::LumpedMass => {
+                    let tension = cut(spring(y[at], y[at + 1]));
+                    residual[at] = rates[at] - y[at + 1];
+                    residual[at + 1] = from_motion(y[at], y[at + 1], rates[at + 1]) - tension;
+                    tension
+                }
+            };
+            // (22), (25) with the sign of (21)
+            let mut transverse = -(k.length * k.length * angular_acceleration
+                + k.length * k.speed * k.angular_rate * 3.0)
+                * (cable.acting_density() / 3.0);
+            for kind in &effects.transverse {
+                transverse += kind.transverse_force(k.length, k.angular_rate);
+            }
+            let force = [transverse * n[0] - tension * s[0], transverse * n[1] - tension * s[1]];
+            wrench[0] += force[0];
+            wrench[1] += force[1];
+            wrench[2] += k.arm[0] * force[1] - k.arm[1] * force[0];
+            for (kind, start) in &effects.law {
+                kind.strain_rates(tension, &states[*start..], &mut effect_rates[*start..]);
+            }
+            for (row, rate) in self.effect_states(i).zip(effect_rates) {
+                residual[row] = rates[row] - rate;
+            }
+        }
+        // (26), (27) with the centre of mass at G + c
+        let [cx, cy] = self.com_arm(rotation);
+        let centre = [
+            acceleration[0] - omega_rate * cy - omega * omega * cx,
+            acceleration[1] + omega_rate * cx - omega * omega * cy,
+        ];
+        let m = self.data.mass;
+        residual[3] = centre[0] * m - wrench[0];
+        residual[4] = centre[1] * m - wrench[1];
+        residual[5] = omega_rate * self.data.inertia + (cx * centre[1] - cy * centre[0]) * m - wrench[2];
+        for c in 0..3 {
+            residual[c] = rates[c] - twist[c];
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Anchor offset: A_i + (x, y).
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use crate::dynamics::PlantData;
+
+/// Anchor offset: A_i + (x, y).
+///
+/// Shows in: cable length against pose.
+///
+/// Valid for: constant survey error.
+///
+/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (geometric calibration).
+#[derive(Clone, Debug)]
+pub struct AnchorOffset {
+    x: f64,
+    y: f64,
+}
+
+impl Effect for AnchorOffset {
+    const INFO: EffectInfo = EffectInfo {
+        id: "anchor_offset",
+        title: "Anchor offset",
+        equation: "A_i + (x, y)",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("x", "m", "offset along x", (-2.0, 2.0)).or(0.0),
+            parameter("y", "m", "offset along y", (-2.0, 2.0)).or(0.0),
+        ],
+        shows_in: "cable length against pose",
+        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (geometric calibration)",
+        validity: "constant survey error",
+        look_alikes: &[
+            LookAlike { id: "length_sensor_bias", separate_by: "poses that turn the cable" },
+            LookAlike { id: "attachment_offset", separate_by: "rotate the platform" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { x: spec.values[0], y: spec.values[1] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Parameters
+    }
+
+    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
+        for (anchor, _) in data.geometry.anchor.iter_mut().zip(cables).filter(|(_, on)| *on) {
+            anchor[0] += self.x;
+            anchor[1] += self.y;
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! Cable damping error: bl_i (1 + factor).
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use crate::dynamics::PlantData;
+
+/// Cable damping error: bl_i (1 + factor).
+///
+/// Shows in: decay of the cable's axial mode after a jump of its winch force.
+///
+/// Valid for: elastic cable models; damping of braided rope depends on tension and length, reported values differ tenfold.
+///
+/// Source: C. M. Lambert, Dynamics and control of a multi-tethered aerostat positioning system, McGill University, 2006.
+#[derive(Clone, Debug)]
+pub struct CableDamping {
+    factor: f64,
+}
+
+impl Effect for CableDamping {
+    const INFO: EffectInfo = EffectInfo {
+        id: "cable_damping",
+        title: "Cable damping error",
+        equation: "bl_i (1 + factor)",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("factor", "1", "relative error of the damping b l", (-0.9, 5.0)).at_least(-1.0),
+        ],
+        shows_in: "decay of the cable's axial mode after a jump of its winch force",
+        source: "C. M. Lambert, Dynamics and control of a multi-tethered aerostat positioning system, McGill University, 2006",
+        validity: "elastic cable models; damping of braided rope depends on tension and length, reported values differ tenfold",
+        look_alikes: &[
+            LookAlike { id: "winch_viscous_friction", separate_by: "ring-down with the winch locked" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { factor: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Parameters
+    }
+
+    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
+        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| *on) {
+            cable.damping *= 1.0 + self.factor;
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Cable sag: ε = T/EA - (w L)²/24 (1/T² - 1/T_ref²).
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use crate::scalar::Real;
+
+/// Cable sag: ε = T/EA - (w L)²/24 (1/T² - 1/T_ref²).
+///
+/// Shows in: static stretch against tension: the cable is soft at low tension.
+///
+/// Valid for: elastic cable models; sag to span below 1/8, that is w L / T below about 1; quasi-static shape.
+///
+/// Source: H. M. Irvine, Cable Structures, 1981, ch. 2 (parabolic sag); H. J. Ernst, 1965 (equivalent modulus).
+#[derive(Clone, Debug)]
+pub struct CableSag {
+    weight: f64,
+    reference_tension: f64,
+}
+
+impl Effect for CableSag {
+    const INFO: EffectInfo = EffectInfo {
+        id: "cable_sag",
+        title: "Cable sag",
+        equation: "ε = T/EA - (w L)²/24 (1/T² - 1/T_ref²)",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("weight", "N/m", "weight per length w", (0.0, 20.0)).at_least(0.0),
+            parameter("reference_tension", "N", "tension T_ref at which the chord strain is counted as zero", (1e3, 1e5)).at_least(1.0),
+        ],
+        shows_in: "static stretch against tension: the cable is soft at low tension",
+        source: "H. M. Irvine, Cable Structures, 1981, ch. 2 (parabolic sag); H. J. Ernst, 1965 (equivalent modulus)",
+        validity: "elastic cable models; sag to span below 1/8, that is w L / T below about 1; quasi-static shape",
+        look_alikes: &[
+            LookAlike { id: "cable_stiffness", separate_by: "two pretensions" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { weight: spec.values[0], reference_tension: spec.values[1] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::ElasticLaw
+    }
+
+    fn chord_strain<S: Real>(&self, tension: S, chord: S) -> S {
+        let span_weight = chord * self.weight;
+        let reference = self.reference_tension * self.reference_tension;
+        -(span_weight * span_weight) / 24.0 * ((tension * tension).recip() - 1.0 / reference)
+    }
+
+    fn has_chord_strain(&self) -> bool {
+        self.weight != 0.0
+    }
+}

@@ -1,0 +1,49 @@
+//! Cable stiffness error: EA_i (1 + factor).
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use crate::dynamics::PlantData;
+
+/// Cable stiffness error: EA_i (1 + factor).
+///
+/// Shows in: unstretched length against tension: the static stretch and the frequency of that cable's mode.
+///
+/// Valid for: elastic cable models; the manufacturer's modulus of a braided rope is known to 10-30 %.
+///
+/// Source: H. A. McKenna, J. W. S. Hearle, N. O'Hear, Handbook of Fibre Rope Technology, 2004, ch. 3.
+#[derive(Clone, Debug)]
+pub struct CableStiffness {
+    factor: f64,
+}
+
+impl Effect for CableStiffness {
+    const INFO: EffectInfo = EffectInfo {
+        id: "cable_stiffness",
+        title: "Cable stiffness error",
+        equation: "EA_i (1 + factor)",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("factor", "1", "relative error of the axial stiffness", (-0.3, 0.3)).at_least(-0.95),
+        ],
+        shows_in: "unstretched length against tension: the static stretch and the frequency of that cable's mode",
+        source: "H. A. McKenna, J. W. S. Hearle, N. O'Hear, Handbook of Fibre Rope Technology, 2004, ch. 3",
+        validity: "elastic cable models; the manufacturer's modulus of a braided rope is known to 10-30 %",
+        look_alikes: &[
+            LookAlike { id: "anchor_offset", separate_by: "several poses at two pretensions" },
+            LookAlike { id: "length_sensor_scale", separate_by: "several poses at two pretensions" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { factor: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Parameters
+    }
+
+    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
+        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| *on) {
+            cable.axial_stiffness *= 1.0 + self.factor;
+        }
+    }
+}

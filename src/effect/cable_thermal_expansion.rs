@@ -1,0 +1,50 @@
+//! Thermal expansion of the cables: l → l (1 + strain_amplitude sin(2π t/period + phase)).
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use crate::scalar::Real;
+
+/// Thermal expansion of the cables: l → l (1 + strain_amplitude sin(2π t/period + phase)).
+///
+/// Shows in: unstretched length against cable length, all cables together, slowly.
+///
+/// Valid for: elastic cable models; uniform temperature along and among the cables.
+///
+/// Source: McKenna, Hearle, O'Hear, Handbook of Fibre Rope Technology, 2004, ch. 4 (axial expansion of HMPE about -1.2e-5 1/K).
+#[derive(Clone, Debug)]
+pub struct CableThermalExpansion {
+    strain_amplitude: f64,
+    period: f64,
+    phase: f64,
+}
+
+impl Effect for CableThermalExpansion {
+    const INFO: EffectInfo = EffectInfo {
+        id: "cable_thermal_expansion",
+        title: "Thermal expansion of the cables",
+        equation: "l → l (1 + strain_amplitude sin(2π t/period + phase))",
+        scope: Scope::Whole,
+        parameters: &[
+            parameter("strain_amplitude", "1", "amplitude of the thermal strain α ΔT", (-1e-3, 1e-3)),
+            parameter("period", "s", "period of the temperature", (10.0, 1e5)).at_least(1e-3),
+            parameter("phase", "rad", "phase of the temperature at t = 0", (-3.2, 3.2)).or(0.0),
+        ],
+        shows_in: "unstretched length against cable length, all cables together, slowly",
+        source: "McKenna, Hearle, O'Hear, Handbook of Fibre Rope Technology, 2004, ch. 4 (axial expansion of HMPE about -1.2e-5 1/K)",
+        validity: "elastic cable models; uniform temperature along and among the cables",
+        look_alikes: &[
+            LookAlike { id: "cable_creep", separate_by: "a load step at constant temperature" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { strain_amplitude: spec.values[0], period: spec.values[1], phase: spec.values[2] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::ElasticLaw
+    }
+
+    fn length_factor<S: Real>(&self, time: S) -> S {
+        (time * (std::f64::consts::TAU / self.period) + self.phase).sin() * self.strain_amplitude + 1.0
+    }
+}

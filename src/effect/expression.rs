@@ -1,0 +1,100 @@
+//! Any force, torque or winch-force term written as an expression: the symbolic fallback.
+
+use super::{Effect, EffectInfo, EffectSpec, PlatformContext, Scope, SpecError, Stage};
+use crate::formula::{Formula, Variable};
+use crate::scalar::Real;
+
+/// A term given as text, added to one axis of the platform's wrench or to one winch force.
+///
+/// `target` is `platform.force_x`, `platform.force_y` (N), `platform.torque` (N m) or `winch[1]` to `winch[4]` (N, added
+/// to the pull). The text may use the variables of [`crate::formula`]: pose, twist, time, inputs, lengths and speeds.
+///
+/// Shows in: the residual of its target.
+///
+/// Valid for: the range of the data it was found on.
+///
+/// Source: S. L. Brunton, J. L. Proctor, J. N. Kutz, PNAS 113 (2016) (sparse regression over a dictionary).
+#[derive(Clone, Debug)]
+pub struct Expression {
+    target: Target,
+    formula: Formula,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Target {
+    Platform(usize),
+    Winch(usize),
+}
+
+fn read_target(text: &str) -> Option<Target> {
+    Some(match text {
+        "platform.force_x" => Target::Platform(0),
+        "platform.force_y" => Target::Platform(1),
+        "platform.torque" => Target::Platform(2),
+        "winch[1]" => Target::Winch(0),
+        "winch[2]" => Target::Winch(1),
+        "winch[3]" => Target::Winch(2),
+        "winch[4]" => Target::Winch(3),
+        _ => return None,
+    })
+}
+
+impl Expression {
+    fn value<S: Real>(&self, context: &PlatformContext<'_, S>) -> S {
+        self.formula.value(|variable| match variable {
+            Variable::Time => context.time,
+            Variable::Pose(k) => context.pose[k],
+            Variable::Twist(k) => context.twist[k],
+            Variable::WinchForce(i) => context.inputs.winch_force[i],
+            Variable::Disturbance(k) => context.inputs.disturbance[k],
+            Variable::CableLength(i) => context.cable_length[i],
+            Variable::CableSpeed(i) => context.cable_speed[i],
+            Variable::UnstretchedLength(i) => context.unstretched_length[i],
+            Variable::UnstretchedRate(i) => context.unstretched_rate[i],
+        })
+    }
+}
+
+impl Effect for Expression {
+    const INFO: EffectInfo = EffectInfo {
+        id: "expression",
+        title: "Term given as an expression",
+        equation: "`expression` added to `target`",
+        scope: Scope::Whole,
+        parameters: &[],
+        shows_in: "the residual of its target",
+        source: "S. L. Brunton, J. L. Proctor, J. N. Kutz, PNAS 113 (2016)",
+        validity: "the range of the data it was found on",
+        look_alikes: &[],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        const TARGETS: &str = "platform.force_x, platform.force_y, platform.torque or winch[1] to winch[4]";
+        let error = |message: String| SpecError::new("expression", message);
+        let target = spec.target.as_deref().ok_or_else(|| error(format!("no `target`, expected {TARGETS}")))?;
+        let target =
+            read_target(target).ok_or_else(|| error(format!("`target` is {target:?}, expected {TARGETS}")))?;
+        let text = spec.expression.as_deref().ok_or_else(|| error("no `expression`".to_owned()))?;
+        let formula = Formula::parse(text).map_err(|e| error(format!("`expression` is {text:?}: {e}")))?;
+        Ok(Self { target, formula })
+    }
+
+    fn stage(&self) -> Stage {
+        match self.target {
+            Target::Platform(_) => Stage::PlatformWrench,
+            Target::Winch(i) => Stage::WinchPull(i),
+        }
+    }
+
+    fn pull<S: Real>(&self, context: &PlatformContext<'_, S>) -> S {
+        self.value(context)
+    }
+
+    fn wrench<S: Real>(&self, context: &PlatformContext<'_, S>) -> [S; 3] {
+        let mut wrench = [S::from(0.0); 3];
+        if let Target::Platform(axis) = self.target {
+            wrench[axis] = self.value(context);
+        }
+        wrench
+    }
+}

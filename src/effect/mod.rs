@@ -1,0 +1,423 @@
+//! What the paper leaves out and a real cable robot has.
+//!
+//! One trait, [`Effect`], says what an effect is; each effect is one file here and one line in the list below.
+//! An effect acts at one [`Stage`] of the plant. The order of the stages along the winch is fixed:
+//! command → delay → saturation → lag → gain → bias → added force → losses → cable.
+
+mod spec;
+
+pub use spec::{EffectSpec, SpecError};
+
+use crate::dynamics::PlantData;
+use crate::scalar::Real;
+
+/// What an effect may act on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// One cable (`cable = 1..4`), or all four when `cable` is absent.
+    EachCable,
+    /// The platform, or all cables at once; takes no `cable`.
+    Whole,
+}
+
+/// Where on the plant an effect acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Changes parameters once, when the plant is built.
+    Parameters,
+    /// Delays the winch command.
+    CommandDelay,
+    /// Transforms the winch command; lower numbers come first.
+    Command(u8),
+    /// Adds a pull to the winch force, depending on the winch's speed.
+    WinchLoss,
+    /// Changes the cable's elastic law.
+    ElasticLaw,
+    /// Adds a pull to the force of winch `0..4`, depending on anything a platform-side effect sees.
+    WinchPull(usize),
+    /// Adds a force across the cable.
+    Transverse,
+    /// Adds a wrench on the platform.
+    PlatformWrench,
+    /// Changes what the sensors show.
+    Sensor,
+}
+
+/// One parameter of an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct ParameterInfo {
+    /// Key in `model.toml` and last part of the FMU variable's name.
+    pub name: &'static str,
+    /// SI unit as FMI writes it (`N.s/m`), `1` for a pure number.
+    pub unit: &'static str,
+    /// What it is.
+    pub description: &'static str,
+    /// Value when the key is absent; `None` means the key is required.
+    pub default: Option<f64>,
+    /// Smallest value allowed.
+    pub min: f64,
+    /// Largest value allowed.
+    pub max: f64,
+    /// Range met in practice.
+    pub typical: (f64, f64),
+}
+
+/// Another effect that ordinary data can hardly tell from this one.
+#[derive(Clone, Copy, Debug)]
+pub struct LookAlike {
+    /// The other effect's id.
+    pub id: &'static str,
+    /// The experiment that separates the two.
+    pub separate_by: &'static str,
+}
+
+/// An effect's entry in the catalogue.
+#[derive(Clone, Copy, Debug)]
+pub struct EffectInfo {
+    /// The id in `model.toml`.
+    pub id: &'static str,
+    /// A short name for people.
+    pub title: &'static str,
+    /// The equation added to the plant.
+    pub equation: &'static str,
+    /// One cable or the whole.
+    pub scope: Scope,
+    /// Its parameters, in order.
+    pub parameters: &'static [ParameterInfo],
+    /// Where in data it shows.
+    pub shows_in: &'static str,
+    /// The textbook source.
+    pub source: &'static str,
+    /// When the law holds.
+    pub validity: &'static str,
+    /// Effects it is easily mistaken for.
+    pub look_alikes: &'static [LookAlike],
+}
+
+/// What a winch-side effect sees of its cable. Lengths in m, speeds in m/s.
+#[derive(Clone, Copy, Debug)]
+pub struct WinchContext<S> {
+    /// Time (s).
+    pub time: S,
+    /// Speed at which cable leaves the winch (m/s), positive when paying out: `l̇`, or `L̇` in cable models without a
+    /// winch-side mass.
+    pub speed: S,
+}
+
+/// What a platform-side effect sees.
+#[derive(Clone, Copy, Debug)]
+pub struct PlatformContext<'a, S> {
+    /// Time (s).
+    pub time: S,
+    /// `[x, y, φ]` (m, rad).
+    pub pose: &'a [S; 3],
+    /// `[vx, vy, φ̇]` (m/s, rad/s).
+    pub twist: &'a [S; 3],
+    /// Winch forces as commanded (N) and disturbances (N, N m).
+    pub inputs: &'a crate::dynamics::Inputs<S>,
+    /// Geometric cable lengths (m).
+    pub cable_length: &'a [S; 4],
+    /// Rates of the geometric lengths (m/s).
+    pub cable_speed: &'a [S; 4],
+    /// Unstretched lengths (m).
+    pub unstretched_length: &'a [S; 4],
+    /// Rates of the unstretched lengths (m/s).
+    pub unstretched_rate: &'a [S; 4],
+}
+
+/// What an effect is: its catalogue entry, and what it does at its stage. Every hook has a neutral default.
+pub trait Effect: Sized {
+    /// The catalogue entry.
+    const INFO: EffectInfo;
+
+    /// The effect as specified; `spec.values` are in the order of `INFO.parameters` and within their bounds.
+    ///
+    /// # Errors
+    /// When the text of an expression makes no sense.
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError>;
+
+    /// Where it acts.
+    fn stage(&self) -> Stage;
+
+    /// Number of its own states (on each cable it acts on).
+    fn states(&self) -> usize {
+        0
+    }
+
+    /// [`Stage::Parameters`]: change the plant's data; `cables` says which cables.
+    fn change(&self, _data: &mut PlantData, _cables: [bool; 4]) {}
+
+    /// [`Stage::CommandDelay`], and delayed pose sensors: the delay (s).
+    fn delay(&self) -> f64 {
+        0.0
+    }
+
+    /// [`Stage::Command`]: the winch force (N) behind this effect; writes the rates of its own states.
+    fn command<S: Real>(&self, force: S, _states: &[S], _rates: &mut [S], _context: &WinchContext<S>) -> S {
+        force
+    }
+
+    /// [`Stage::Command`]: start values of its own states, so that a constant `force` (N) passes without a transient.
+    fn start_command(&self, _force: f64, _states: &mut [f64]) {}
+
+    /// [`Stage::WinchLoss`]: pull added to the winch force (N), positive against paying out.
+    fn loss<S: Real>(&self, _force: S, _context: &WinchContext<S>) -> S {
+        S::from(0.0)
+    }
+
+    /// [`Stage::ElasticLaw`]: factor on the unstretched length.
+    fn length_factor<S: Real>(&self, _time: S) -> S {
+        S::from(1.0)
+    }
+
+    /// [`Stage::ElasticLaw`]: strain that carries no elastic force.
+    fn inelastic_strain<S: Real>(&self, _states: &[S]) -> S {
+        S::from(0.0)
+    }
+
+    /// [`Stage::ElasticLaw`]: factor on the elastic tension at this elastic strain.
+    fn tension_factor<S: Real>(&self, _strain: S) -> S {
+        S::from(1.0)
+    }
+
+    /// [`Stage::ElasticLaw`]: strain of the chord by the cable's shape, rising with tension (N); `chord` in m.
+    fn chord_strain<S: Real>(&self, _tension: S, _chord: S) -> S {
+        S::from(0.0)
+    }
+
+    /// [`Stage::ElasticLaw`]: whether [`Effect::chord_strain`] is not zero.
+    fn has_chord_strain(&self) -> bool {
+        false
+    }
+
+    /// [`Stage::ElasticLaw`]: rates of its own states under `tension` (N).
+    fn strain_rates<S: Real>(&self, _tension: S, _states: &[S], _rates: &mut [S]) {}
+
+    /// [`Stage::ElasticLaw`]: start values of its own states at rest under `tension` (N).
+    fn start_strain(&self, _tension: f64, _states: &mut [f64]) {}
+
+    /// [`Stage::Transverse`]: force on the platform along `N` (N), from length (m) and angular rate (rad/s).
+    fn transverse_force<S: Real>(&self, _length: S, _angular_rate: S) -> S {
+        S::from(0.0)
+    }
+
+    /// [`Stage::WinchPull`]: pull added to the winch force (N).
+    fn pull<S: Real>(&self, _context: &PlatformContext<'_, S>) -> S {
+        S::from(0.0)
+    }
+
+    /// [`Stage::PlatformWrench`]: force and torque `[f_x, f_y, τ]` on the platform (N, N m).
+    fn wrench<S: Real>(&self, _context: &PlatformContext<'_, S>) -> [S; 3] {
+        [S::from(0.0); 3]
+    }
+
+    /// [`Stage::Sensor`]: factor and bias of a measured length, `measured = factor · true + bias`.
+    fn length_sensor(&self) -> (f64, f64) {
+        (1.0, 0.0)
+    }
+
+    /// [`Stage::Sensor`]: bias of the measured pose `[x, y, φ]` (m, rad).
+    fn pose_sensor(&self) -> [f64; 3] {
+        [0.0; 3]
+    }
+}
+
+macro_rules! catalogue {
+    ($($module:ident :: $effect:ident),* $(,)?) => {
+        $(mod $module; pub use $module::$effect;)*
+
+        /// Every effect of the catalogue, in one type for static dispatch.
+        #[derive(Clone, Debug)]
+        #[expect(missing_docs, reason = "each variant is the type of the same name")]
+        pub enum EffectKind { $($effect($effect)),* }
+
+        /// The catalogue, in the order of its documentation.
+        pub static CATALOGUE: &[EffectInfo] = &[$(<$effect as Effect>::INFO),*];
+
+        impl EffectKind {
+            /// The effect as specified.
+            ///
+            /// # Errors
+            /// When the id is unknown or the text of an expression makes no sense.
+            pub fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+                $(if spec.id == <$effect as Effect>::INFO.id {
+                    return <$effect as Effect>::new(spec).map(Self::$effect);
+                })*
+                Err(SpecError::unknown_id(&spec.id))
+            }
+        }
+
+        macro_rules! dispatch {
+            ($self:ident, $e:ident => $call:expr) => {
+                match $self { $(Self::$effect($e) => $call),* }
+            };
+        }
+    };
+}
+
+catalogue! {
+    cable_elasticity::CableElasticity,
+    cable_stiffness::CableStiffness,
+    cable_damping::CableDamping,
+    cable_creep::CableCreep,
+    cable_stiffening::CableStiffening,
+    cable_sag::CableSag,
+    cable_thermal_expansion::CableThermalExpansion,
+    cable_drag::CableDrag,
+    winch_coulomb_friction::WinchCoulombFriction,
+    winch_viscous_friction::WinchViscousFriction,
+    winch_stribeck_friction::WinchStribeckFriction,
+    pulley_capstan_loss::PulleyCapstanLoss,
+    winch_force_gain::WinchForceGain,
+    winch_force_bias::WinchForceBias,
+    winch_lag::WinchLag,
+    winch_delay::WinchDelay,
+    winch_saturation::WinchSaturation,
+    winch_drum_inertia::WinchDrumInertia,
+    platform_mass::PlatformMass,
+    platform_inertia::PlatformInertia,
+    platform_com_offset::PlatformComOffset,
+    platform_linear_drag::PlatformLinearDrag,
+    platform_quadratic_drag::PlatformQuadraticDrag,
+    platform_rotational_damping::PlatformRotationalDamping,
+    steady_wind::SteadyWind,
+    periodic_gust::PeriodicGust,
+    umbilical::Umbilical,
+    anchor_offset::AnchorOffset,
+    attachment_offset::AttachmentOffset,
+    length_sensor_bias::LengthSensorBias,
+    length_sensor_scale::LengthSensorScale,
+    pose_sensor_bias::PoseSensorBias,
+    pose_sensor_delay::PoseSensorDelay,
+    expression::Expression,
+}
+
+#[expect(missing_docs, reason = "the same hooks as in the trait")]
+impl EffectKind {
+    pub fn info(&self) -> &'static EffectInfo {
+        fn of<E: Effect>(_: &E) -> &'static EffectInfo {
+            const { &E::INFO }
+        }
+        dispatch!(self, e => of(e))
+    }
+
+    pub fn stage(&self) -> Stage {
+        dispatch!(self, e => e.stage())
+    }
+
+    pub fn states(&self) -> usize {
+        dispatch!(self, e => e.states())
+    }
+
+    pub fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
+        dispatch!(self, e => e.change(data, cables))
+    }
+
+    pub fn delay(&self) -> f64 {
+        dispatch!(self, e => e.delay())
+    }
+
+    #[inline]
+    pub fn command<S: Real>(&self, force: S, states: &[S], rates: &mut [S], context: &WinchContext<S>) -> S {
+        dispatch!(self, e => e.command(force, states, rates, context))
+    }
+
+    pub fn start_command(&self, force: f64, states: &mut [f64]) {
+        dispatch!(self, e => e.start_command(force, states))
+    }
+
+    #[inline]
+    pub fn loss<S: Real>(&self, force: S, context: &WinchContext<S>) -> S {
+        dispatch!(self, e => e.loss(force, context))
+    }
+
+    #[inline]
+    pub fn length_factor<S: Real>(&self, time: S) -> S {
+        dispatch!(self, e => e.length_factor(time))
+    }
+
+    #[inline]
+    pub fn inelastic_strain<S: Real>(&self, states: &[S]) -> S {
+        dispatch!(self, e => e.inelastic_strain(states))
+    }
+
+    #[inline]
+    pub fn tension_factor<S: Real>(&self, strain: S) -> S {
+        dispatch!(self, e => e.tension_factor(strain))
+    }
+
+    #[inline]
+    pub fn chord_strain<S: Real>(&self, tension: S, chord: S) -> S {
+        dispatch!(self, e => e.chord_strain(tension, chord))
+    }
+
+    pub fn has_chord_strain(&self) -> bool {
+        dispatch!(self, e => e.has_chord_strain())
+    }
+
+    #[inline]
+    pub fn strain_rates<S: Real>(&self, tension: S, states: &[S], rates: &mut [S]) {
+        dispatch!(self, e => e.strain_rates(tension, states, rates))
+    }
+
+    pub fn start_strain(&self, tension: f64, states: &mut [f64]) {
+        dispatch!(self, e => e.start_strain(tension, states))
+    }
+
+    #[inline]
+    pub fn transverse_force<S: Real>(&self, length: S, angular_rate: S) -> S {
+        dispatch!(self, e => e.transverse_force(length, angular_rate))
+    }
+
+    #[inline]
+    pub fn pull<S: Real>(&self, context: &PlatformContext<'_, S>) -> S {
+        dispatch!(self, e => e.pull(context))
+    }
+
+    #[inline]
+    pub fn wrench<S: Real>(&self, context: &PlatformContext<'_, S>) -> [S; 3] {
+        dispatch!(self, e => e.wrench(context))
+    }
+
+    pub fn length_sensor(&self) -> (f64, f64) {
+        dispatch!(self, e => e.length_sensor())
+    }
+
+    pub fn pose_sensor(&self) -> [f64; 3] {
+        dispatch!(self, e => e.pose_sensor())
+    }
+}
+
+/// The catalogue entry of `id`.
+pub fn find(id: &str) -> Option<&'static EffectInfo> {
+    CATALOGUE.iter().find(|info| info.id == id)
+}
+
+/// For each cable, whether a spec for `cable` acts on each.
+pub(crate) fn acts_on(cable: Option<usize>) -> [bool; 4] {
+    std::array::from_fn(|i| cable.is_none_or(|c| c == i + 1))
+}
+
+/// A parameter's catalogue entry without a default, unbounded.
+const fn parameter(
+    name: &'static str,
+    unit: &'static str,
+    description: &'static str,
+    typical: (f64, f64),
+) -> ParameterInfo {
+    ParameterInfo { name, unit, description, default: None, min: f64::NEG_INFINITY, max: f64::INFINITY, typical }
+}
+
+impl ParameterInfo {
+    /// With a smallest value.
+    const fn at_least(mut self, min: f64) -> Self {
+        self.min = min;
+        self
+    }
+
+    /// With a value for an absent key.
+    const fn or(mut self, default: f64) -> Self {
+        self.default = Some(default);
+        self
+    }
+}

@@ -1,0 +1,46 @@
+//! Platform inertia error: I + ΔI.
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use crate::dynamics::PlantData;
+
+/// Platform inertia error: I + ΔI.
+///
+/// Shows in: torque on the platform against its angular acceleration.
+///
+/// Valid for: rigid platform.
+///
+/// Source: J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE CSM 27 (2007).
+#[derive(Clone, Debug)]
+pub struct PlatformInertia {
+    inertia: f64,
+}
+
+impl Effect for PlatformInertia {
+    const INFO: EffectInfo = EffectInfo {
+        id: "platform_inertia",
+        title: "Platform inertia error",
+        equation: "I + ΔI",
+        scope: Scope::Whole,
+        parameters: &[
+            parameter("inertia", "kg.m2", "added moment of inertia ΔI", (-1e5, 1e5)),
+        ],
+        shows_in: "torque on the platform against its angular acceleration",
+        source: "J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE CSM 27 (2007)",
+        validity: "rigid platform",
+        look_alikes: &[
+            LookAlike { id: "platform_rotational_damping", separate_by: "rotation at two frequencies" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { inertia: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Parameters
+    }
+
+    fn change(&self, data: &mut PlantData, _cables: [bool; 4]) {
+        data.inertia += self.inertia;
+    }
+}

@@ -1,0 +1,46 @@
+//! Platform mass error: M + ΔM.
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use crate::dynamics::PlantData;
+
+/// Platform mass error: M + ΔM.
+///
+/// Shows in: force on the platform against its acceleration.
+///
+/// Valid for: payload fixed at the centre of mass.
+///
+/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 6; J. Swevers et al., Dynamic model identification, IEEE CSM 27 (2007).
+#[derive(Clone, Debug)]
+pub struct PlatformMass {
+    mass: f64,
+}
+
+impl Effect for PlatformMass {
+    const INFO: EffectInfo = EffectInfo {
+        id: "platform_mass",
+        title: "Platform mass error",
+        equation: "M + ΔM",
+        scope: Scope::Whole,
+        parameters: &[
+            parameter("mass", "kg", "added mass ΔM", (-500.0, 500.0)),
+        ],
+        shows_in: "force on the platform against its acceleration",
+        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 6; J. Swevers et al., Dynamic model identification, IEEE CSM 27 (2007)",
+        validity: "payload fixed at the centre of mass",
+        look_alikes: &[
+            LookAlike { id: "winch_force_gain", separate_by: "a common gain of all winches: change the tension at rest" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { mass: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Parameters
+    }
+
+    fn change(&self, data: &mut PlantData, _cables: [bool; 4]) {
+        data.mass += self.mass;
+    }
+}

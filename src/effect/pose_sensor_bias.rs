@@ -1,0 +1,49 @@
+//! Bias of the pose sensor: measured x, y, phi + bias.
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+
+/// Bias of the pose sensor: measured x, y, phi + bias.
+///
+/// Shows in: measured pose against all cable lengths.
+///
+/// Valid for: constant over the trial.
+///
+/// Source: B. Hofmann-Wellenhof et al., GNSS, 2008, ch. 5 (datum and antenna offsets).
+#[derive(Clone, Debug)]
+pub struct PoseSensorBias {
+    x: f64,
+    y: f64,
+    phi: f64,
+}
+
+impl Effect for PoseSensorBias {
+    const INFO: EffectInfo = EffectInfo {
+        id: "pose_sensor_bias",
+        title: "Bias of the pose sensor",
+        equation: "measured x, y, phi + bias",
+        scope: Scope::Whole,
+        parameters: &[
+            parameter("x", "m", "bias of x", (-0.5, 0.5)).or(0.0),
+            parameter("y", "m", "bias of y", (-0.5, 0.5)).or(0.0),
+            parameter("phi", "rad", "bias of phi", (-0.05, 0.05)).or(0.0),
+        ],
+        shows_in: "measured pose against all cable lengths",
+        source: "B. Hofmann-Wellenhof et al., GNSS, 2008, ch. 5 (datum and antenna offsets)",
+        validity: "constant over the trial",
+        look_alikes: &[
+            LookAlike { id: "anchor_offset", separate_by: "a survey: all anchors displaced together look the same" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { x: spec.values[0], y: spec.values[1], phi: spec.values[2] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Sensor
+    }
+
+    fn pose_sensor(&self) -> [f64; 3] {
+        [self.x, self.y, self.phi]
+    }
+}

@@ -1,0 +1,45 @@
+//! Delay of the pose sensor: measured pose at t - τ.
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+
+/// Delay of the pose sensor: measured pose at t - τ.
+///
+/// Shows in: measured pose against cable lengths, in proportion to velocity.
+///
+/// Valid for: constant processing delay; before the start the pose is taken as constant.
+///
+/// Source: L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (dead time).
+#[derive(Clone, Debug)]
+pub struct PoseSensorDelay {
+    delay: f64,
+}
+
+impl Effect for PoseSensorDelay {
+    const INFO: EffectInfo = EffectInfo {
+        id: "pose_sensor_delay",
+        title: "Delay of the pose sensor",
+        equation: "measured pose at t - τ",
+        scope: Scope::Whole,
+        parameters: &[
+            parameter("delay", "s", "delay τ", (1e-3, 1.0)).at_least(0.0),
+        ],
+        shows_in: "measured pose against cable lengths, in proportion to velocity",
+        source: "L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (dead time)",
+        validity: "constant processing delay; before the start the pose is taken as constant",
+        look_alikes: &[
+            LookAlike { id: "winch_delay", separate_by: "input against length" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { delay: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Sensor
+    }
+
+    fn delay(&self) -> f64 {
+        self.delay
+    }
+}

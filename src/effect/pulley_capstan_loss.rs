@@ -1,0 +1,49 @@
+//! Capstan loss in the pulleys: μ u tanh(l̇/v_s) with v_s = 0.01 m/s.
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use crate::scalar::Real;
+
+/// Speed over which the loss turns its sign (m/s).
+const TRANSITION_SPEED: f64 = 0.01;
+
+/// Capstan loss in the pulleys: μ u tanh(l̇/v_s) with v_s = 0.01 m/s.
+///
+/// Shows in: tension against winch force, with the sign of the winch speed and the size of the force.
+///
+/// Valid for: small loss (first order in μ θ), tension above zero, sliding.
+///
+/// Source: H. G. Howell, The general case of friction of a string round a cylinder, J. Text. Inst. 44 (1953); capstan equation T2 = T1 exp(μ θ) for small μ θ.
+#[derive(Clone, Debug)]
+pub struct PulleyCapstanLoss {
+    loss: f64,
+}
+
+impl Effect for PulleyCapstanLoss {
+    const INFO: EffectInfo = EffectInfo {
+        id: "pulley_capstan_loss",
+        title: "Capstan loss in the pulleys",
+        equation: "μ u tanh(l̇/v_s) with v_s = 0.01 m/s",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("loss", "1", "share μ of the force lost over the pulleys", (1e-3, 0.2)).at_least(0.0),
+        ],
+        shows_in: "tension against winch force, with the sign of the winch speed and the size of the force",
+        source: "H. G. Howell, The general case of friction of a string round a cylinder, J. Text. Inst. 44 (1953); capstan equation T2 = T1 exp(μ θ) for small μ θ",
+        validity: "small loss (first order in μ θ), tension above zero, sliding",
+        look_alikes: &[
+            LookAlike { id: "winch_coulomb_friction", separate_by: "change the pretension" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { loss: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::WinchLoss
+    }
+
+    fn loss<S: Real>(&self, force: S, context: &WinchContext<S>) -> S {
+        force * (context.speed / TRANSITION_SPEED).tanh() * self.loss
+    }
+}

@@ -1,0 +1,211 @@
+//! One `[[effect]]` entry of a model: the id, the cable, the parameter values.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use super::{CATALOGUE, EffectInfo, Scope, find};
+use crate::parameters::CABLES;
+
+/// One `[[effect]]` entry. Build it with [`EffectSpec::new`] or read it from TOML; both check it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EffectSpec {
+    /// Id in the catalogue.
+    pub id: String,
+    /// Cable `1..4`; `None` acts on all.
+    pub cable: Option<usize>,
+    /// Parameter values, in the order of the catalogue entry.
+    pub values: Vec<f64>,
+    /// `length_sensor_bias` only: the measured channel, `unstretched_length` (default) or `cable_length`.
+    pub channel: Option<String>,
+    /// `expression` only: where the term acts.
+    pub target: Option<String>,
+    /// `expression` only: the term.
+    pub expression: Option<String>,
+}
+
+/// An `[[effect]]` entry that makes no sense.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("effect `{id}`: {message}")]
+pub struct SpecError {
+    /// The entry's id.
+    pub id: String,
+    /// What was found and what was expected.
+    pub message: String,
+}
+
+impl SpecError {
+    pub(crate) fn new(id: &str, message: impl Into<String>) -> Self {
+        Self { id: id.to_owned(), message: message.into() }
+    }
+
+    pub(crate) fn unknown_id(id: &str) -> Self {
+        let known: Vec<&str> = CATALOGUE.iter().map(|e| e.id).collect();
+        Self::new(id, format!("no effect has this id; expected one of {}", known.join(", ")))
+    }
+}
+
+impl EffectSpec {
+    /// An effect of the catalogue with `values` for its parameters (in order), on `cable` `1..4` or, with `None`, on all.
+    ///
+    /// # Errors
+    /// Unknown id, cable out of range or not taken by this effect, wrong count, value out of its bounds.
+    pub fn new(id: &str, cable: Option<usize>, values: &[f64]) -> Result<Self, SpecError> {
+        let spec =
+            Self { id: id.to_owned(), cable, values: values.to_vec(), channel: None, target: None, expression: None };
+        spec.check()?;
+        Ok(spec)
+    }
+
+    /// A force, torque or winch-force term given as an expression; see [`super::Expression`].
+    ///
+    /// # Errors
+    /// Unknown target, or an expression that cannot be read.
+    pub fn expression(target: &str, expression: &str) -> Result<Self, SpecError> {
+        let spec = Self {
+            id: "expression".to_owned(),
+            cable: None,
+            values: Vec::new(),
+            channel: None,
+            target: Some(target.to_owned()),
+            expression: Some(expression.to_owned()),
+        };
+        spec.check()?;
+        Ok(spec)
+    }
+
+    /// The catalogue entry.
+    ///
+    /// # Errors
+    /// Unknown id.
+    pub fn info(&self) -> Result<&'static EffectInfo, SpecError> {
+        find(&self.id).ok_or_else(|| SpecError::unknown_id(&self.id))
+    }
+
+    /// Name of the FMU variable of parameter `index`: `effect.<id>.<parameter>` or `effect.<id>[cable].<parameter>`.
+    pub fn variable_name(&self, index: usize) -> Option<String> {
+        let parameter = self.info().ok()?.parameters.get(index)?.name;
+        Some(match self.cable {
+            Some(cable) => format!("effect.{}[{cable}].{parameter}", self.id),
+            None => format!("effect.{}.{parameter}", self.id),
+        })
+    }
+
+    /// Checks the entry against the catalogue.
+    ///
+    /// # Errors
+    /// As [`EffectSpec::new`].
+    pub fn check(&self) -> Result<(), SpecError> {
+        let info = self.info()?;
+        match (info.scope, self.cable) {
+            (Scope::Whole, Some(cable)) => {
+                return Err(SpecError::new(&self.id, format!("`cable` is {cable}, but this effect takes no cable")));
+            }
+            (Scope::EachCable, Some(cable)) if !(1..=CABLES).contains(&cable) => {
+                return Err(SpecError::new(&self.id, format!("`cable` is {cable}, expected 1 to {CABLES}")));
+            }
+            _ => {}
+        }
+        if self.values.len() != info.parameters.len() {
+            return Err(SpecError::new(
+                &self.id,
+                format!("{} parameter values, expected {}", self.values.len(), info.parameters.len()),
+            ));
+        }
+        for (parameter, value) in info.parameters.iter().zip(&self.values) {
+            crate::parameters::check_range(parameter.name, *value, parameter.min, parameter.max)
+                .map_err(|e| SpecError::new(&self.id, e.to_string()))?;
+        }
+        if let Some(channel) = &self.channel {
+            if self.id != "length_sensor_bias" {
+                return Err(SpecError::new(&self.id, "takes no `channel`"));
+            }
+            if !["unstretched_length", "cable_length"].contains(&channel.as_str()) {
+                return Err(SpecError::new(
+                    &self.id,
+                    format!("`channel` is {channel:?}, expected \"unstretched_length\" or \"cable_length\""),
+                ));
+            }
+        }
+        if self.id == "winch_saturation" && self.values[0] >= self.values[1] {
+            return Err(SpecError::new(
+                &self.id,
+                format!("`lower` is {}, expected less than `upper` ({})", self.values[0], self.values[1]),
+            ));
+        }
+        super::EffectKind::new(self).map(|_| ())
+    }
+}
+
+impl<'de> Deserialize<'de> for EffectSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        use serde::de::Error;
+        let mut table = toml::Table::deserialize(deserializer)?;
+        let text = |table: &mut toml::Table, key: &str| match table.remove(key) {
+            None => Ok(None),
+            Some(toml::Value::String(text)) => Ok(Some(text)),
+            Some(other) => Err(D::Error::custom(format!("effect: `{key}` is {other}, expected a string"))),
+        };
+        let id = text(&mut table, "id")?
+            .ok_or_else(|| D::Error::custom("effect: no `id`; expected an id as listed by `cdpr effects`"))?;
+        let channel = text(&mut table, "channel")?;
+        let target = text(&mut table, "target")?;
+        let expression = text(&mut table, "expression")?;
+        let cable = match table.remove("cable") {
+            None => None,
+            Some(toml::Value::Integer(cable)) => Some(usize::try_from(cable).unwrap_or(usize::MAX)),
+            Some(other) => {
+                return Err(D::Error::custom(format!("effect `{id}`: `cable` is {other}, expected 1 to {CABLES}")));
+            }
+        };
+        let info = find(&id).ok_or_else(|| D::Error::custom(SpecError::unknown_id(&id)))?;
+        let mut values = Vec::new();
+        for parameter in info.parameters {
+            values.push(match table.remove(parameter.name) {
+                Some(toml::Value::Float(value)) => value,
+                Some(toml::Value::Integer(value)) => value as f64,
+                Some(other) => {
+                    return Err(D::Error::custom(format!(
+                        "effect `{id}`: `{}` is {other}, expected a number in {}",
+                        parameter.name, parameter.unit
+                    )));
+                }
+                None => parameter.default.ok_or_else(|| {
+                    D::Error::custom(format!(
+                        "effect `{id}`: no `{}`, expected a number in {}",
+                        parameter.name, parameter.unit
+                    ))
+                })?,
+            });
+        }
+        if let Some(key) = table.keys().next() {
+            let known: Vec<&str> = info.parameters.iter().map(|p| p.name).collect();
+            return Err(D::Error::custom(format!(
+                "effect `{id}`: unknown key `{key}`, expected `cable` or one of: {}",
+                known.join(", ")
+            )));
+        }
+        let spec = Self { id, cable, values, channel, target, expression };
+        spec.check().map_err(D::Error::custom)?;
+        Ok(spec)
+    }
+}
+
+impl Serialize for EffectSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::{Error, SerializeMap};
+        let info = self.info().map_err(S::Error::custom)?;
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("id", &self.id)?;
+        if let Some(cable) = self.cable {
+            map.serialize_entry("cable", &cable)?;
+        }
+        for (key, value) in [("channel", &self.channel), ("target", &self.target), ("expression", &self.expression)] {
+            if let Some(value) = value {
+                map.serialize_entry(key, value)?;
+            }
+        }
+        for (parameter, value) in info.parameters.iter().zip(&self.values) {
+            map.serialize_entry(parameter.name, value)?;
+        }
+        map.end()
+    }
+}

@@ -1,0 +1,49 @@
+//! Coulomb friction in the winch: F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out.
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use crate::scalar::Real;
+
+/// Coulomb friction in the winch: F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out.
+///
+/// Shows in: tension against winch force, with the sign of the winch speed.
+///
+/// Valid for: sliding; the smooth law creeps at speeds below v_s where a real winch sticks.
+///
+/// Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994), sec. 2.
+#[derive(Clone, Debug)]
+pub struct WinchCoulombFriction {
+    force: f64,
+    transition_speed: f64,
+}
+
+impl Effect for WinchCoulombFriction {
+    const INFO: EffectInfo = EffectInfo {
+        id: "winch_coulomb_friction",
+        title: "Coulomb friction in the winch",
+        equation: "F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("force", "N", "friction force F_c", (5.0, 2e3)).at_least(0.0),
+            parameter("transition_speed", "m/s", "speed v_s over which the force turns its sign", (1e-4, 0.1)).at_least(1e-9).or(0.01),
+        ],
+        shows_in: "tension against winch force, with the sign of the winch speed",
+        source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994), sec. 2",
+        validity: "sliding; the smooth law creeps at speeds below v_s where a real winch sticks",
+        look_alikes: &[
+            LookAlike { id: "pulley_capstan_loss", separate_by: "change the pretension" },
+            LookAlike { id: "winch_stribeck_friction", separate_by: "slow and fast reversals" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { force: spec.values[0], transition_speed: spec.values[1] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::WinchLoss
+    }
+
+    fn loss<S: Real>(&self, _force: S, context: &WinchContext<S>) -> S {
+        (context.speed / self.transition_speed).tanh() * self.force
+    }
+}

@@ -1,0 +1,45 @@
+//! Dead time of the winch: u(t - τ).
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+
+/// Dead time of the winch: u(t - τ).
+///
+/// Shows in: tension after a jump of the winch force.
+///
+/// Valid for: constant transport and computing delay; before the start the command is taken as constant.
+///
+/// Source: L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (dead time).
+#[derive(Clone, Debug)]
+pub struct WinchDelay {
+    delay: f64,
+}
+
+impl Effect for WinchDelay {
+    const INFO: EffectInfo = EffectInfo {
+        id: "winch_delay",
+        title: "Dead time of the winch",
+        equation: "u(t - τ)",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("delay", "s", "dead time τ", (1e-3, 1.0)).at_least(0.0),
+        ],
+        shows_in: "tension after a jump of the winch force",
+        source: "L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (dead time)",
+        validity: "constant transport and computing delay; before the start the command is taken as constant",
+        look_alikes: &[
+            LookAlike { id: "winch_lag", separate_by: "phase above 1/τ: a faster sampled force step" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { delay: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::CommandDelay
+    }
+
+    fn delay(&self) -> f64 {
+        self.delay
+    }
+}

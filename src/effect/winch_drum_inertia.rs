@@ -1,0 +1,48 @@
+//! Drum inertia: J/r² added to the lumped mass (rigid: to the axial inertia).
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use crate::dynamics::PlantData;
+
+/// Drum inertia: J/r² added to the lumped mass (rigid: to the axial inertia).
+///
+/// Shows in: unstretched length after a jump of the winch force; frequency of that cable's mode.
+///
+/// Valid for: drum and gear turning with the cable, no slip.
+///
+/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 6 (winch dynamics).
+#[derive(Clone, Debug)]
+pub struct WinchDrumInertia {
+    mass: f64,
+}
+
+impl Effect for WinchDrumInertia {
+    const INFO: EffectInfo = EffectInfo {
+        id: "winch_drum_inertia",
+        title: "Drum inertia",
+        equation: "J/r² added to the lumped mass (rigid: to the axial inertia)",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("mass", "kg", "drum inertia J over the radius squared", (1.0, 2e3)).at_least(0.0),
+        ],
+        shows_in: "unstretched length after a jump of the winch force; frequency of that cable's mode",
+        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 6 (winch dynamics)",
+        validity: "drum and gear turning with the cable, no slip",
+        look_alikes: &[
+            LookAlike { id: "winch_force_gain", separate_by: "higher frequency" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { mass: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Parameters
+    }
+
+    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
+        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| *on) {
+            cable.drum_mass += self.mass;
+        }
+    }
+}

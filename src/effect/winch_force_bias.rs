@@ -1,0 +1,47 @@
+//! Bias of the winch force: u + bias.
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use crate::scalar::Real;
+
+/// Bias of the winch force: u + bias.
+///
+/// Shows in: tension against winch force.
+///
+/// Valid for: constant over the trial.
+///
+/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (calibration of force sensors and drives).
+#[derive(Clone, Debug)]
+pub struct WinchForceBias {
+    bias: f64,
+}
+
+impl Effect for WinchForceBias {
+    const INFO: EffectInfo = EffectInfo {
+        id: "winch_force_bias",
+        title: "Bias of the winch force",
+        equation: "u + bias",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("bias", "N", "force added", (-500.0, 500.0)),
+        ],
+        shows_in: "tension against winch force",
+        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (calibration of force sensors and drives)",
+        validity: "constant over the trial",
+        look_alikes: &[
+            LookAlike { id: "winch_force_gain", separate_by: "vary the mean tension" },
+            LookAlike { id: "steady_wind", separate_by: "change the pose: the bias turns with the cable" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { bias: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Command(4)
+    }
+
+    fn command<S: Real>(&self, force: S, _states: &[S], _rates: &mut [S], _context: &WinchContext<S>) -> S {
+        force + self.bias
+    }
+}

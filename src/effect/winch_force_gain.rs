@@ -1,0 +1,48 @@
+//! Gain error of the winch force: u (1 + factor).
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use crate::scalar::Real;
+
+/// Gain error of the winch force: u (1 + factor).
+///
+/// Shows in: tension against winch force.
+///
+/// Valid for: linear drive.
+///
+/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (calibration of force sensors and drives).
+#[derive(Clone, Debug)]
+pub struct WinchForceGain {
+    factor: f64,
+}
+
+impl Effect for WinchForceGain {
+    const INFO: EffectInfo = EffectInfo {
+        id: "winch_force_gain",
+        title: "Gain error of the winch force",
+        equation: "u (1 + factor)",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("factor", "1", "relative error of the force", (-0.2, 0.2)).at_least(-1.0),
+        ],
+        shows_in: "tension against winch force",
+        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (calibration of force sensors and drives)",
+        validity: "linear drive",
+        look_alikes: &[
+            LookAlike { id: "winch_force_bias", separate_by: "vary the mean tension" },
+            LookAlike { id: "winch_drum_inertia", separate_by: "higher frequency" },
+            LookAlike { id: "platform_mass", separate_by: "change the tension at rest" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { factor: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Command(3)
+    }
+
+    fn command<S: Real>(&self, force: S, _states: &[S], _rates: &mut [S], _context: &WinchContext<S>) -> S {
+        force * (1.0 + self.factor)
+    }
+}

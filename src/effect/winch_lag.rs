@@ -1,0 +1,55 @@
+//! First-order lag of the winch: τ u_a' = u - u_a.
+
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use crate::scalar::Real;
+
+/// First-order lag of the winch: τ u_a' = u - u_a.
+///
+/// Shows in: tension after a jump of the winch force.
+///
+/// Valid for: closed-loop force drive with one dominant pole.
+///
+/// Source: L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (first-order drive).
+#[derive(Clone, Debug)]
+pub struct WinchLag {
+    time_constant: f64,
+}
+
+impl Effect for WinchLag {
+    const INFO: EffectInfo = EffectInfo {
+        id: "winch_lag",
+        title: "First-order lag of the winch",
+        equation: "τ u_a' = u - u_a",
+        scope: Scope::EachCable,
+        parameters: &[
+            parameter("time_constant", "s", "time constant τ", (5e-3, 2.0)).at_least(1e-6),
+        ],
+        shows_in: "tension after a jump of the winch force",
+        source: "L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (first-order drive)",
+        validity: "closed-loop force drive with one dominant pole",
+        look_alikes: &[
+            LookAlike { id: "winch_delay", separate_by: "phase above 1/τ: a faster sampled force step" },
+        ],
+    };
+
+    fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
+        Ok(Self { time_constant: spec.values[0] })
+    }
+
+    fn stage(&self) -> Stage {
+        Stage::Command(2)
+    }
+
+    fn states(&self) -> usize {
+        1
+    }
+
+    fn command<S: Real>(&self, force: S, states: &[S], rates: &mut [S], _context: &WinchContext<S>) -> S {
+        rates[0] = (force - states[0]) / self.time_constant;
+        states[0]
+    }
+
+    fn start_command(&self, force: f64, states: &mut [f64]) {
+        states[0] = force;
+    }
+}

@@ -1,0 +1,47 @@
+//! Radau IIA of order 5 for stiff and implicit systems.
+
+mod coefficients;
+mod radau;
+
+pub use num_complex::Complex64;
+pub use radau::{Memory, Radau, RadauError, Statistics};
+
+/// A system `ẏ = f(t, y)` that knows how to solve with its own Newton matrix, and where its equations switch.
+pub trait System {
+    /// Number of states.
+    fn dimension(&self) -> usize;
+
+    /// Writes `f(t, y)`.
+    fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]);
+
+    /// Writes the size of an error in each state that the relative tolerance 1 would allow.
+    fn scale(&self, y: &[f64], scale: &mut [f64]);
+
+    /// Takes up `∂f/∂y` at this point, exactly or nearly.
+    fn linearise(&mut self, time: f64, y: &[f64]);
+
+    /// Factors `real I - ∂f/∂y` and `complex I - ∂f/∂y`.
+    fn factor(&mut self, real: f64, complex: Complex64);
+
+    /// Solves with the real factors, in place.
+    fn solve_real(&mut self, b: &mut [f64]);
+
+    /// Solves with the complex factors, in place.
+    fn solve_complex(&mut self, b: &mut [Complex64]);
+
+    /// Number of switching functions.
+    fn switches(&self) -> usize {
+        0
+    }
+
+    /// Whether a switching function may have turned negative since the last call; spares looking for crossings.
+    fn suspects_switch(&mut self) -> bool {
+        self.switches() > 0
+    }
+
+    /// Writes the switching functions: the equations in force hold while these are zero or positive.
+    fn switching_functions(&mut self, _time: f64, _y: &[f64], _values: &mut [f64]) {}
+
+    /// Changes over to the equations that hold from this point on.
+    fn switch(&mut self, _time: f64, _y: &[f64]) {}
+}

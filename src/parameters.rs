@@ -1,0 +1,180 @@
+//! The parameters of the plant: Tables I and II of the paper, every one changeable.
+
+use std::f64::consts::PI;
+
+use serde::{Deserialize, Serialize};
+
+/// Number of cables of the manipulator.
+pub const CABLES: usize = 4;
+
+/// Which model of a cable's axial behaviour the plant uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CableModel {
+    /// Inextensible cable, equations (23), (28). No cable state.
+    Rigid,
+    /// Spring and damper without a mass of its own, equations (36)-(42). State: the unstretched length `l`.
+    MasslessSpring,
+    /// Lumped mass on the winch side of the spring and damper, Fig. 5(b). States: `l` and its rate.
+    #[default]
+    LumpedMass,
+}
+
+/// How the mass of the paid-out cable enters the equations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CableInertia {
+    /// As the paper has it, (15) and (23): axial force `ρ/2 (L L̈ - L² α̇² + L̇²)`.
+    #[default]
+    Paper,
+    /// A cable reeled out at constant density: axial force `ρ (L L̈ - ½ L² α̇²)`.
+    Reeled,
+    /// The cable has no mass, neither along nor across.
+    None,
+}
+
+/// How the states get their start values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Initialization {
+    /// Pose and twist as given; every spring starts carrying its winch force.
+    #[default]
+    FromWinchForces,
+    /// Every state as given.
+    FromStates,
+    /// The pose at rest under the given forces, searched from the given pose.
+    StaticEquilibrium,
+}
+
+/// Geometry, inertia and cable properties. SI units, radians. Defaults are Tables I and II with `A = 4e-4 m²`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Parameters {
+    /// Which cable model, see [`CableModel`].
+    pub cable_model: CableModel,
+    /// Which cable inertia, see [`CableInertia`].
+    pub cable_inertia: CableInertia,
+    /// Mass `M` of the platform (kg).
+    pub platform_mass: f64,
+    /// Moment of inertia `I_M` of the platform about its centre of mass (kg m²).
+    pub platform_inertia: f64,
+    /// Radius `R_A` of the circle of anchors `A_i` (m).
+    pub anchor_radius: f64,
+    /// Radius `R_B` of the circle of attachment points `B_i` (m).
+    pub attachment_radius: f64,
+    /// Angles `θ_Ai` of the anchors (rad).
+    pub anchor_angle: [f64; CABLES],
+    /// Angles `θ_Bi` of the attachment points in the body frame (rad).
+    pub attachment_angle: [f64; CABLES],
+    /// Cable mass per unstretched length `ρ` (kg/m).
+    pub cable_density: f64,
+    /// Effective Young's modulus `E` (Pa).
+    pub youngs_modulus: f64,
+    /// Cross-section area `A` (m²).
+    pub cable_area: f64,
+    /// Damping `b l` (N s): the damping coefficient is `b = cable_damping / l`.
+    pub cable_damping: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            cable_model: CableModel::LumpedMass,
+            cable_inertia: CableInertia::Paper,
+            platform_mass: 2500.0,
+            platform_inertia: 3.5e5,
+            anchor_radius: 900.0,
+            attachment_radius: 10.0,
+            anchor_angle: [-0.75 * PI, -0.25 * PI, 0.25 * PI, 0.75 * PI],
+            attachment_angle: [-0.25 * PI, -0.75 * PI, 0.75 * PI, 0.25 * PI],
+            cable_density: 0.215,
+            youngs_modulus: 38e9,
+            cable_area: 4e-4,
+            cable_damping: 20_000.0,
+        }
+    }
+}
+
+/// A parameter that no plant can have.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("`{key}` is {found}, expected {expected}")]
+pub struct ParameterError {
+    /// The key as it stands in `model.toml`.
+    pub key: String,
+    /// The value found, as text.
+    pub found: String,
+    /// What would have been accepted.
+    pub expected: String,
+}
+
+impl ParameterError {
+    pub(crate) fn new(key: impl Into<String>, found: impl ToString, expected: impl Into<String>) -> Self {
+        Self { key: key.into(), found: found.to_string(), expected: expected.into() }
+    }
+}
+
+/// `Ok` when `value` is finite and within `[lower, upper]`.
+pub(crate) fn check_range(key: &str, value: f64, lower: f64, upper: f64) -> Result<(), ParameterError> {
+    if value.is_finite() && value >= lower && value <= upper {
+        return Ok(());
+    }
+    let expected = match (lower.is_finite(), upper.is_finite()) {
+        (true, true) => format!("a number from {lower} to {upper}"),
+        (true, false) => format!("a finite number, {lower} or more"),
+        (false, true) => format!("a finite number, {upper} or less"),
+        (false, false) => "a finite number".to_owned(),
+    };
+    Err(ParameterError::new(key, value, expected))
+}
+
+fn check_positive(key: &str, value: f64) -> Result<(), ParameterError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(ParameterError::new(key, value, "a finite number greater than 0"))
+    }
+}
+
+impl Parameters {
+    /// The preset with the cross-section area as printed in Table II (4e-4 cm²), kept for the paper's figures only.
+    pub fn as_printed() -> Self {
+        Self { cable_area: 4e-8, ..Self::default() }
+    }
+
+    /// Axial stiffness `EA` (N).
+    pub fn axial_stiffness(&self) -> f64 {
+        self.youngs_modulus * self.cable_area
+    }
+
+    /// Checks every value on its own.
+    ///
+    /// # Errors
+    /// Names the key, the value found and what was expected.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        check_positive("platform_mass", self.platform_mass)?;
+        check_positive("platform_inertia", self.platform_inertia)?;
+        check_positive("anchor_radius", self.anchor_radius)?;
+        check_range("attachment_radius", self.attachment_radius, 0.0, f64::INFINITY)?;
+        if self.attachment_radius >= self.anchor_radius {
+            return Err(ParameterError::new(
+                "attachment_radius",
+                self.attachment_radius,
+                format!("less than `anchor_radius` ({}): the anchors surround the platform", self.anchor_radius),
+            ));
+        }
+        for (key, angles) in [("anchor_angle", &self.anchor_angle), ("attachment_angle", &self.attachment_angle)] {
+            for (i, angle) in angles.iter().enumerate() {
+                check_range(&format!("{key}[{}]", i + 1), *angle, f64::NEG_INFINITY, f64::INFINITY)?;
+            }
+        }
+        check_range("cable_density", self.cable_density, 0.0, f64::INFINITY)?;
+        check_positive("youngs_modulus", self.youngs_modulus)?;
+        check_positive("cable_area", self.cable_area)?;
+        check_range("cable_damping", self.cable_damping, 0.0, f64::INFINITY)?;
+        if self.cable_model == CableModel::MasslessSpring {
+            // l' = L' + (EA (L-l)/l - T) / b has no solution without damping.
+            check_positive("cable_damping", self.cable_damping)?;
+        }
+        Ok(())
+    }
+}

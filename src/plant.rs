@@ -1,0 +1,289 @@
+//! The plant: parameters and effects put together, with the layout of its states.
+
+use crate::dynamics::{MAX_EFFECT_STATES, PlantData};
+use crate::effect::{EffectKind, EffectSpec, SpecError, Stage, acts_on};
+use crate::parameters::{CABLES, CableModel, ParameterError, Parameters};
+use crate::{dynamics, geometry};
+
+/// Largest number of states: pose, twist, and on each cable `l`, its rate and effect states.
+pub const MAX_STATES: usize = 6 + CABLES * (2 + MAX_EFFECT_STATES);
+
+/// A model that cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlantError {
+    /// A parameter out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// An effect that makes no sense.
+    #[error(transparent)]
+    Effect(#[from] SpecError),
+    /// The same effect twice on one cable.
+    #[error("effect `{id}` is given twice for {place}; expected one entry")]
+    Twice {
+        /// Id.
+        id: String,
+        /// The cable, or the whole plant.
+        place: String,
+    },
+    /// More effect states on one cable than are kept.
+    #[error("cable {cable} has {found} effect states, expected {MAX_EFFECT_STATES} or fewer")]
+    TooManyStates {
+        /// Cable 1 to 4.
+        cable: usize,
+        /// States found.
+        found: usize,
+    },
+}
+
+/// An effect on one cable, and where its states begin among the cable's effect states.
+pub(crate) type CableEffect = (EffectKind, usize);
+
+/// The effects of one cable, sorted by stage.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CableEffects {
+    pub(crate) command: Vec<CableEffect>,
+    pub(crate) loss: Vec<EffectKind>,
+    pub(crate) pull: Vec<EffectKind>,
+    pub(crate) law: Vec<CableEffect>,
+    pub(crate) transverse: Vec<EffectKind>,
+    pub(crate) states: usize,
+    /// Dead time of the winch command (s).
+    pub(crate) delay: f64,
+    /// Measured lengths as `(factor, bias)` of the true ones.
+    pub(crate) unstretched_sensor: (f64, f64),
+    pub(crate) length_sensor: (f64, f64),
+}
+
+/// Parameters and effects, checked and ready to be evaluated. Immutable; shared by any number of simulations.
+#[derive(Clone, Debug)]
+pub struct Plant {
+    parameters: Parameters,
+    effects: Vec<EffectSpec>,
+    pub(crate) data: PlantData,
+    pub(crate) cable: [CableEffects; CABLES],
+    pub(crate) wrench: Vec<EffectKind>,
+    pub(crate) pose_bias: [f64; 3],
+    pub(crate) pose_delay: f64,
+    /// Index of each cable's first state.
+    pub(crate) offset: [usize; CABLES],
+    dimension: usize,
+    /// Some effect needs the platform-side context (lengths and speeds of all cables).
+    pub(crate) needs_context: bool,
+}
+
+impl Plant {
+    /// Puts parameters and effects together.
+    ///
+    /// # Errors
+    /// A parameter or effect out of range, an effect twice on one cable, too many effect states.
+    pub fn new(parameters: Parameters, effects: Vec<EffectSpec>) -> Result<Self, PlantError> {
+        parameters.check()?;
+        check_unique(&effects)?;
+        let mut data = PlantData::new(&parameters);
+        let mut cable: [CableEffects; CABLES] = std::array::from_fn(|_| CableEffects {
+            unstretched_sensor: (1.0, 0.0),
+            length_sensor: (1.0, 0.0),
+            ..CableEffects::default()
+        });
+        let (mut wrench, mut pose_bias, mut pose_delay) = (Vec::new(), [0.0; 3], 0.0);
+        // `cable_elasticity` sets what other effects scale, so it comes first whatever the order in the file.
+        let mut order: Vec<&EffectSpec> = effects.iter().collect();
+        order.sort_by_key(|spec| spec.id != "cable_elasticity");
+        for spec in order {
+            spec.check()?;
+            let kind = EffectKind::new(spec)?;
+            let on = acts_on(spec.cable);
+            let cables = || (0..CABLES).filter(move |i| on[*i]);
+            match kind.stage() {
+                Stage::Parameters => kind.change(&mut data, on),
+                Stage::CommandDelay => cables().for_each(|i| cable[i].delay += kind.delay()),
+                Stage::Command(_) => cables().for_each(|i| {
+                    let at = cable[i].states;
+                    cable[i].states += kind.states();
+                    cable[i].command.push((kind.clone(), at));
+                }),
+                Stage::WinchLoss => cables().for_each(|i| cable[i].loss.push(kind.clone())),
+                Stage::WinchPull(i) => cable[i].pull.push(kind),
+                Stage::ElasticLaw => cables().for_each(|i| {
+                    let at = cable[i].states;
+                    cable[i].states += kind.states();
+                    cable[i].law.push((kind.clone(), at));
+                }),
+                Stage::Transverse => cables().for_each(|i| cable[i].transverse.push(kind.clone())),
+                Stage::PlatformWrench => wrench.push(kind),
+                Stage::Sensor => {
+                    let (factor, bias) = kind.length_sensor();
+                    for i in cables() {
+                        let sensor = if spec.channel.as_deref() == Some("cable_length") {
+                            &mut cable[i].length_sensor
+                        } else {
+                            &mut cable[i].unstretched_sensor
+                        };
+                        *sensor = (sensor.0 * factor, sensor.1 * factor + bias);
+                    }
+                    for (sum, bias) in pose_bias.iter_mut().zip(kind.pose_sensor()) {
+                        *sum += bias;
+                    }
+                    pose_delay += kind.delay();
+                }
+            }
+        }
+        for effects in &mut cable {
+            effects.command.sort_by_key(|(kind, _)| match kind.stage() {
+                Stage::Command(order) => order,
+                _ => u8::MAX,
+            });
+        }
+        for c in &mut data.cables {
+            // Without any mass at the winch the lumped model has no second state: its limit is the massless spring.
+            if c.model == CableModel::LumpedMass && c.axial_mass(1.0) == 0.0 {
+                c.model = CableModel::MasslessSpring;
+            }
+        }
+        check_data(&data)?;
+        let mut dimension = 6;
+        let offset = std::array::from_fn(|i| {
+            let at = dimension;
+            dimension += axial_states(data.cables[i].model) + cable[i].states;
+            at
+        });
+        if let Some(i) = (0..CABLES).find(|i| cable[*i].states > MAX_EFFECT_STATES) {
+            return Err(PlantError::TooManyStates { cable: i + 1, found: cable[i].states });
+        }
+        let needs_context = !wrench.is_empty() || cable.iter().any(|c| !c.pull.is_empty());
+        Ok(Self { parameters, effects, data, cable, wrench, pose_bias, pose_delay, offset, dimension, needs_context })
+    }
+
+    /// The parameters it was built from.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The effects it was built from.
+    pub fn effects(&self) -> &[EffectSpec] {
+        &self.effects
+    }
+
+    /// The numbers that the equations use, parameter effects included.
+    pub fn data(&self) -> &PlantData {
+        &self.data
+    }
+
+    /// Anchors and attachment points, offsets included.
+    pub fn geometry(&self) -> &geometry::Geometry {
+        &self.data.geometry
+    }
+
+    /// Number of states.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Index of the unstretched length of `cable` (0 to 3) among the states; `None` for a rigid cable.
+    pub fn unstretched_index(&self, cable: usize) -> Option<usize> {
+        (axial_states(self.data.cables[cable].model) > 0).then(|| self.offset[cable])
+    }
+
+    /// Index of the rate of the unstretched length of `cable` (0 to 3); `None` where it is no state.
+    pub fn rate_index(&self, cable: usize) -> Option<usize> {
+        (axial_states(self.data.cables[cable].model) > 1).then(|| self.offset[cable] + 1)
+    }
+
+    /// Range of the effect states of `cable` (0 to 3) among the states.
+    pub fn effect_states(&self, cable: usize) -> std::ops::Range<usize> {
+        let start = self.offset[cable] + axial_states(self.data.cables[cable].model);
+        start..start + self.cable[cable].states
+    }
+
+    /// A size for each state, by which errors are weighed: 1 m, 0.1 rad, 1 m/s, 0.1 rad/s, and for effect states the
+    /// size of their start value under 1 kN.
+    pub(crate) fn nominal(&self, out: &mut [f64]) {
+        let arm = self.data.geometry.attachment_scale();
+        out[..6].copy_from_slice(&[1.0, 1.0, 1.0 / arm, 1.0, 1.0, 1.0 / arm]);
+        for i in 0..CABLES {
+            out[self.offset[i]..self.effect_states(i).start].fill(1.0);
+            let mut states = [0.0; MAX_EFFECT_STATES];
+            self.start_effect_states(i, 1e3, 1e3, &mut states);
+            let range = self.effect_states(i);
+            for (slot, value) in out[range].iter_mut().zip(states) {
+                *slot = if value == 0.0 { 1.0 } else { value.abs() };
+            }
+        }
+    }
+
+    /// Start values of the effect states of `cable` under a constant command and tension (N).
+    pub(crate) fn start_effect_states(&self, cable: usize, command: f64, tension: f64, states: &mut [f64]) {
+        let effects = &self.cable[cable];
+        let mut force = command;
+        for (kind, at) in &effects.command {
+            kind.start_command(force, &mut states[*at..]);
+            let context = crate::effect::WinchContext { time: 0.0, speed: 0.0 };
+            force = kind.command(force, &states[*at..], &mut [0.0; MAX_EFFECT_STATES], &context);
+        }
+        for (kind, at) in &effects.law {
+            kind.start_strain(tension, &mut states[*at..]);
+        }
+    }
+
+    /// Pull (N) that the winch holds on `cable` at rest under a constant command.
+    pub(crate) fn pull_at_rest(&self, cable: usize, command: f64, time: f64) -> f64 {
+        let mut states = [0.0; MAX_EFFECT_STATES];
+        self.start_effect_states(cable, command, 0.0, &mut states);
+        let context = crate::effect::WinchContext { time, speed: 0.0 };
+        let mut force = command;
+        for (kind, at) in &self.cable[cable].command {
+            force = kind.command(force, &states[*at..], &mut [0.0; MAX_EFFECT_STATES], &context);
+        }
+        self.cable[cable].loss.iter().fold(force, |sum, kind| sum + kind.loss(force, &context))
+    }
+
+    /// The unstretched length (m) of `cable` (0 to 3) at which it carries `tension` (N) at rest, at this chord (m).
+    pub fn unstretched_length_for(&self, cable: usize, time: f64, chord: f64, tension: f64, states: &[f64]) -> f64 {
+        dynamics::unstretched_length(&self.data.cables[cable], &self.cable[cable].law, time, chord, tension, states)
+    }
+}
+
+/// Axial states of a cable model.
+pub(crate) fn axial_states(model: CableModel) -> usize {
+    match model {
+        CableModel::Rigid => 0,
+        CableModel::MasslessSpring => 1,
+        CableModel::LumpedMass => 2,
+    }
+}
+
+fn check_unique(effects: &[EffectSpec]) -> Result<(), PlantError> {
+    for (k, spec) in effects.iter().enumerate() {
+        let clash = |other: &EffectSpec| {
+            other.id == spec.id
+                && (other.cable == spec.cable || other.cable.is_none() || spec.cable.is_none())
+                && other.channel == spec.channel
+                && spec.id != "expression"
+        };
+        if effects[..k].iter().any(clash) {
+            let place = spec.cable.map_or("all cables or the whole plant".to_owned(), |c| format!("cable {c}"));
+            return Err(PlantError::Twice { id: spec.id.clone(), place });
+        }
+    }
+    Ok(())
+}
+
+/// Effects can push a parameter out of its range; the plant as a whole must still make sense.
+fn check_data(data: &PlantData) -> Result<(), ParameterError> {
+    let positive = |key: &str, value: f64| {
+        if value > 0.0 && value.is_finite() {
+            Ok(())
+        } else {
+            Err(ParameterError::new(key, value, "greater than 0 with the effects included"))
+        }
+    };
+    positive("platform_mass", data.mass)?;
+    positive("platform_inertia", data.inertia)?;
+    for (i, cable) in data.cables.iter().enumerate() {
+        positive(&format!("axial stiffness of cable {}", i + 1), cable.axial_stiffness)?;
+        if cable.model == CableModel::MasslessSpring {
+            positive(&format!("damping of cable {}", i + 1), cable.damping)?;
+        }
+    }
+    Ok(())
+}

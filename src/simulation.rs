@@ -1,0 +1,249 @@
+//! A plant in motion: states, inputs with their history, and the integrator.
+
+mod command;
+mod pose_history;
+mod snapshot;
+mod start;
+mod system;
+
+use std::sync::Arc;
+
+pub use snapshot::SnapshotError;
+pub use start::{Start, StartError, static_equilibrium, wrench_at_rest};
+
+use crate::dynamics::{Evaluation, Inputs};
+use crate::integrator::{Radau, RadauError, Statistics};
+use crate::parameters::CABLES;
+use crate::plant::Plant;
+use command::CommandHistory;
+use pose_history::PoseHistory;
+use system::{InputSegment, PlantSystem, Workspace};
+
+/// Relative tolerance where none is asked for.
+pub const DEFAULT_TOLERANCE: f64 = 1e-8;
+
+/// Longest stretch between two points of the pose history (s), for a delayed pose sensor.
+const HISTORY_STEP: f64 = 0.02;
+
+/// What the sensors show at one instant. SI units, radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outputs {
+    /// Measured pose `[x, y, φ]`.
+    pub pose: [f64; 3],
+    /// Twist `[vx, vy, φ̇]`.
+    pub twist: [f64; 3],
+    /// Measured geometric cable lengths, equation (4).
+    pub cable_length: [f64; CABLES],
+    /// Measured unstretched lengths.
+    pub unstretched_length: [f64; CABLES],
+    /// Rates of the unstretched lengths.
+    pub unstretched_length_rate: [f64; CABLES],
+    /// Tensions.
+    pub tension: [f64; CABLES],
+    /// Strains `(L - l)/l`.
+    pub strain: [f64; CABLES],
+    /// Cable angles `α`, equation (5).
+    pub cable_angle: [f64; CABLES],
+    /// Whether each cable is slack.
+    pub slack: [bool; CABLES],
+}
+
+/// A plant in motion. Everything a simulation is: set inputs, advance, read outputs, save and restore.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    plant: Arc<Plant>,
+    time: f64,
+    y: Vec<f64>,
+    slack: [bool; CABLES],
+    /// Inputs at `input_time` and their slopes, as commanded.
+    inputs: Inputs,
+    input_slopes: Inputs,
+    input_time: f64,
+    commands: CommandHistory,
+    poses: PoseHistory,
+    radau: Radau,
+    work: Workspace,
+}
+
+impl Simulation {
+    /// A simulation of `plant` from `start`.
+    ///
+    /// # Errors
+    /// When the start pose is impossible or no equilibrium is found; see [`StartError`].
+    pub fn new(plant: Arc<Plant>, start: &Start, relative_tolerance: f64) -> Result<Self, StartError> {
+        let y = start.states(&plant)?;
+        Ok(Self::from_states(plant, start.time, y, start.inputs, relative_tolerance))
+    }
+
+    /// A simulation from these states, laid out as in [`Plant::rates`].
+    pub fn from_states(plant: Arc<Plant>, time: f64, y: Vec<f64>, inputs: Inputs, relative_tolerance: f64) -> Self {
+        let n = plant.dimension();
+        let radau = Radau::new(n, CABLES, relative_tolerance);
+        let work = Workspace::new(&plant);
+        let commands = CommandHistory::new(&plant, time, inputs.winch_force);
+        let poses = PoseHistory::new(plant.pose_delay, time, &y);
+        let mut simulation = Self {
+            plant,
+            time,
+            y,
+            slack: [false; CABLES],
+            inputs,
+            input_slopes: Inputs::default(),
+            input_time: time,
+            commands,
+            poses,
+            radau,
+            work,
+        };
+        simulation.slack = simulation.plant.slack_cables(time, &simulation.y, &simulation.inputs_felt().at(time));
+        simulation
+    }
+
+    /// The plant.
+    pub fn plant(&self) -> &Arc<Plant> {
+        &self.plant
+    }
+
+    /// Time (s).
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// States, laid out as in [`Plant::rates`].
+    pub fn states(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// Which cables carry nothing.
+    pub fn slack(&self) -> [bool; CABLES] {
+        self.slack
+    }
+
+    /// Inputs as commanded now.
+    pub fn inputs(&self) -> Inputs {
+        let at = |value: f64, slope: f64| value + slope * (self.time - self.input_time);
+        let zip = |a: &[f64], b: &[f64], k: usize| at(a[k], b[k]);
+        Inputs {
+            winch_force: std::array::from_fn(|i| zip(&self.inputs.winch_force, &self.input_slopes.winch_force, i)),
+            disturbance: std::array::from_fn(|k| zip(&self.inputs.disturbance, &self.input_slopes.disturbance, k)),
+        }
+    }
+
+    /// Slopes of the inputs as commanded (per second).
+    pub fn input_slopes(&self) -> Inputs {
+        self.input_slopes
+    }
+
+    /// Sets the inputs from now on, held constant.
+    pub fn set_inputs(&mut self, inputs: Inputs) {
+        self.set_inputs_with_slopes(inputs, Inputs::default());
+    }
+
+    /// Sets the inputs from now on, changing at `slopes` (per second).
+    pub fn set_inputs_with_slopes(&mut self, inputs: Inputs, slopes: Inputs) {
+        if inputs == self.inputs() && slopes == self.input_slopes {
+            return;
+        }
+        self.inputs = inputs;
+        self.input_slopes = slopes;
+        self.input_time = self.time;
+        self.commands.push(self.time, inputs.winch_force, slopes.winch_force);
+    }
+
+    /// Replaces the states, as after a correction by measurements; the integrator starts afresh.
+    pub fn set_states(&mut self, y: &[f64]) {
+        self.y.copy_from_slice(y);
+        self.radau.restart();
+        self.slack = self.plant.slack_cables(self.time, &self.y, &self.inputs_felt().at(self.time));
+    }
+
+    /// What the integration has cost so far.
+    pub fn statistics(&self) -> Statistics {
+        self.radau.statistics()
+    }
+
+    /// Advances by `duration` (s) under the inputs as set.
+    ///
+    /// # Errors
+    /// When the integrator cannot go on; the simulation then stands at the time named in the error.
+    pub fn advance(&mut self, duration: f64) -> Result<(), RadauError> {
+        let end = self.time + duration;
+        let mut left = duration;
+        while left > 0.0 {
+            let mut part = left;
+            if let Some(next) = self.commands.next_change(self.time) {
+                part = part.min(next - self.time);
+            }
+            if self.poses.active() {
+                part = part.min(HISTORY_STEP);
+            }
+            let last = part >= left;
+            self.advance_part(part)?;
+            if last {
+                self.time = end;
+                left = 0.0;
+            } else {
+                left = end - self.time;
+            }
+        }
+        Ok(())
+    }
+
+    /// Advances over a stretch in which every input is linear in time.
+    fn advance_part(&mut self, duration: f64) -> Result<(), RadauError> {
+        let inputs = self.inputs_felt();
+        if self.work.tension_follows_inputs {
+            self.slack = self.plant.slack_cables(self.time, &self.y, &inputs.at(self.time));
+        }
+        let mut system = PlantSystem { plant: &self.plant, inputs, slack: &mut self.slack, work: &mut self.work };
+        let result = self.radau.advance(&mut system, self.time, &mut self.y, duration);
+        self.time = match &result {
+            Ok(()) => self.time + duration,
+            Err(error) => error.time(),
+        };
+        self.poses.push(self.time, &self.y);
+        result
+    }
+
+    /// The inputs as the plant feels them from now to the next change: winch forces after their dead time.
+    fn inputs_felt(&self) -> InputSegment {
+        let mut segment = InputSegment { start: self.time, value: self.inputs(), slope: self.input_slopes };
+        self.commands.delay(self.time, &mut segment.value.winch_force, &mut segment.slope.winch_force);
+        segment
+    }
+
+    /// Everything known of the plant now.
+    pub fn evaluate(&self) -> Evaluation {
+        self.plant.evaluate(self.time, &self.y, &self.inputs_felt().at(self.time), self.slack)
+    }
+
+    /// Rates of the states now.
+    pub fn rates(&self) -> Vec<f64> {
+        let mut rates = vec![0.0; self.y.len()];
+        self.plant.rates(self.time, &self.y, &self.inputs_felt().at(self.time), self.slack, &mut rates);
+        rates
+    }
+
+    /// What the sensors show now.
+    pub fn outputs(&self) -> Outputs {
+        self.outputs_of(&self.evaluate())
+    }
+
+    /// What the sensors show, from an evaluation of this instant.
+    pub fn outputs_of(&self, e: &Evaluation) -> Outputs {
+        let plant = &*self.plant;
+        let pose = self.poses.at(self.time - plant.pose_delay).unwrap_or([self.y[0], self.y[1], self.y[2]]);
+        let sensed = |value: f64, (factor, bias): (f64, f64)| factor * value + bias;
+        Outputs {
+            pose: std::array::from_fn(|k| pose[k] + plant.pose_bias[k]),
+            twist: [self.y[3], self.y[4], self.y[5]],
+            cable_length: std::array::from_fn(|i| sensed(e.kinematics[i].length, plant.cable[i].length_sensor)),
+            unstretched_length: std::array::from_fn(|i| sensed(e.unstretched[i], plant.cable[i].unstretched_sensor)),
+            unstretched_length_rate: e.unstretched_rate,
+            tension: e.tension,
+            strain: std::array::from_fn(|i| (e.kinematics[i].length - e.unstretched[i]) / e.unstretched[i]),
+            cable_angle: std::array::from_fn(|i| e.kinematics[i].angle()),
+            slack: self.slack,
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Saving a simulation as bytes and taking it up again, bit for bit.
+
+use super::Simulation;
+use super::command::Stretch;
+use super::system::{InputSegment, PlantSystem};
+use crate::dynamics::Inputs;
+use crate::integrator::Memory;
+use crate::parameters::CABLES;
+
+/// Bytes that are no snapshot of this plant.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the saved state is not of this plant: {0}")]
+pub struct SnapshotError(&'static str);
+
+fn put(out: &mut Vec<u8>, values: &[f64]) {
+    for value in values {
+        out.extend_from_slice(&value.to_le_bytes());
+    }
+}
+
+fn put_inputs(out: &mut Vec<u8>, inputs: &Inputs) {
+    put(out, &inputs.winch_force);
+    put(out, &inputs.disturbance);
+}
+
+fn put_flags(out: &mut Vec<u8>, flags: [bool; CABLES]) {
+    out.extend(flags.map(u8::from));
+}
+
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn number(&mut self) -> Result<f64, SnapshotError> {
+        let (head, tail) = self.0.split_first_chunk::<8>().ok_or(SnapshotError("it ends too early"))?;
+        self.0 = tail;
+        Ok(f64::from_le_bytes(*head))
+    }
+
+    fn count(&mut self, size: usize) -> Result<usize, SnapshotError> {
+        let (head, tail) = self.0.split_first_chunk::<8>().ok_or(SnapshotError("it ends too early"))?;
+        self.0 = tail;
+        let count = usize::try_from(u64::from_le_bytes(*head)).map_err(|_| SnapshotError("a count is too large"))?;
+        if count.saturating_mul(size) > self.0.len() {
+            return Err(SnapshotError("a count is too large"));
+        }
+        Ok(count)
+    }
+
+    fn numbers<const N: usize>(&mut self) -> Result<[f64; N], SnapshotError> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            *value = self.number()?;
+        }
+        Ok(values)
+    }
+
+    fn inputs(&mut self) -> Result<Inputs, SnapshotError> {
+        Ok(Inputs { winch_force: self.numbers()?, disturbance: self.numbers()? })
+    }
+
+    fn flags(&mut self) -> Result<[bool; CABLES], SnapshotError> {
+        let (head, tail) = self.0.split_first_chunk::<CABLES>().ok_or(SnapshotError("it ends too early"))?;
+        self.0 = tail;
+        if head.iter().any(|b| *b > 1) {
+            return Err(SnapshotError("a flag is neither 0 nor 1"));
+        }
+        Ok(head.map(|b| b == 1))
+    }
+}
+
+impl Simulation {
+    /// Appends everything that a bit-identical continuation needs.
+    pub fn save(&self, out: &mut Vec<u8>) {
+        let count = |n: usize| (n as u64).to_le_bytes();
+        out.extend(count(self.y.len()));
+        put(out, &[self.time]);
+        put(out, &self.y);
+        put_flags(out, self.slack);
+        put_inputs(out, &self.inputs);
+        put_inputs(out, &self.input_slopes);
+        put(out, &[self.input_time]);
+        out.extend(count(self.commands.stretches.len()));
+        for stretch in &self.commands.stretches {
+            put(out, &[stretch.start]);
+            put(out, &stretch.value);
+            put(out, &stretch.slope);
+        }
+        out.extend(count(self.poses.points.len()));
+        for (time, point) in &self.poses.points {
+            put(out, &[*time]);
+            put(out, point);
+        }
+        let memory = self.radau.memory();
+        put(out, &[memory.next_step, memory.contraction, memory.factored_step, memory.jacobian_time]);
+        put(out, &[memory.last.0, memory.last.1]);
+        out.extend(count(memory.jacobian_state.len()));
+        put(out, &memory.jacobian_state);
+        put_inputs(out, &self.work.linearised_inputs);
+        put_flags(out, self.work.linearised_slack);
+    }
+
+    /// Takes up a saved state of the same plant; unchanged on error.
+    ///
+    /// # Errors
+    /// When the bytes are not a saved state of this plant.
+    pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
+        let mut reader = Reader(bytes);
+        let n = reader.count(8)?;
+        if n != self.y.len() {
+            return Err(SnapshotError("it has another number of states"));
+        }
+        let time = reader.number()?;
+        let mut y = vec![0.0; n];
+        for value in &mut y {
+            *value = reader.number()?;
+        }
+        let slack = reader.flags()?;
+        let inputs = reader.inputs()?;
+        let input_slopes = reader.inputs()?;
+        let input_time = reader.number()?;
+        let mut stretches = Vec::new();
+        for _ in 0..reader.count(8 * (1 + 2 * CABLES))? {
+            stretches.push(Stretch { start: reader.number()?, value: reader.numbers()?, slope: reader.numbers()? });
+        }
+        let mut points = Vec::new();
+        for _ in 0..reader.count(56)? {
+            points.push((reader.number()?, reader.numbers::<6>()?));
+        }
+        let [next_step, contraction, factored_step, jacobian_time] = reader.numbers()?;
+        let [last_step, last_error] = reader.numbers()?;
+        let jacobian_count = reader.count(8)?;
+        let mut jacobian_state = vec![0.0; jacobian_count];
+        for value in &mut jacobian_state {
+            *value = reader.number()?;
+        }
+        let linearised_inputs = reader.inputs()?;
+        let mut linearised_slack = reader.flags()?;
+        if !reader.0.is_empty() {
+            return Err(SnapshotError("it is too long"));
+        }
+        if stretches.is_empty() {
+            return Err(SnapshotError("it has no commands"));
+        }
+        if y.iter().any(|v| !v.is_finite()) || !time.is_finite() {
+            return Err(SnapshotError("a state is not finite"));
+        }
+        self.time = time;
+        self.y = y;
+        self.slack = slack;
+        self.inputs = inputs;
+        self.input_slopes = input_slopes;
+        self.input_time = input_time;
+        self.commands.stretches.clear();
+        self.commands.stretches.extend(stretches);
+        self.poses.points.clear();
+        self.poses.points.extend(points);
+        let memory = Memory {
+            next_step,
+            contraction,
+            factored_step,
+            jacobian_time,
+            jacobian_state,
+            last: (last_step, last_error),
+        };
+        let segment = InputSegment { start: jacobian_time, value: linearised_inputs, slope: Inputs::default() };
+        let mut system =
+            PlantSystem { plant: &self.plant, inputs: segment, slack: &mut linearised_slack, work: &mut self.work };
+        self.radau.restore(&memory, &mut system);
+        Ok(())
+    }
+}

@@ -1,0 +1,191 @@
+//! Start states.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
+use crate::kinematics;
+use crate::parameters::{CABLES, Initialization, ParameterError};
+use crate::plant::Plant;
+
+/// How a simulation begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Start time (s).
+    pub time: f64,
+    /// How the states get their values.
+    pub initialization: Initialization,
+    /// Pose `[x, y, φ]` (m, rad); for `static_equilibrium` where the search begins.
+    pub pose: [f64; 3],
+    /// Twist `[vx, vy, φ̇]` (m/s, rad/s).
+    pub twist: [f64; 3],
+    /// Unstretched lengths (m), used by `from_states`.
+    pub unstretched_length: [f64; CABLES],
+    /// Rates of the unstretched lengths (m/s), used by `from_states`.
+    pub unstretched_length_rate: [f64; CABLES],
+    /// Inputs at the start; a winch with a dead time or lag has held its force for long.
+    pub inputs: Inputs,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self {
+            time: 0.0,
+            initialization: Initialization::FromWinchForces,
+            pose: [0.0; 3],
+            twist: [0.0; 3],
+            unstretched_length: [0.0; CABLES],
+            unstretched_length_rate: [0.0; CABLES],
+            inputs: Inputs { winch_force: [1000.0; CABLES], disturbance: [0.0; 3] },
+        }
+    }
+}
+
+/// Why there is no start state.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StartError {
+    /// A pose or length out of its range.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+    /// No pose at rest near the given one.
+    #[error(
+        "no static equilibrium found from the pose given: {reason} (last pose [{:.6}, {:.6}, {:.6}], unbalanced \
+         [{:.3e}, {:.3e}] N, {:.3e} N m)",
+        pose[0], pose[1], pose[2], unbalanced[0], unbalanced[1], unbalanced[2]
+    )]
+    NoEquilibrium {
+        /// What stopped the search.
+        reason: &'static str,
+        /// Last pose (m, rad).
+        pose: [f64; 3],
+        /// Force and torque left there (N, N m).
+        unbalanced: [f64; 3],
+    },
+}
+
+impl Start {
+    /// The start states of `plant`.
+    ///
+    /// # Errors
+    /// Pose outside the anchors, a cable through the platform, a length that is not positive, no equilibrium.
+    pub fn states(&self, plant: &Plant) -> Result<Vec<f64>, StartError> {
+        let geometry = plant.geometry();
+        geometry.check_pose(&self.pose)?;
+        let mut y = vec![0.0; plant.dimension()];
+        y[..3].copy_from_slice(&self.pose);
+        y[3..6].copy_from_slice(&self.twist);
+        let pulls: [f64; CABLES] =
+            std::array::from_fn(|i| plant.pull_at_rest(i, self.inputs.winch_force[i], self.time));
+        if self.initialization == Initialization::StaticEquilibrium {
+            let pose = static_equilibrium(plant, self.time, self.pose, &self.inputs)?;
+            y[..3].copy_from_slice(&pose);
+            y[3..6].fill(0.0);
+        }
+        let pose = [y[0], y[1], y[2]];
+        let twist = [y[3], y[4], y[5]];
+        let cables = kinematics::cables(geometry, &pose, &twist);
+        for i in 0..CABLES {
+            let mut states = [0.0; MAX_EFFECT_STATES];
+            plant.start_effect_states(i, self.inputs.winch_force[i], pulls[i].max(0.0), &mut states);
+            let given = self.initialization == Initialization::FromStates;
+            if let Some(at) = plant.unstretched_index(i) {
+                y[at] = if given {
+                    let length = self.unstretched_length[i];
+                    if !(length.is_finite() && length > 0.0) {
+                        let key = format!("unstretched_length[{}]", i + 1);
+                        return Err(ParameterError::new(key, length, "greater than 0").into());
+                    }
+                    length
+                } else {
+                    plant.unstretched_length_for(i, self.time, cables[i].length, pulls[i], &states)
+                };
+            }
+            if let Some(at) = plant.rate_index(i) {
+                y[at] = if given { self.unstretched_length_rate[i] } else { cables[i].speed };
+            }
+            let range = plant.effect_states(i);
+            let n = range.len();
+            y[range].copy_from_slice(&states[..n]);
+        }
+        Ok(y)
+    }
+}
+
+/// The pose at rest near `guess` where the cables carry their winch forces, by Newton's method with step limits.
+///
+/// # Errors
+/// When the search leaves the anchors, meets a singular stiffness or does not settle.
+pub fn static_equilibrium(plant: &Plant, time: f64, guess: [f64; 3], inputs: &Inputs) -> Result<[f64; 3], StartError> {
+    let scale = plant.geometry().attachment_scale();
+    // Pull and disturbance set the size of a balanced force.
+    let size = inputs.winch_force.iter().chain(&inputs.disturbance).fold(1.0_f64, |a, b| a.max(b.abs()));
+    let unbalanced = |pose: [f64; 3]| wrench_at_rest(plant, time, pose, inputs);
+    let mut pose = guess;
+    let fail = |reason, pose: [f64; 3]| StartError::NoEquilibrium { reason, pose, unbalanced: unbalanced(pose) };
+    for _ in 0..100 {
+        let force = unbalanced(pose);
+        let step_size = [1e-4, 1e-4, 1e-4 / scale];
+        let mut stiffness = Matrix3::zeros();
+        for c in 0..3 {
+            let (mut ahead, mut behind) = (pose, pose);
+            ahead[c] += step_size[c];
+            behind[c] -= step_size[c];
+            let (a, b) = (unbalanced(ahead), unbalanced(behind));
+            for r in 0..3 {
+                stiffness[(r, c)] = (a[r] - b[r]) / (2.0 * step_size[c]);
+            }
+        }
+        let Some(step) = stiffness.lu().solve(&-Vector3::from(force)) else {
+            return Err(fail("the stiffness matrix is singular", pose));
+        };
+        let length = step[0].abs().max(step[1].abs()).max(step[2].abs() * scale);
+        if !length.is_finite() {
+            return Err(fail("the stiffness matrix is singular", pose));
+        }
+        let limit = (0.2 * plant.geometry().size() / length).min(2.0 * scale / (step[2].abs() * scale)).min(1.0);
+        for k in 0..3 {
+            pose[k] += limit * step[k];
+        }
+        if plant.geometry().check_pose(&pose).is_err() {
+            return Err(fail("the search leaves the space between the anchors", pose));
+        }
+        let left = unbalanced(pose);
+        let small = left[0].abs().max(left[1].abs()).max(left[2].abs() / scale) <= 1e-9 * size;
+        if small && limit == 1.0 && length < 1e-6 * scale {
+            return Ok(pose);
+        }
+    }
+    Err(fail("the search does not settle", pose))
+}
+
+/// Force and torque (N, N m) left on the platform at rest at `pose` with every cable carrying its winch's pull.
+pub fn wrench_at_rest(plant: &Plant, time: f64, pose: [f64; 3], inputs: &Inputs) -> [f64; 3] {
+    let cables = kinematics::cables(plant.geometry(), &pose, &[0.0; 3]);
+    let mut wrench = inputs.disturbance;
+    let lengths = cables.map(|c| c.length);
+    let zero = [0.0; CABLES];
+    let context = crate::effect::PlatformContext {
+        time,
+        pose: &pose,
+        twist: &[0.0; 3],
+        inputs,
+        cable_length: &lengths,
+        cable_speed: &zero,
+        unstretched_length: &lengths,
+        unstretched_rate: &zero,
+    };
+    for kind in &plant.wrench {
+        let w = kind.wrench(&context);
+        for k in 0..3 {
+            wrench[k] += w[k];
+        }
+    }
+    for i in 0..CABLES {
+        let pull = plant.pull_at_rest(i, inputs.winch_force[i], time)
+            + plant.cable[i].pull.iter().map(|kind| kind.pull(&context)).sum::<f64>();
+        let row = cables[i].jacobian_row();
+        for k in 0..3 {
+            wrench[k] -= pull.max(0.0) * row[k];
+        }
+    }
+    wrench
+}

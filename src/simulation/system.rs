@@ -1,0 +1,128 @@
+//! The plant as a system for the integrator.
+
+use crate::dynamics::{Factors, Inputs, Linearisation};
+use crate::integrator::{Complex64, System};
+use crate::parameters::{CABLES, CableModel};
+use crate::plant::Plant;
+
+/// Inputs linear in time from `start` on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct InputSegment {
+    pub(super) start: f64,
+    pub(super) value: Inputs,
+    pub(super) slope: Inputs,
+}
+
+impl InputSegment {
+    #[inline]
+    pub(super) fn at(&self, time: f64) -> Inputs {
+        let s = time - self.start;
+        Inputs {
+            winch_force: std::array::from_fn(|i| self.value.winch_force[i] + s * self.slope.winch_force[i]),
+            disturbance: std::array::from_fn(|k| self.value.disturbance[k] + s * self.slope.disturbance[k]),
+        }
+    }
+}
+
+/// Newton matrix and its factors, kept from step to step.
+#[derive(Clone, Debug)]
+pub(super) struct Workspace {
+    pub(super) nominal: Vec<f64>,
+    pub(super) linearisation: Linearisation,
+    /// Inputs and slack cables that the linearisation was made with.
+    pub(super) linearised_inputs: Inputs,
+    pub(super) linearised_slack: [bool; CABLES],
+    real: Factors<f64>,
+    complex: Factors<Complex64>,
+    /// Some cable's tension depends on the inputs directly (rigid, massless spring).
+    pub(super) tension_follows_inputs: bool,
+    suspect: bool,
+}
+
+impl Workspace {
+    pub(super) fn new(plant: &Plant) -> Self {
+        let mut nominal = vec![1.0; plant.dimension()];
+        plant.nominal(&mut nominal);
+        Self {
+            nominal,
+            linearisation: Linearisation::default(),
+            linearised_inputs: Inputs::default(),
+            linearised_slack: [false; CABLES],
+            real: Factors::empty(),
+            complex: Factors::empty(),
+            tension_follows_inputs: plant.data().cables.iter().any(|c| c.model != CableModel::LumpedMass),
+            suspect: false,
+        }
+    }
+}
+
+/// What the integrator sees: a plant under given inputs, with its cables slack or taut.
+pub(super) struct PlantSystem<'a> {
+    pub(super) plant: &'a Plant,
+    pub(super) inputs: InputSegment,
+    pub(super) slack: &'a mut [bool; CABLES],
+    pub(super) work: &'a mut Workspace,
+}
+
+impl System for PlantSystem<'_> {
+    fn dimension(&self) -> usize {
+        self.plant.dimension()
+    }
+
+    fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]) {
+        let e = self.plant.evaluate(time, y, &self.inputs.at(time), *self.slack);
+        for i in 0..CABLES {
+            self.work.suspect |= (e.tension_uncut[i] < 0.0) != self.slack[i];
+        }
+        self.plant.write_rates(y, &e, rates);
+    }
+
+    fn scale(&self, _y: &[f64], scale: &mut [f64]) {
+        scale.copy_from_slice(&self.work.nominal);
+    }
+
+    fn linearise(&mut self, time: f64, y: &[f64]) {
+        let u = self.inputs.at(time);
+        self.work.linearisation.update(self.plant, time, y, &u, *self.slack);
+        self.work.linearised_inputs = u;
+        self.work.linearised_slack = *self.slack;
+    }
+
+    fn factor(&mut self, real: f64, complex: Complex64) {
+        self.work.real.update(&self.work.linearisation, real);
+        self.work.complex.update(&self.work.linearisation, complex);
+    }
+
+    fn solve_real(&mut self, b: &mut [f64]) {
+        self.work.real.solve(&self.work.linearisation, &self.plant.offset, b);
+    }
+
+    fn solve_complex(&mut self, b: &mut [Complex64]) {
+        self.work.complex.solve(&self.work.linearisation, &self.plant.offset, b);
+    }
+
+    fn switches(&self) -> usize {
+        CABLES
+    }
+
+    fn suspects_switch(&mut self) -> bool {
+        std::mem::take(&mut self.work.suspect)
+    }
+
+    fn switching_functions(&mut self, time: f64, y: &[f64], values: &mut [f64]) {
+        let e = self.plant.evaluate(time, y, &self.inputs.at(time), *self.slack);
+        for i in 0..CABLES {
+            values[i] = if self.slack[i] { -e.tension_uncut[i] } else { e.tension_uncut[i] };
+        }
+    }
+
+    fn switch(&mut self, time: f64, y: &[f64]) {
+        // At a crossing the tension is zero to rounding: each cable past it changes over.
+        let e = self.plant.evaluate(time, y, &self.inputs.at(time), *self.slack);
+        if self.work.tension_follows_inputs {
+            *self.slack = self.plant.slack_cables(time, y, &self.inputs.at(time));
+        } else {
+            *self.slack = e.tension_uncut.map(|t| t < 0.0);
+        }
+    }
+}
