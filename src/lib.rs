@@ -10,6 +10,7 @@ pub mod formula;
 pub mod geometry;
 pub mod integrator;
 pub mod kinematics;
+pub mod model_file;
 pub mod parameters;
 pub mod plant;
 pub mod scalar;

@@ -109,7 +109,7 @@ fn worst_deviation(tolerance: f64, step: f64) -> [f64; 3] {
 #[test]
 fn release_matches_the_table() {
     for step in [0.01, 0.1, 1.0] {
-        let [pose, length, tension] = worst_deviation(1e-10, step);
+        let [pose, length, tension] = worst_deviation(1e-12, step);
         // The table is printed to 10 digits: 5e-12 in the pose, 5e-8 m, 5e-7 N.
         assert!(pose < 2e-10, "pose off by {pose:e} at step {step}");
         assert!(length < 1e-7, "length off by {length:e} at step {step}");

@@ -1,0 +1,353 @@
+//! `model.toml`: parameters, start values and effects as people write them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::Arc;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::dynamics::Inputs;
+use crate::effect::EffectSpec;
+use crate::parameters::{CABLES, CableInertia, CableModel, Initialization, ParameterError, Parameters};
+use crate::plant::{Plant, PlantError};
+use crate::simulation::{DEFAULT_TOLERANCE, Start};
+
+/// A model: what `model.toml` says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// Geometry, inertia, cables.
+    pub parameters: Parameters,
+    /// Relative tolerance of the integrator.
+    pub relative_tolerance: f64,
+    /// Start values; winch forces and disturbances of the file are the inputs' start values.
+    pub start: Start,
+    /// The effects.
+    pub effects: Vec<EffectSpec>,
+}
+
+impl Default for Model {
+    fn default() -> Self {
+        Self {
+            parameters: Parameters::default(),
+            relative_tolerance: DEFAULT_TOLERANCE,
+            start: Start::default(),
+            effects: Vec::new(),
+        }
+    }
+}
+
+/// A `model.toml` that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}{message}", line.map_or(String::new(), |l| format!("line {l}: ")))]
+pub struct ModelFileError {
+    /// Line, from 1, where it is known.
+    pub line: Option<usize>,
+    /// The key, what was found and what was expected.
+    pub message: String,
+}
+
+/// The file's keys, flat as they stand there.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    cable_model: Option<CableModel>,
+    cable_inertia: Option<CableInertia>,
+    platform_mass: Option<f64>,
+    platform_inertia: Option<f64>,
+    anchor_radius: Option<f64>,
+    attachment_radius: Option<f64>,
+    anchor_angle: Option<[f64; CABLES]>,
+    attachment_angle: Option<[f64; CABLES]>,
+    cable_density: Option<f64>,
+    youngs_modulus: Option<f64>,
+    cable_area: Option<f64>,
+    cable_damping: Option<f64>,
+    relative_tolerance: Option<f64>,
+    initialization: Option<Initialization>,
+    #[serde(default)]
+    start: StartKeys,
+    #[serde(default)]
+    effect: Vec<Spanned<EffectSpec>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct StartKeys {
+    x: Option<f64>,
+    y: Option<f64>,
+    phi: Option<f64>,
+    vx: Option<f64>,
+    vy: Option<f64>,
+    omega: Option<f64>,
+    unstretched_length: Option<[f64; CABLES]>,
+    unstretched_length_rate: Option<[f64; CABLES]>,
+    winch_force: Option<[f64; CABLES]>,
+    disturbance_force_x: Option<f64>,
+    disturbance_force_y: Option<f64>,
+    disturbance_torque: Option<f64>,
+}
+
+impl Model {
+    /// Reads and checks a model file's text.
+    ///
+    /// # Errors
+    /// Syntax, unknown keys, values of the wrong type or out of range: with the line, what was found and expected.
+    pub fn from_toml(text: &str) -> Result<Self, ModelFileError> {
+        let keys: Keys = toml::from_str(text).map_err(|e| {
+            let line = e.span().map(|span| line_at(text, span.start));
+            // The parser says what it found and expected; the key stands on the line.
+            let key = line.and_then(|l| text.lines().nth(l - 1)?.split_once('=')).map(|(key, _)| key.trim());
+            let message = match key {
+                Some(key) if !e.message().contains(key) => format!("`{key}`: {}", e.message()),
+                _ => e.message().to_owned(),
+            };
+            ModelFileError { line, message }
+        })?;
+        let default = Parameters::default();
+        let start = Start::default();
+        let parameters = Parameters {
+            cable_model: keys.cable_model.unwrap_or(default.cable_model),
+            cable_inertia: keys.cable_inertia.unwrap_or(default.cable_inertia),
+            platform_mass: keys.platform_mass.unwrap_or(default.platform_mass),
+            platform_inertia: keys.platform_inertia.unwrap_or(default.platform_inertia),
+            anchor_radius: keys.anchor_radius.unwrap_or(default.anchor_radius),
+            attachment_radius: keys.attachment_radius.unwrap_or(default.attachment_radius),
+            anchor_angle: keys.anchor_angle.unwrap_or(default.anchor_angle),
+            attachment_angle: keys.attachment_angle.unwrap_or(default.attachment_angle),
+            cable_density: keys.cable_density.unwrap_or(default.cable_density),
+            youngs_modulus: keys.youngs_modulus.unwrap_or(default.youngs_modulus),
+            cable_area: keys.cable_area.unwrap_or(default.cable_area),
+            cable_damping: keys.cable_damping.unwrap_or(default.cable_damping),
+        };
+        let s = keys.start;
+        let or = |value: Option<f64>| value.unwrap_or(0.0);
+        let model = Self {
+            parameters,
+            relative_tolerance: keys.relative_tolerance.unwrap_or(DEFAULT_TOLERANCE),
+            start: Start {
+                time: 0.0,
+                initialization: keys.initialization.unwrap_or_default(),
+                pose: [or(s.x), or(s.y), or(s.phi)],
+                twist: [or(s.vx), or(s.vy), or(s.omega)],
+                unstretched_length: s.unstretched_length.unwrap_or(start.unstretched_length),
+                unstretched_length_rate: s.unstretched_length_rate.unwrap_or(start.unstretched_length_rate),
+                inputs: Inputs {
+                    winch_force: s.winch_force.unwrap_or(start.inputs.winch_force),
+                    disturbance: [or(s.disturbance_force_x), or(s.disturbance_force_y), or(s.disturbance_torque)],
+                },
+            },
+            effects: keys.effect.iter().map(|e| e.get_ref().clone()).collect(),
+        };
+        let lines: Vec<usize> = keys.effect.iter().map(|e| line_at(text, e.span().start)).collect();
+        model.check().map_err(|error| ModelFileError {
+            line: match &error {
+                ModelError::Plant(PlantError::Parameter(e)) | ModelError::Value(e) => line_of_key(text, &e.key),
+                ModelError::Plant(PlantError::Effect(e)) => line_of_effect(&model, &lines, &e.id),
+                ModelError::Plant(PlantError::Twice { id, .. }) => line_of_effect(&model, &lines, id),
+                ModelError::Plant(PlantError::TooManyStates { .. }) => None,
+            },
+            message: error.to_string(),
+        })?;
+        Ok(model)
+    }
+
+    /// Checks every value and that a plant can be built.
+    ///
+    /// # Errors
+    /// The first thing wrong.
+    pub fn check(&self) -> Result<(), ModelError> {
+        let tolerance = self.relative_tolerance;
+        if !(1e-13..=1e-3).contains(&tolerance) {
+            return Err(ParameterError::new("relative_tolerance", tolerance, "a number from 1e-13 to 1e-3").into());
+        }
+        let s = &self.start;
+        let inputs = &s.inputs;
+        let named = [
+            ("x", &s.pose[..]),
+            ("vx", &s.twist[..]),
+            ("unstretched_length", &s.unstretched_length[..]),
+            ("unstretched_length_rate", &s.unstretched_length_rate[..]),
+            ("winch_force", &inputs.winch_force[..]),
+            ("disturbance_force_x", &inputs.disturbance[..]),
+        ];
+        for (key, values) in named {
+            if let Some(bad) = values.iter().find(|v| !v.is_finite()) {
+                return Err(ParameterError::new(key, bad, "finite numbers").into());
+            }
+        }
+        let plant = Plant::new(self.parameters.clone(), self.effects.clone())?;
+        plant.geometry().check_pose(&s.pose)?;
+        Ok(())
+    }
+
+    /// The plant of this model.
+    ///
+    /// # Errors
+    /// See [`Plant::new`].
+    pub fn plant(&self) -> Result<Arc<Plant>, PlantError> {
+        Plant::new(self.parameters.clone(), self.effects.clone()).map(Arc::new)
+    }
+
+    /// The text of a `model.toml` that reads back as this model, with every unit in a comment.
+    pub fn to_toml(&self) -> String {
+        let p = &self.parameters;
+        let mut out = String::from("# A planar cable-driven parallel robot. SI units, radians.\n\n");
+        let mut line = |key: &str, value: String, comment: &str| {
+            let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
+        };
+        let name = |value: String| format!("{:?}", snake_case(&value));
+        let array = |values: [f64; CABLES]| format!("{values:?}");
+        line("cable_model", name(format!("{:?}", p.cable_model)), "rigid, massless_spring or lumped_mass");
+        line("cable_inertia", name(format!("{:?}", p.cable_inertia)), "paper, reeled or none");
+        line("platform_mass", format!("{:?}", p.platform_mass), "kg");
+        line("platform_inertia", format!("{:?}", p.platform_inertia), "kg m2");
+        line("anchor_radius", format!("{:?}", p.anchor_radius), "m");
+        line("attachment_radius", format!("{:?}", p.attachment_radius), "m");
+        line("anchor_angle", array(p.anchor_angle), "rad");
+        line("attachment_angle", array(p.attachment_angle), "rad, body frame");
+        line("cable_density", format!("{:?}", p.cable_density), "kg/m");
+        line("youngs_modulus", format!("{:?}", p.youngs_modulus), "Pa");
+        line("cable_area", format!("{:?}", p.cable_area), "m2");
+        line("cable_damping", format!("{:?}", p.cable_damping), "N s, damping coefficient times length");
+        line("relative_tolerance", format!("{:?}", self.relative_tolerance), "1, of the integrator");
+        let s = &self.start;
+        let initialization = name(format!("{:?}", s.initialization));
+        line("initialization", initialization, "from_winch_forces, from_states or static_equilibrium");
+        out.push_str("\n[start]\n");
+        let mut line = |key: &str, value: String, comment: &str| {
+            let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
+        };
+        for (key, value, unit) in [
+            ("x", s.pose[0], "m"),
+            ("y", s.pose[1], "m"),
+            ("phi", s.pose[2], "rad"),
+            ("vx", s.twist[0], "m/s"),
+            ("vy", s.twist[1], "m/s"),
+            ("omega", s.twist[2], "rad/s"),
+        ] {
+            line(key, format!("{value:?}"), unit);
+        }
+        if s.initialization == Initialization::FromStates {
+            line("unstretched_length", array(s.unstretched_length), "m");
+            line("unstretched_length_rate", array(s.unstretched_length_rate), "m/s");
+        }
+        line("winch_force", array(s.inputs.winch_force), "N, pull-positive");
+        for (key, value, unit) in [
+            ("disturbance_force_x", s.inputs.disturbance[0], "N"),
+            ("disturbance_force_y", s.inputs.disturbance[1], "N"),
+            ("disturbance_torque", s.inputs.disturbance[2], "N m"),
+        ] {
+            line(key, format!("{value:?}"), unit);
+        }
+        for effect in &self.effects {
+            let info = effect.info().ok();
+            let _ = writeln!(out, "\n[[effect]] # {}", info.map_or("", |i| i.title));
+            let mut line = |key: &str, value: String, comment: &str| {
+                let text = format!("{key} = {value}");
+                let _ =
+                    if comment.is_empty() { writeln!(out, "{text}") } else { writeln!(out, "{text:<48} # {comment}") };
+            };
+            line("id", format!("{:?}", effect.id), "");
+            if let Some(cable) = effect.cable {
+                line("cable", cable.to_string(), "");
+            }
+            for (key, value) in
+                [("channel", &effect.channel), ("target", &effect.target), ("expression", &effect.expression)]
+            {
+                if let Some(value) = value {
+                    line(key, toml::Value::String(value.clone()).to_string(), "");
+                }
+            }
+            for (parameter, value) in info.map_or(&[][..], |i| i.parameters).iter().zip(&effect.values) {
+                line(parameter.name, format!("{value:?}"), &format!("{}, {}", parameter.unit, parameter.description));
+            }
+        }
+        out
+    }
+}
+
+/// What [`Model::check`] finds.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// The plant cannot be built.
+    #[error(transparent)]
+    Plant(#[from] PlantError),
+    /// A start value or setting is out of range.
+    #[error(transparent)]
+    Value(#[from] ParameterError),
+}
+
+fn snake_case(name: &str) -> String {
+    let mut out = String::new();
+    for c in name.chars() {
+        if c.is_ascii_uppercase() && !out.is_empty() {
+            out.push('_');
+        }
+        out.push(c.to_ascii_lowercase());
+    }
+    out
+}
+
+fn line_at(text: &str, byte: usize) -> usize {
+    text.as_bytes()[..byte.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1
+}
+
+/// Line of a key at the top or under `[start]`; `key` may carry an index.
+fn line_of_key(text: &str, key: &str) -> Option<usize> {
+    let key = key.split('[').next()?;
+    let top: BTreeMap<Spanned<String>, toml::Value> = toml::from_str(text).ok()?;
+    if let Some(found) = top.keys().find(|k| k.get_ref() == key) {
+        return Some(line_at(text, found.span().start));
+    }
+    #[derive(Deserialize)]
+    struct OnlyStart {
+        start: BTreeMap<Spanned<String>, toml::Value>,
+    }
+    let inner: OnlyStart = toml::from_str(text).ok()?;
+    let key = if key == "pose" { "x" } else { key };
+    inner.start.keys().find(|k| k.get_ref() == key).map(|k| line_at(text, k.span().start))
+}
+
+fn line_of_effect(model: &Model, lines: &[usize], id: &str) -> Option<usize> {
+    let last = model.effects.iter().rposition(|e| e.id == id)?;
+    lines.get(last).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_written_model_reads_back() {
+        let mut model = Model::default();
+        model.parameters.platform_mass = 2600.5;
+        model.start.pose = [0.1, -0.2, 0.3];
+        model.effects = vec![
+            EffectSpec::new("winch_coulomb_friction", Some(3), &[250.0, 0.01]).unwrap(),
+            EffectSpec::expression("platform.force_x", "-34.8*x*abs(y)").unwrap(),
+        ];
+        let text = model.to_toml();
+        assert_eq!(Model::from_toml(&text).unwrap(), model, "{text}");
+    }
+
+    #[test]
+    fn errors_name_line_and_key() {
+        for (text, line, part) in [
+            ("platform_mass = 1.0\nplatform_mas = 2.0", Some(2), "platform_mas"),
+            ("\nplatform_mass = -1.0", Some(2), "`platform_mass` is -1, expected"),
+            ("platform_mass = \"heavy\"", Some(1), "`platform_mass`: invalid type: string"),
+            ("cable_model = \"elastic\"", Some(1), "rigid"),
+            ("[[effect]]\nid = \"nothing\"", Some(1), "winch_coulomb_friction"),
+            ("[[effect]]\nid = \"winch_lag\"", Some(1), "no `time_constant`"),
+            ("[start]\nx = 1\ny = 1000.0", Some(2), "inside the anchors"),
+            ("[start]\nphi = 1.2", None, "cable"),
+            ("anchor_angle = [0.0, 1.0]", Some(1), "length 4"),
+            ("platform_mass = ", Some(1), ""),
+        ] {
+            let error = Model::from_toml(text).unwrap_err();
+            assert_eq!(error.line, line, "{text:?}: {error}");
+            assert!(error.to_string().contains(part), "{text:?}: {error}");
+        }
+    }
+}
