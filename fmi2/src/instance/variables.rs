@@ -1,0 +1,206 @@
+//! Reading and setting variables, under the rules of the table.
+
+use std::ffi::{CStr, CString};
+
+use super::Instance;
+use crate::description::{BaseType, Causality, Kind, Variable};
+use crate::failure::{Failure, Outcome};
+use crate::model::{Model, Value};
+use crate::state::State;
+
+impl<M: Model> Instance<M> {
+    /// How many variables of a type there are: no call has a reason to name more.
+    pub(crate) fn count(&self, base: BaseType) -> usize {
+        self.lookup.count(base)
+    }
+
+    /// Read variables of one type; `take` gets each value with its place in `references`.
+    pub(crate) fn read(
+        &mut self,
+        base: BaseType,
+        references: &[u32],
+        mut take: impl FnMut(usize, Value) -> Outcome,
+    ) -> Outcome {
+        for (place, &reference) in references.iter().enumerate() {
+            let index = self.index(base, reference)?;
+            let value = self.value(index)?;
+            if base_type(&value) != base {
+                return Err(Failure::broken(format!(
+                    "the model answered `{}`, which is of type {base:?}, with {value:?}",
+                    self.name(index)
+                )));
+            }
+            take(place, value)?;
+        }
+        Ok(())
+    }
+
+    /// Read string variables into the instance's own memory.
+    pub(crate) fn read_strings(&mut self, references: &[u32]) -> Outcome<&[CString]> {
+        let mut strings = Vec::with_capacity(references.len());
+        self.read(BaseType::String, references, |_, value| {
+            if let Value::String(text) = value {
+                strings.push(c_string(text)?);
+            }
+            Ok(())
+        })?;
+        self.strings = strings;
+        Ok(&self.strings)
+    }
+
+    /// Keep one string for the host to read.
+    pub(crate) fn keep_string(&mut self, text: String) -> Outcome<&CStr> {
+        self.strings = vec![c_string(text)?];
+        Ok(&self.strings[0])
+    }
+
+    /// Set variables of one type; `value` gives the value at each place. All are checked before any
+    /// is set.
+    pub(crate) fn write(
+        &mut self,
+        base: BaseType,
+        references: &[u32],
+        value: impl Fn(usize) -> Outcome<Value>,
+    ) -> Outcome {
+        let mut checked = std::mem::take(&mut self.checked);
+        checked.clear();
+        let outcome = self
+            .check_values(base, references, value, &mut checked)
+            .and_then(|()| self.set_values(&mut checked));
+        self.checked = checked;
+        outcome
+    }
+
+    fn check_values(
+        &self,
+        base: BaseType,
+        references: &[u32],
+        value: impl Fn(usize) -> Outcome<Value>,
+        checked: &mut Vec<(usize, Value)>,
+    ) -> Outcome {
+        for (place, &reference) in references.iter().enumerate() {
+            let index = self.index(base, reference)?;
+            let variable = &self.model.description().variables[index];
+            self.check_settable(variable)?;
+            let value = value(place)
+                .and_then(|value| {
+                    self.check_value(variable, &value)?;
+                    Ok(value)
+                })
+                .map_err(|failure| Failure::refused(format!("`{}`: {failure}", variable.name)))?;
+            checked.push((index, value));
+        }
+        Ok(())
+    }
+
+    fn set_values(&mut self, checked: &mut Vec<(usize, Value)>) -> Outcome {
+        for (index, value) in checked.drain(..) {
+            if let Err(error) = self.model.set(index, value) {
+                return Err(Failure::refused(format!("`{}`: {error}", self.name(index))));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_settable(&self, variable: &Variable) -> Outcome {
+        let state = self.progress.state;
+        let settable = match state {
+            State::Instantiated => variable.settable_before_initialisation(),
+            State::Initialisation => variable.settable_in_initialisation(),
+            State::StepComplete | State::StepFailed => variable.settable_while_stepping(),
+            State::Terminated | State::Error => false,
+        };
+        if settable {
+            return Ok(());
+        }
+        Err(Failure::refused(format!(
+            "`{}` (causality {:?}, variability {:?}, initial {:?}) cannot be set in state `{}`",
+            variable.name,
+            variable.causality,
+            variable.variability,
+            variable.effective_initial(),
+            state.name()
+        )))
+    }
+
+    /// Finite and, unless it is an input, within the table's bounds. The bounds of an input tell tools
+    /// what to expect; a simulation should not end because a signal brushed past one.
+    fn check_value(&self, variable: &Variable, value: &Value) -> Outcome {
+        match (&variable.kind, value) {
+            (Kind::Real(_), Value::Real(number)) if !number.is_finite() => {
+                Err(Failure::refused(format!("{number} is not finite")))
+            }
+            _ if variable.causality == Causality::Input => Ok(()),
+            (Kind::Real(real), &Value::Real(number)) => check_bounds(number, real.min, real.max),
+            (Kind::Integer(integer), &Value::Integer(number)) => {
+                check_bounds(number, integer.min, integer.max)
+            }
+            (Kind::Enumeration { type_name, .. }, &Value::Integer(number)) => {
+                self.check_item(type_name, number)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_item(&self, type_name: &str, number: i32) -> Outcome {
+        let enumerations = &self.model.description().enumerations;
+        let known = enumerations
+            .iter()
+            .find(|e| e.name == type_name)
+            .is_some_and(|e| e.items.iter().any(|item| item.value == number));
+        if known {
+            Ok(())
+        } else {
+            Err(Failure::refused(format!(
+                "{number} is not the value of an item of `{type_name}`"
+            )))
+        }
+    }
+
+    /// Index of the variable behind a value reference.
+    pub(super) fn index(&self, base: BaseType, reference: u32) -> Outcome<usize> {
+        self.lookup.index(base, reference).ok_or_else(|| {
+            Failure::refused(format!(
+                "no variable of type {base:?} has the value reference {reference}"
+            ))
+        })
+    }
+
+    fn value(&mut self, index: usize) -> Outcome<Value> {
+        if self.model.description().variables[index].causality == Causality::Independent {
+            return Ok(Value::Real(self.progress.time));
+        }
+        self.model
+            .get(index)
+            .map_err(|error| Failure::refused(format!("`{}`: {error}", self.name(index))))
+    }
+}
+
+fn check_bounds<T: PartialOrd + std::fmt::Display>(
+    number: T,
+    min: Option<T>,
+    max: Option<T>,
+) -> Outcome {
+    match (min, max) {
+        (Some(min), _) if number < min => Err(Failure::refused(format!(
+            "{number} is below the minimum {min}"
+        ))),
+        (_, Some(max)) if number > max => Err(Failure::refused(format!(
+            "{number} is above the maximum {max}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn base_type(value: &Value) -> BaseType {
+    match value {
+        Value::Real(_) => BaseType::Real,
+        Value::Integer(_) => BaseType::Integer,
+        Value::Boolean(_) => BaseType::Boolean,
+        Value::String(_) => BaseType::String,
+    }
+}
+
+fn c_string(text: String) -> Outcome<CString> {
+    CString::new(text).map_err(|_| Failure::refused("the text holds a NUL, which C cannot carry"))
+}

@@ -1,0 +1,118 @@
+//! What reaches the host's log.
+
+use std::borrow::Cow;
+use std::collections::HashSet;
+
+use crate::failure::{Failure, Outcome};
+use crate::model::Status;
+
+/// A message that passed the filter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Message {
+    pub(crate) status: Status,
+    pub(crate) category: Cow<'static, str>,
+    pub(crate) text: String,
+}
+
+impl Message {
+    /// A message of the layer, under the standard's category for its status.
+    pub(crate) fn of_layer(status: Status, text: String) -> Self {
+        let category = match status {
+            Status::Ok => "logAll",
+            Status::Warning => "logStatusWarning",
+            Status::Discard => "logStatusDiscard",
+            Status::Error | Status::Fatal | Status::Pending => "logStatusError",
+        };
+        Self {
+            status,
+            category: category.into(),
+            text,
+        }
+    }
+}
+
+/// Which categories the host switched on.
+#[derive(Debug)]
+pub(crate) struct Filter {
+    known: Vec<String>,
+    on: HashSet<String>,
+}
+
+impl Filter {
+    /// All categories on, or all off.
+    pub(crate) fn new(known: Vec<String>, logging_on: bool) -> Self {
+        let mut filter = Self {
+            known,
+            on: HashSet::new(),
+        };
+        if logging_on {
+            filter.on.extend(filter.known.iter().cloned());
+        }
+        filter
+    }
+
+    /// `fmi2SetDebugLogging`: on for exactly these categories (all, if there are none), or off.
+    pub(crate) fn switch(&mut self, logging_on: bool, categories: &[&str]) -> Outcome {
+        if let Some(unknown) = categories
+            .iter()
+            .find(|wanted| !self.known.iter().any(|known| known == *wanted))
+        {
+            return Err(Failure::refused(format!(
+                "log category `{unknown}` is not one of {}",
+                self.known.join(", ")
+            )));
+        }
+        self.on.clear();
+        if logging_on && categories.is_empty() {
+            self.on.extend(self.known.iter().cloned());
+        } else if logging_on {
+            self.on.extend(categories.iter().map(|&c| c.to_owned()));
+        }
+        Ok(())
+    }
+
+    /// Errors always pass: a host that gets `fmi2Error` must be able to find out why.
+    pub(crate) fn passes(&self, message: &Message) -> bool {
+        message.status >= Status::Error
+            || self.on.contains("logAll")
+            || self.on.contains(message.category.as_ref())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn passing(filter: &Filter) -> Vec<Status> {
+        [Status::Ok, Status::Warning, Status::Discard, Status::Error]
+            .into_iter()
+            .filter(|&s| filter.passes(&Message::of_layer(s, String::new())))
+            .collect()
+    }
+
+    #[test]
+    fn categories_switch_on_and_off() {
+        let known = [
+            "logStatusWarning",
+            "logStatusDiscard",
+            "logStatusError",
+            "logAll",
+        ];
+        let mut filter = Filter::new(known.map(String::from).to_vec(), false);
+        assert_eq!(passing(&filter), [Status::Error]);
+
+        filter.switch(true, &["logStatusWarning"]).unwrap();
+        assert_eq!(passing(&filter), [Status::Warning, Status::Error]);
+
+        filter.switch(true, &[]).unwrap();
+        assert_eq!(passing(&filter).len(), 4);
+
+        filter
+            .switch(true, &["logStatusDiscard", "noSuch"])
+            .unwrap_err();
+        assert_eq!(passing(&filter).len(), 4, "a refused call changes nothing");
+
+        filter.switch(false, &["logStatusDiscard"]).unwrap();
+        assert_eq!(passing(&filter), [Status::Error]);
+    }
+}

@@ -1,0 +1,86 @@
+//! What the host's logger gets, and when.
+
+use std::ffi::{CStr, CString};
+
+use crate::harness::*;
+
+fn switch(fmu: &Fmu, on: bool, categories: &[&CStr]) -> i32 {
+    let pointers: Vec<_> = categories.iter().map(|c| c.as_ptr()).collect();
+    // SAFETY: as many strings as said.
+    unsafe { fmi2SetDebugLogging(fmu.c, i32::from(on), pointers.len(), pointers.as_ptr()) }
+}
+
+/// One warning, one discard, one error: the categories that come through.
+fn provoke(fmu: &Fmu) -> Vec<String> {
+    let point = fmu.get(vr::TIME);
+    assert_eq!(fmu.set_integer(vr::FAULT, fault::WARN), OK);
+    assert_eq!(fmu.step(point, 0.25), WARNING);
+    assert_eq!(fmu.set_integer(vr::FAULT, fault::HALF), OK);
+    assert_eq!(fmu.step(point + 0.25, 0.5), DISCARD);
+    assert_eq!(fmu.step(point, -1.0), ERROR);
+    fmu.log().into_iter().map(|m| m.category).collect()
+}
+
+#[test]
+fn categories_decide_what_is_logged() {
+    let fmu = Fmu::stepping();
+    assert_eq!(
+        provoke(&fmu),
+        ["logModel", "logStatusDiscard", "logStatusError"]
+    );
+    assert_eq!(switch(&fmu, false, &[]), OK);
+    assert_eq!(
+        provoke(&fmu),
+        ["logStatusError"],
+        "errors always come through"
+    );
+    assert_eq!(switch(&fmu, true, &[c"logStatusDiscard"]), OK);
+    assert_eq!(provoke(&fmu), ["logStatusDiscard", "logStatusError"]);
+    assert_eq!(switch(&fmu, true, &[c"logModel", c"logStatusError"]), OK);
+    assert_eq!(provoke(&fmu), ["logModel", "logStatusError"]);
+    assert_eq!(switch(&fmu, true, &[c"logAll"]), OK);
+    assert_eq!(provoke(&fmu).len(), 3);
+    assert_eq!(switch(&fmu, true, &[c"logNothing"]), ERROR);
+    assert!(
+        fmu.message()
+            .contains("log category `logNothing` is not one of")
+    );
+}
+
+#[test]
+fn logging_off_at_the_start_is_off() {
+    let fmu = Fmu::with_logging(false);
+    assert_eq!(fmu.setup(0.0, None), OK);
+    assert_eq!(fmu.enter(), OK);
+    assert_eq!(fmu.exit(), OK);
+    assert_eq!(provoke(&fmu), ["logStatusError"]);
+}
+
+/// The harness passes each message through `printf`, as a logger in C does.
+#[test]
+fn percent_signs_survive_the_format() {
+    let fmu = Fmu::stepping();
+    assert_eq!(fmu.set_integer(vr::FAULT, fault::HALF), OK);
+    assert_eq!(fmu.step(0.0, 0.5), DISCARD);
+    let log = fmu.log();
+    assert!(
+        log[0].text.contains("at 50% of the step"),
+        "{}",
+        log[0].text
+    );
+    assert_eq!(log[0].instance, "an instance");
+
+    let nasty = CString::new("%s%n%d 100% %%").unwrap();
+    assert_eq!(switch(&fmu, true, &[&nasty]), ERROR);
+    assert!(fmu.message().contains("`%s%n%d 100% %%`"));
+}
+
+#[test]
+fn messages_name_the_function_and_the_state() {
+    let fmu = Fmu::new();
+    assert_eq!(fmu.step(0.0, 0.1), ERROR);
+    assert_eq!(
+        fmu.message(),
+        "fmi2DoStep: not allowed in state `instantiated`"
+    );
+}
