@@ -1,4 +1,4 @@
-//! Export a Rust model as an FMI 2.0 co-simulation FMU.
+#![doc = include_str!("../README.md")]
 
 pub mod abi;
 pub mod description;
