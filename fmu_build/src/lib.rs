@@ -1,1 +1,24 @@
-//! Packs and checks FMUs.
+//! Packs FMUs: a model, its binaries, resources, documentation and licences become one checked `.fmu` file.
+//!
+//! [`Fmu`] is general: any [`fmi2_export::Model`] can be packed with it. [`cross`] builds binaries for other
+//! platforms from a source checkout.
+//!
+//! What does not hold together is refused: a binary that lacks a function of FMI 2.0 or does not accept the
+//! description's GUID, a description that breaks the standard's rules, an XML text that does not say the same.
+//! The same input gives the same bytes, whatever the machine and the hour.
+
+mod archive;
+mod binary;
+pub mod cross;
+mod documentation;
+mod error;
+mod fmu;
+mod platform;
+mod probe;
+mod xml_check;
+
+pub use binary::{Binary, FUNCTIONS};
+pub use documentation::Section;
+pub use error::PackError;
+pub use fmu::Fmu;
+pub use platform::Platform;

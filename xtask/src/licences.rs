@@ -31,12 +31,9 @@ struct Sources {
 /// Checks every package that the lock file can bring in, on any target; prints how many stand under which licence.
 pub(crate) fn check(project: &Project) -> Result<()> {
     let file = project.root.join("deny.toml");
-    let text =
-        fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
+    let text = fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display()))?;
     let rules: Rules = toml::from_str(&text).with_context(|| file.display().to_string())?;
-    let packages = project.metadata["packages"]
-        .as_array()
-        .context("cargo metadata lists no packages")?;
+    let packages = project.metadata["packages"].as_array().context("cargo metadata lists no packages")?;
     let mut counts = BTreeMap::<&str, usize>::new();
     let mut faults = Vec::new();
     for package in packages {
@@ -50,11 +47,7 @@ pub(crate) fn check(project: &Project) -> Result<()> {
         }
     }
     if !faults.is_empty() {
-        bail!(
-            "not allowed by {}:\n  {}",
-            file.display(),
-            faults.join("\n  ")
-        );
+        bail!("not allowed by {}:\n  {}", file.display(), faults.join("\n  "));
     }
     for (licence, count) in counts {
         println!("{count:5}  {licence}");
@@ -66,29 +59,20 @@ pub(crate) fn check(project: &Project) -> Result<()> {
 fn judge<'a>(package: &'a Value, rules: &Rules) -> Result<&'a str> {
     if let Some(source) = package["source"].as_str() {
         let registry = source.split_once('+').map_or(source, |(_, url)| url);
-        let known = source.starts_with("registry+")
-            && rules
-                .sources
-                .allow_registry
-                .iter()
-                .any(|url| url == registry);
+        let known = source.starts_with("registry+") && rules.sources.allow_registry.iter().any(|url| url == registry);
         if !known {
             bail!("comes from {source}, which is not among [sources] allow-registry");
         }
     }
-    let text = package["license"]
-        .as_str()
-        .context("names no licence in its Cargo.toml")?;
-    let expression = Expression::parse_mode(text, spdx::ParseMode::LAX).map_err(|error| {
-        anyhow::anyhow!("its licence `{text}` cannot be read: {}", error.reason)
-    })?;
+    let text = package["license"].as_str().context("names no licence in its Cargo.toml")?;
+    let expression = Expression::parse_mode(text, spdx::ParseMode::LAX)
+        .map_err(|error| anyhow::anyhow!("its licence `{text}` cannot be read: {}", error.reason))?;
     let allowed = rules
         .licenses
         .allow
         .iter()
         .map(|name| {
-            Licensee::parse(name)
-                .map_err(|error| anyhow::anyhow!("[licenses] allow: `{name}`: {}", error.reason))
+            Licensee::parse(name).map_err(|error| anyhow::anyhow!("[licenses] allow: `{name}`: {}", error.reason))
         })
         .collect::<Result<Vec<_>>>()?;
     if !expression.evaluate(|wanted| allowed.iter().any(|licensee| licensee.satisfies(wanted))) {

@@ -19,20 +19,10 @@ pub(crate) struct Project {
 impl Project {
     /// Asks cargo.
     pub(crate) fn find() -> Result<Self> {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .parent()
-            .context("the folder above xtask")?
-            .to_path_buf();
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("the folder above xtask")?.to_path_buf();
         let metadata = metadata(&root.join("Cargo.toml"))?;
-        let target = metadata["target_directory"]
-            .as_str()
-            .context("cargo metadata names no target_directory")?
-            .into();
-        Ok(Self {
-            root,
-            target,
-            metadata,
-        })
+        let target = metadata["target_directory"].as_str().context("cargo metadata names no target_directory")?.into();
+        Ok(Self { root, target, metadata })
     }
 
     /// A program that `cargo build --release` made.

@@ -34,28 +34,18 @@ impl Environment {
         }
         // Removed rather than brought up to date: packages that are no longer named must not linger.
         if environment.folder.exists() {
-            fs::remove_dir_all(&environment.folder).with_context(|| {
-                format!("cannot remove the old {}", environment.folder.display())
-            })?;
+            fs::remove_dir_all(&environment.folder)
+                .with_context(|| format!("cannot remove the old {}", environment.folder.display()))?;
         }
-        run(Command::new(&host.program)
-            .args(["-m", "venv"])
-            .arg(&environment.folder))
-        .context("Python's venv module is needed; Debian and Ubuntu have it as python3-venv")?;
+        run(Command::new(&host.program).args(["-m", "venv"]).arg(&environment.folder))
+            .context("Python's venv module is needed; Debian and Ubuntu have it as python3-venv")?;
         let mut install = environment.python();
-        install.args([
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-        ]);
+        install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
         for file in REQUIREMENTS {
             install.arg("--requirement").arg(project.root.join(file));
         }
         run(&mut install)?;
-        fs::write(&stamp_file, stamp)
-            .with_context(|| format!("cannot write {}", stamp_file.display()))?;
+        fs::write(&stamp_file, stamp).with_context(|| format!("cannot write {}", stamp_file.display()))?;
         Ok(environment)
     }
 
@@ -84,8 +74,7 @@ fn stamp(project: &Project, host: &HostPython) -> Result<String> {
     let mut text = format!("Python {}\n", host.version);
     for file in REQUIREMENTS {
         let path = project.root.join(file);
-        let requirements =
-            fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        let requirements = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
         text += &format!("{file}\n{requirements}");
     }
     Ok(text)
@@ -102,10 +91,7 @@ fn host_python() -> Result<HostPython> {
     for program in candidates {
         match python_version(Path::new(program)) {
             Ok((version, true)) => {
-                return Ok(HostPython {
-                    program: program.to_owned(),
-                    version,
-                });
+                return Ok(HostPython { program: program.to_owned(), version });
             }
             Ok((version, false)) => seen.push(format!("{program} is {version}")),
             Err(error) => seen.push(format!("{program}: {error:#}")),
@@ -127,8 +113,7 @@ fn python_version(program: &Path) -> Result<(String, bool)> {
         .context("cannot be started")?;
     ensure!(output.status.success(), "cannot tell its version");
     let version = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-    let new_enough =
-        is_new_enough(&version).with_context(|| format!("`{version}` is no version number"))?;
+    let new_enough = is_new_enough(&version).with_context(|| format!("`{version}` is no version number"))?;
     Ok((version, new_enough))
 }
 

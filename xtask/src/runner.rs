@@ -13,10 +13,7 @@ pub(crate) struct Runner {
 
 impl Runner {
     pub(crate) fn new() -> Self {
-        Self {
-            begun: Instant::now(),
-            durations: Vec::new(),
-        }
+        Self { begun: Instant::now(), durations: Vec::new() }
     }
 
     /// One step under its heading; an error names the step.
@@ -48,9 +45,7 @@ impl Runner {
 pub(crate) fn run(command: &mut Command) -> Result<()> {
     let line = command_line(command);
     println!("$ {line}");
-    let status = command
-        .status()
-        .with_context(|| format!("cannot start `{line}`"))?;
+    let status = command.status().with_context(|| format!("cannot start `{line}`"))?;
     if !status.success() {
         bail!("`{line}` ended with {status}");
     }
@@ -63,11 +58,7 @@ pub(crate) fn command_line(command: &Command) -> String {
         .chain(command.get_args())
         .map(|word| {
             let word = word.to_string_lossy();
-            if word.contains(' ') {
-                format!("'{word}'")
-            } else {
-                word.into_owned()
-            }
+            if word.contains(' ') { format!("'{word}'") } else { word.into_owned() }
         })
         .collect::<Vec<_>>()
         .join(" ")
@@ -80,15 +71,10 @@ mod tests {
     #[test]
     fn a_failing_step_names_itself_and_its_command() {
         let mut runner = Runner::new();
-        let error = runner
-            .step("lints", || run(&mut Command::new("a-program-that-is-not")))
-            .unwrap_err();
+        let error = runner.step("lints", || run(&mut Command::new("a-program-that-is-not"))).unwrap_err();
         let text = format!("{error:#}");
         assert!(text.contains("the step `lints` failed"), "{text}");
-        assert!(
-            text.contains("cannot start `a-program-that-is-not`"),
-            "{text}"
-        );
+        assert!(text.contains("cannot start `a-program-that-is-not`"), "{text}");
     }
 
     #[test]

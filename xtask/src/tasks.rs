@@ -23,14 +23,8 @@ pub(crate) fn test(extent: Extent) -> Result<()> {
     let environment = runner.step("Python environment", || Environment::prepare(&project))?;
     lints(&mut runner, &project, &environment, extent)?;
     // One profile for lints, documentation, tests and the command: dependencies compile once.
-    runner.step("Rust tests", || {
-        run(project
-            .cargo()
-            .args(["test", "--release", "--locked", "--workspace"]))
-    })?;
-    runner.step("the cdpr command", || {
-        run(project.cargo().args(["build", "--release", "--locked"]))
-    })?;
+    runner.step("Rust tests", || run(project.cargo().args(["test", "--release", "--locked", "--workspace"])))?;
+    runner.step("the cdpr command", || run(project.cargo().args(["build", "--release", "--locked"])))?;
     runner.summary("cargo xtask test");
     Ok(())
 }
@@ -50,9 +44,7 @@ pub(crate) fn score(arguments: &[&str]) -> Result<()> {
     let project = Project::find()?;
     let mut runner = Runner::new();
     let environment = runner.step("Python environment", || Environment::prepare(&project))?;
-    runner.step("the cdpr command", || {
-        run(project.cargo().args(["build", "--release", "--locked"]))
-    })?;
+    runner.step("the cdpr command", || run(project.cargo().args(["build", "--release", "--locked"])))?;
     runner.step("discovery suite", || {
         run(environment
             .python()
@@ -73,15 +65,8 @@ pub(crate) fn venv() -> Result<()> {
 }
 
 /// Everything that reads the sources without running them, quickest first.
-fn lints(
-    runner: &mut Runner,
-    project: &Project,
-    environment: &Environment,
-    extent: Extent,
-) -> Result<()> {
-    runner.step("Rust formatting", || {
-        run(project.cargo().args(["fmt", "--all", "--check"]))
-    })?;
+fn lints(runner: &mut Runner, project: &Project, environment: &Environment, extent: Extent) -> Result<()> {
+    runner.step("Rust formatting", || run(project.cargo().args(["fmt", "--all", "--check"])))?;
     runner.step("Python lints and formatting", || {
         let ruff = |words: &[&str]| {
             let mut command = environment.python();
@@ -92,19 +77,11 @@ fn lints(
         ruff(&["check", "."])?;
         ruff(&["format", "--check", "."])
     })?;
-    runner.step("licences and sources of dependencies", || {
-        licences::check(project)
-    })?;
+    runner.step("licences and sources of dependencies", || licences::check(project))?;
     runner.step("Rust lints", || {
         run(project
             .cargo()
-            .args([
-                "clippy",
-                "--release",
-                "--locked",
-                "--workspace",
-                "--all-targets",
-            ])
+            .args(["clippy", "--release", "--locked", "--workspace", "--all-targets"])
             .args(["--", "-D", "warnings"]))
     })?;
     if extent == Extent::Whole {
