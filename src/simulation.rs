@@ -59,6 +59,8 @@ pub struct Simulation {
     inputs: Inputs,
     input_slopes: Inputs,
     input_time: f64,
+    /// Force added to each winch command after its dead time.
+    winch_disturbance: [f64; CABLES],
     commands: CommandHistory,
     poses: PoseHistory,
     radau: Radau,
@@ -90,6 +92,7 @@ impl Simulation {
             inputs,
             input_slopes: Inputs::default(),
             input_time: time,
+            winch_disturbance: [0.0; CABLES],
             commands,
             poses,
             radau,
@@ -157,6 +160,16 @@ impl Simulation {
         self.slack = self.plant.slack_cables(self.time, &self.y, &self.inputs_felt().at(self.time));
     }
 
+    /// Moves the states a little, keeping the integrator's Jacobian and step size: for sensitivities by differences.
+    pub fn nudge_states(&mut self, y: &[f64]) {
+        self.y.copy_from_slice(y);
+    }
+
+    /// Sets an unmeasured force (N) added to each winch command after its dead time, for state estimation.
+    pub fn set_winch_disturbance(&mut self, force: [f64; CABLES]) {
+        self.winch_disturbance = force;
+    }
+
     /// What the integration has cost so far.
     pub fn statistics(&self) -> Statistics {
         self.radau.statistics()
@@ -209,6 +222,9 @@ impl Simulation {
     fn inputs_felt(&self) -> InputSegment {
         let mut segment = InputSegment { start: self.time, value: self.inputs(), slope: self.input_slopes };
         self.commands.delay(self.time, &mut segment.value.winch_force, &mut segment.slope.winch_force);
+        for (force, added) in segment.value.winch_force.iter_mut().zip(self.winch_disturbance) {
+            *force += added;
+        }
         segment
     }
 

@@ -79,6 +79,7 @@ impl Simulation {
         put_inputs(out, &self.inputs);
         put_inputs(out, &self.input_slopes);
         put(out, &[self.input_time]);
+        put(out, &self.winch_disturbance);
         out.extend(count(self.commands.stretches.len()));
         for stretch in &self.commands.stretches {
             put(out, &[stretch.start]);
@@ -118,6 +119,7 @@ impl Simulation {
         let inputs = reader.inputs()?;
         let input_slopes = reader.inputs()?;
         let input_time = reader.number()?;
+        let winch_disturbance = reader.numbers()?;
         let mut stretches = Vec::new();
         for _ in 0..reader.count(8 * (1 + 2 * CABLES))? {
             stretches.push(Stretch { start: reader.number()?, value: reader.numbers()?, slope: reader.numbers()? });
@@ -150,6 +152,7 @@ impl Simulation {
         self.inputs = inputs;
         self.input_slopes = input_slopes;
         self.input_time = input_time;
+        self.winch_disturbance = winch_disturbance;
         self.commands.stretches.clear();
         self.commands.stretches.extend(stretches);
         self.poses.points.clear();
