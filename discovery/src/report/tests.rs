@@ -1,0 +1,508 @@
+//! The report as a whole: sentences for each verdict, and a page that is safe and complete.
+
+use super::words::summary;
+use super::*;
+
+/// A small report on Coulomb friction at winch 3, two channels, one fitted and one held-out trial.
+fn report() -> Report {
+    let both = |before, after| BeforeAfter { before, after };
+    let channel = |name: &str, unit: &str| Channel {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        noise: 0.005,
+        samples: 100,
+        whiteness: Some(Whiteness {
+            name: "Q(20)".to_owned(),
+            statistic: 18.0,
+            limit: 31.4,
+            pass: true,
+        }),
+    };
+    let trial = |name: &str, holdout| Trial {
+        name: name.to_owned(),
+        holdout,
+        time: vec![0.0, 1.0, 2.0, 3.0],
+        series: vec![Series {
+            channel: "x".to_owned(),
+            measured: vec![0.0, 0.1, f64::NAN, 0.3],
+            before: vec![0.0, 0.2, 0.4, 0.9],
+            after: vec![0.0, 0.1, 0.2, 0.3],
+        }],
+        residuals: ResidualMap {
+            edges: vec![0.0, 2.0, 4.0],
+            rows: vec![ResidualRow {
+                channel: "x".to_owned(),
+                before: vec![12.0, 40.0],
+                after: vec![1.0, f64::NAN],
+            }],
+        },
+    };
+    Report {
+        title: "test bench".to_owned(),
+        verdict: Verdict::Named,
+        effects: vec![effect(
+            "winch_coulomb_friction",
+            "Coulomb friction",
+            "winch[3]",
+        )],
+        located: vec![Located {
+            place: "winch[3]".to_owned(),
+            share_of_gap: 0.83,
+            when: vec![Span {
+                trial: 0,
+                start: 12.0,
+                end: 31.5,
+            }],
+            depends_on: vec!["speed".to_owned(), "direction".to_owned()],
+        }],
+        terms: vec![],
+        gap: Gap {
+            horizon_s: 5.0,
+            train: both(41.0, 1.02),
+            holdout: Some(both(39.5, 1.04)),
+            holdout_source: "trial c.csv".to_owned(),
+            channels: vec![ChannelGap {
+                channel: "x".to_owned(),
+                train: both(12.0, 1.0),
+                holdout: Some(both(11.0, 1.01)),
+            }],
+            horizons: vec![HorizonGap {
+                horizon_s: 20.0,
+                train: both(90.0, 1.4),
+                holdout: None,
+            }],
+        },
+        channels: vec![channel("x", "m"), channel("cable_length[3]", "m")],
+        remainder: Remainder {
+            force: 1.9,
+            torque: 14.0,
+            force_before: Some(84.0),
+            torque_before: Some(610.0),
+        },
+        trials: vec![trial("a.csv", false), trial("c.csv", true)],
+        signatures: vec![Signature {
+            label: "Coulomb friction on winch 3".to_owned(),
+            x_name: "reel-out speed".to_owned(),
+            x_unit: "m/s".to_owned(),
+            y_name: "missing force".to_owned(),
+            y_unit: "N".to_owned(),
+            points: (0..40)
+                .map(|i| [0.1 * f64::from(i) - 2.0, f64::from(i % 7)])
+                .collect(),
+            law: vec![[-2.0, -251.0], [2.0, 251.0]],
+        }],
+        robot: Robot {
+            anchors: vec![
+                [-636.0, -636.0],
+                [636.0, -636.0],
+                [636.0, 636.0],
+                [-636.0, 636.0],
+            ],
+            attachments: vec![[7.0, -7.0], [-7.0, -7.0], [-7.0, 7.0], [7.0, 7.0]],
+            pose: [0.1, 0.1, 0.1],
+            path: vec![[0.0, 0.0], [1.0, 1.0]],
+        },
+        files: vec![FileUsed {
+            role: "training data".to_owned(),
+            path: "a.csv".to_owned(),
+        }],
+        settings: vec![Setting {
+            name: "horizon".to_owned(),
+            value: "5 s".to_owned(),
+        }],
+        method: Method {
+            candidates: 87,
+            trials: 1,
+            samples: 200,
+            seconds: 3.5,
+            null_test: Some(NullTest {
+                runs: 200,
+                exceeded: 0,
+            }),
+            steps: vec![Step {
+                label: "Coulomb friction on winch 3".to_owned(),
+                outcome: "added".to_owned(),
+                delta_bic: -812.4,
+                reason: "largest gain".to_owned(),
+            }],
+        },
+        remarks: vec![],
+    }
+}
+
+fn effect(id: &str, label: &str, place: &str) -> Effect {
+    Effect {
+        id: id.to_owned(),
+        label: label.to_owned(),
+        place: place.to_owned(),
+        cable: None,
+        equation: "F_c tanh(l̇/v_s)".to_owned(),
+        parameters: vec![Parameter {
+            name: "force".to_owned(),
+            value: 251.2,
+            standard_error: Some(1.9),
+            unit: "N".to_owned(),
+        }],
+        delta_bic: -812.4,
+        holdout_gap_without: Some(39.5),
+        alternatives: vec![],
+    }
+}
+
+fn capstan(indistinguishable: bool) -> Alternative {
+    Alternative {
+        id: "pulley_capstan_loss".to_owned(),
+        label: "capstan loss".to_owned(),
+        place: "winch[3]".to_owned(),
+        cable: Some(3),
+        parameters: vec![],
+        delta_bic: 1.2,
+        correlation: Some(0.999),
+        indistinguishable,
+        separate_by: "repeat at another pretension".to_owned(),
+    }
+}
+
+fn term() -> Term {
+    Term {
+        target: "platform.force_x".to_owned(),
+        expression: "-34.8*x*abs(y)".to_owned(),
+        standard_errors: vec![0.6],
+        delta_bic: -90.0,
+        holdout_gap_without: Some(20.0),
+    }
+}
+
+/// The top of the report with plain spaces.
+fn top(report: &Report) -> (String, String) {
+    let s = summary(report);
+    let plain = |text: &str| text.replace('\u{a0}', " ");
+    (
+        plain(&s.headline),
+        plain(&[s.lead, s.detail, s.next].concat().join(" ")),
+    )
+}
+
+#[test]
+fn named_says_what_where_how_large_how_sure_and_the_gap() {
+    let (headline, text) = top(&report());
+    assert_eq!(
+        headline,
+        "Coulomb friction on winch 3 is missing from the model."
+    );
+    for part in [
+        "Its size: force 251.2 ± 1.9 N.",
+        "83 % of the gap sits on winch 3, from 12 to 31.5 s, and depends on speed and direction.",
+        "The evidence is very strong (ΔBIC −812).",
+        "In 200 control runs without the effect, nothing as strong turned up.",
+        "(trial c.csv), the error of the model's prediction over 5 s falls from 39.5 to 1.04 times",
+        "Unexplained are 1.9 N and 14 N m (root mean square on the platform), and what remains looks like pure noise in every channel.",
+    ] {
+        assert!(text.contains(part), "`{part}` is not in: {text}");
+    }
+}
+
+#[test]
+fn named_with_several_effects_lists_them() {
+    let mut report = report();
+    report.effects.push(effect(
+        "platform_quadratic_drag",
+        "quadratic drag",
+        "platform",
+    ));
+    let (headline, text) = top(&report);
+    assert_eq!(
+        headline,
+        "Two effects are missing from the model: Coulomb friction on winch 3 and quadratic drag on the platform."
+    );
+    assert!(
+        text.contains("Quadratic drag on the platform: force 251.2 ± 1.9 N."),
+        "{text}"
+    );
+    assert!(text.contains("for the weakest of them"), "{text}");
+}
+
+#[test]
+fn ambiguous_names_all_and_the_experiment() {
+    let mut report = report();
+    report.verdict = Verdict::Ambiguous;
+    report.effects[0].alternatives = vec![capstan(true)];
+    let (headline, text) = top(&report);
+    assert_eq!(
+        headline,
+        "Either Coulomb friction or capstan loss on winch 3 is missing from the model; these data cannot tell which."
+    );
+    assert!(
+        text.contains("To tell Coulomb friction on winch 3 from capstan loss on winch 3: repeat at another pretension."),
+        "{text}"
+    );
+    let mut elsewhere = capstan(true);
+    elsewhere.place = "cable[1]".to_owned();
+    report.effects[0].alternatives.push(elsewhere);
+    report.effects.push(effect(
+        "platform_quadratic_drag",
+        "quadratic drag",
+        "platform",
+    ));
+    assert_eq!(
+        top(&report).0,
+        "Quadratic drag on the platform is missing from the model, and so is one of Coulomb friction on winch 3, capstan loss on winch 3 or capstan loss in cable 1; these data cannot tell which."
+    );
+}
+
+#[test]
+fn unnamed_says_so_and_gives_the_term() {
+    let mut report = report();
+    report.verdict = Verdict::Unnamed;
+    report.terms = vec![term()];
+    assert_eq!(
+        top(&report).0,
+        "Coulomb friction on winch 3 is missing from the model, and so is a force on the platform along x of a kind outside the catalogue."
+    );
+    report.effects.clear();
+    let (headline, text) = top(&report);
+    assert_eq!(
+        headline,
+        "A force on the platform along x is missing from the model, of a kind outside the catalogue."
+    );
+    assert!(
+        text.contains("The best description found is −34.8·x·abs(y) (platform, force along x)"),
+        "{text}"
+    );
+    report.terms.clear();
+    report.located.clear();
+    assert_eq!(
+        top(&report).0,
+        "Something that the catalogue does not contain is missing from the model."
+    );
+}
+
+#[test]
+fn nothing_missing_is_said_plainly_and_only_near_the_noise() {
+    let mut report = report();
+    report.verdict = Verdict::NoMissingEffect;
+    report.effects.clear();
+    report.located.clear();
+    let (headline, text) = top(&report);
+    assert_eq!(
+        headline,
+        "Nothing is missing: the model agrees with the measurements to within their noise."
+    );
+    assert!(text.contains("is off by 1.04 times"), "{text}");
+    report.gap.holdout = Some(BeforeAfter {
+        before: 1.6,
+        after: 1.6,
+    });
+    assert_eq!(
+        top(&report).0,
+        "No missing effect was found that the data support."
+    );
+}
+
+#[test]
+fn without_held_out_data_the_page_says_so() {
+    let mut report = report();
+    report.gap.holdout = None;
+    report.gap.channels[0].holdout = None;
+    assert!(
+        top(&report)
+            .1
+            .contains("On the data fitted (none were held out)")
+    );
+    assert!(
+        render(&report)
+            .expect("a page")
+            .contains("Nothing was held out")
+    );
+}
+
+#[test]
+fn text_from_outside_is_escaped_everywhere() {
+    const EVIL: &str = "</script><img src=x onerror=alert(1)>\"'&<!--";
+    let mut report = report();
+    report.verdict = Verdict::Unnamed;
+    report.title = EVIL.to_owned();
+    report.terms = vec![Term {
+        target: EVIL.to_owned(),
+        expression: EVIL.to_owned(),
+        ..term()
+    }];
+    report.remarks = vec![EVIL.to_owned()];
+    report.gap.holdout_source = EVIL.to_owned();
+    report.located[0].place = format!("sensor.{EVIL}");
+    report.located[0].depends_on = vec![EVIL.to_owned()];
+    for text in [
+        &mut report.files[0].path,
+        &mut report.settings[0].value,
+        &mut report.method.steps[0].reason,
+    ] {
+        *text = EVIL.to_owned();
+    }
+    let found = &mut report.effects[0];
+    for text in [
+        &mut found.id,
+        &mut found.label,
+        &mut found.place,
+        &mut found.equation,
+    ] {
+        *text = EVIL.to_owned();
+    }
+    found.parameters[0].name = EVIL.to_owned();
+    found.parameters[0].unit = EVIL.to_owned();
+    found.alternatives = vec![Alternative {
+        separate_by: EVIL.to_owned(),
+        label: EVIL.to_owned(),
+        ..capstan(true)
+    }];
+    let plot = &mut report.signatures[0];
+    for text in [
+        &mut plot.label,
+        &mut plot.x_name,
+        &mut plot.x_unit,
+        &mut plot.y_name,
+    ] {
+        *text = EVIL.to_owned();
+    }
+    report.channels[0].name = EVIL.to_owned();
+    report.channels[0].unit = EVIL.to_owned();
+    report.gap.channels[0].channel = EVIL.to_owned();
+    for trial in &mut report.trials {
+        trial.name = EVIL.to_owned();
+        trial.series[0].channel = EVIL.to_owned();
+        trial.residuals.rows[0].channel = EVIL.to_owned();
+    }
+    let page = render(&report).expect("a page");
+    assert!(!page.contains("<img"), "markup came through");
+    assert!(!page.contains("<!--"), "a comment came through");
+    assert_eq!(
+        page.matches("</script>").count(),
+        3,
+        "a script element was closed early"
+    );
+    let data: serde_json::Value = serde_json::from_str(embedded(&page)).expect("valid JSON");
+    assert_eq!(data["trials"][0]["name"], EVIL);
+}
+
+/// The JSON for the plots.
+fn embedded(page: &str) -> &str {
+    let start =
+        page.find("id=\"report-data\">").expect("the data element") + "id=\"report-data\">".len();
+    &page[start..start + page[start..].find("</script>").expect("its end")]
+}
+
+#[test]
+fn plot_data_are_json_with_gaps_as_null() {
+    let page = render(&report()).expect("a page");
+    let data: serde_json::Value = serde_json::from_str(embedded(&page)).expect("valid JSON");
+    let series = &data["trials"][0]["series"][0];
+    assert_eq!(series["measured"], serde_json::json!([0.0, 0.1, null, 0.3]));
+    assert_eq!(
+        data["trials"][0]["spans"],
+        serde_json::json!([[12.0, 31.5]])
+    );
+    assert_eq!(
+        data["trials"][0]["rows"][0]["after"],
+        serde_json::json!([1.0, null])
+    );
+}
+
+#[test]
+fn the_page_loads_nothing_from_elsewhere() {
+    let page = render(&report()).expect("a page");
+    for needle in ["src=", "<link", "@import", "url(", "href=", "<iframe"] {
+        // The plotting library's own text may contain such words; the page's markup may not.
+        let markup: String = page.split("<script>").next().unwrap_or_default().to_owned();
+        assert!(!markup.contains(needle), "`{needle}` in the page's markup");
+    }
+    assert!(page.contains("default-src 'none'"));
+    assert!(
+        page.contains("Copyright (c) 2022 Leon Sorokin"),
+        "the library's licence travels with it"
+    );
+}
+
+#[test]
+fn every_section_is_there() {
+    let mut report = report();
+    report.effects[0].alternatives = vec![capstan(false)];
+    let page = render(&report).expect("a page");
+    for id in [
+        "time",
+        "residuals",
+        "law",
+        "alternatives",
+        "verification",
+        "numbers",
+    ] {
+        assert!(page.contains(&format!("<section id=\"{id}\">")), "{id}");
+    }
+    assert!(
+        page.contains("winch marked"),
+        "the winch is marked in the drawing"
+    );
+    assert!(page.contains("class=\"law\""), "the law is drawn");
+    assert!(page.contains("times larger"), "scale is stated");
+}
+
+#[test]
+fn data_that_do_not_fit_together_are_refused_by_name() {
+    let message = |change: &dyn Fn(&mut Report)| {
+        let mut report = report();
+        change(&mut report);
+        render(&report).expect_err("refused").to_string()
+    };
+    assert_eq!(
+        message(&|r| r.trials[0].series[0].after.truncate(1)),
+        "`after` of channel `x` in trial `a.csv`: found 1 values, expected 4"
+    );
+    assert_eq!(
+        message(&|r| r.trials[1].series[0].channel = "z".to_owned()),
+        "trial `c.csv` names the channel `z`, which is not among the report's channels"
+    );
+    assert_eq!(
+        message(&|r| r.trials[0].time[2] = 1.0),
+        "time of trial `a.csv`: time does not increase after 1 s"
+    );
+    assert_eq!(
+        message(&|r| r.effects.clear()),
+        "the verdict is `named`, but no effect is listed"
+    );
+    assert_eq!(
+        message(&|r| r.located[0].when[0].trial = 7),
+        "`when` of winch[3] points to trial 7, but there are only 2"
+    );
+}
+
+#[test]
+fn the_static_picture_is_a_whole_svg_file() {
+    let report = report();
+    let (trial, channel) = most_telling(&report).expect("a trial");
+    assert_eq!((trial.name.as_str(), channel), ("c.csv", "x"));
+    let svg = gap_picture(&report, trial, channel).expect("a picture");
+    assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""));
+    assert!(svg.trim_end().ends_with("</svg>"));
+    assert!(!svg.contains("NaN"), "gaps break the line");
+    assert!(
+        svg.contains(">39.5<") && svg.contains(">1.04<"),
+        "both bars have their numbers"
+    );
+    assert!(gap_picture(&report, trial, "nope").is_err());
+}
+
+#[test]
+fn a_report_with_the_least_content_still_renders() {
+    let mut report = report();
+    report.verdict = Verdict::NoMissingEffect;
+    report.effects.clear();
+    report.located.clear();
+    report.trials.clear();
+    report.signatures.clear();
+    report.files.clear();
+    report.settings.clear();
+    report.method.steps.clear();
+    report.gap.channels.clear();
+    report.gap.horizons.clear();
+    report.robot.path.clear();
+    let page = render(&report).expect("a page");
+    assert!(page.contains("Nothing is missing"));
+}

@@ -1,0 +1,422 @@
+//! The sentence at the top: what is missing, where, how large, how sure, and what it brings.
+
+use serde::Serialize;
+
+use super::data::{Alternative, BeforeAfter, Effect, NullTest, Parameter, Report, Span, Verdict};
+use super::number::{gap, percent, plain, quantity, significant};
+use super::place::Place;
+
+/// The top of the report.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Summary {
+    /// The verdict in two or three words.
+    pub(super) badge: &'static str,
+    /// The one sentence.
+    pub(super) headline: String,
+    /// How large it is and what it brings, one sentence each.
+    pub(super) lead: Vec<String>,
+    /// Where and when, how sure, and what stays unexplained, one sentence each.
+    pub(super) detail: Vec<String>,
+    /// What to do next, where there is something: one sentence each.
+    pub(super) next: Vec<String>,
+}
+
+/// Writes the top of the report.
+pub(super) fn summary(report: &Report) -> Summary {
+    let several = report.effects.len() > 1 || report.verdict != Verdict::Named;
+    let mut lead: Vec<String> = report.effects.iter().map(|e| size(e, several)).collect();
+    lead.extend(terms(report));
+    lead.push(gap_sentence(report));
+    let mut detail: Vec<String> = Vec::new();
+    detail.extend(located(report));
+    detail.extend(evidence(report));
+    detail.push(remainder(report));
+    Summary {
+        badge: match report.verdict {
+            Verdict::NoMissingEffect => "No missing effect",
+            Verdict::Named => "Found and named",
+            Verdict::Ambiguous => "Found, not yet unique",
+            Verdict::Unnamed => "Outside the catalogue",
+        },
+        headline: headline(report),
+        lead,
+        detail,
+        next: next_steps(report),
+    }
+}
+
+fn headline(report: &Report) -> String {
+    let named: Vec<String> = report.effects.iter().map(effect_phrase).collect();
+    match report.verdict {
+        Verdict::NoMissingEffect if best_gap(report).0.after <= 1.1 => {
+            "Nothing is missing: the model agrees with the measurements to within their noise."
+                .to_owned()
+        }
+        Verdict::NoMissingEffect => "No missing effect was found that the data support.".to_owned(),
+        Verdict::Named => missing(&named),
+        Verdict::Ambiguous => ambiguous(report),
+        Verdict::Unnamed => unnamed(report, &named),
+    }
+}
+
+fn unnamed(report: &Report, named: &[String]) -> String {
+    let unknown = join(&unknown_places(report), "and");
+    let are = if named.len() == 1 { "is" } else { "are" };
+    match (named, unknown.as_str()) {
+        ([], "") => {
+            "Something that the catalogue does not contain is missing from the model.".to_owned()
+        }
+        ([], what) => capital(&format!(
+            "{what} is missing from the model, of a kind outside the catalogue."
+        )),
+        (named, "") => capital(&format!(
+            "{} {are} missing from the model, and so is something outside the catalogue.",
+            join(named, "and")
+        )),
+        (named, what) => capital(&format!(
+            "{} {are} missing from the model, and so is {what} of a kind outside the catalogue.",
+            join(named, "and")
+        )),
+    }
+}
+
+fn missing(named: &[String]) -> String {
+    match named {
+        [one] => capital(&format!("{one} is missing from the model.")),
+        _ => format!(
+            "{} effects are missing from the model: {}.",
+            capital(&count(named.len())),
+            join(named, "and")
+        ),
+    }
+}
+
+fn ambiguous(report: &Report) -> String {
+    let (open, sure): (Vec<&Effect>, Vec<&Effect>) = report
+        .effects
+        .iter()
+        .partition(|e| twins(e).next().is_some());
+    let either: Vec<String> = open
+        .iter()
+        .map(|e| {
+            let all = choices(e);
+            match twins(e).count() {
+                1 => format!("either {all}"),
+                _ => format!("one of {all}"),
+            }
+        })
+        .collect();
+    let sure: Vec<String> = sure.into_iter().map(effect_phrase).collect();
+    match (sure.as_slice(), either.as_slice()) {
+        (sure, []) => capital(&format!(
+            "{} would explain the gap, but the data do not settle it.",
+            join(sure, "and")
+        )),
+        ([], either) => capital(&format!(
+            "{} is missing from the model; these data cannot tell which.",
+            join(either, "and")
+        )),
+        (sure, either) => capital(&format!(
+            "{} {} missing from the model, and so is {}; these data cannot tell which.",
+            join(sure, "and"),
+            if sure.len() == 1 { "is" } else { "are" },
+            join(either, "and")
+        )),
+    }
+}
+
+/// An effect and its twins: `Coulomb friction or capstan loss on winch 3`.
+fn choices(effect: &Effect) -> String {
+    if twins(effect).all(|a| a.place == effect.place) {
+        let mut labels = vec![effect.label.as_str()];
+        labels.extend(twins(effect).map(|a| a.label.as_str()));
+        return phrase(&join(&labels, "or"), &effect.place);
+    }
+    let mut all = vec![effect_phrase(effect)];
+    all.extend(twins(effect).map(alternative_phrase));
+    join(&all, "or")
+}
+
+/// The alternatives that the evidence cannot tell from the effect.
+fn twins(effect: &Effect) -> impl Iterator<Item = &Alternative> {
+    effect.alternatives.iter().filter(|a| a.indistinguishable)
+}
+
+/// `Coulomb friction on winch 3`.
+pub(super) fn effect_phrase(effect: &Effect) -> String {
+    phrase(&effect.label, &effect.place)
+}
+
+fn alternative_phrase(alternative: &Alternative) -> String {
+    phrase(&alternative.label, &alternative.place)
+}
+
+fn phrase(label: &str, place: &str) -> String {
+    let place = Place::parse(place).phrase();
+    // "drag on the platform on the platform" and its like.
+    if label.ends_with(&place) {
+        label.to_owned()
+    } else {
+        format!("{label} {place}")
+    }
+}
+
+fn size(effect: &Effect, several: bool) -> String {
+    let own = parameters(&effect.parameters);
+    if twins(effect).next().is_some() {
+        let mut sizes = vec![format!("as {}, {own}", effect.label)];
+        sizes.extend(
+            twins(effect).map(|a| format!("as {}, {}", a.label, parameters(&a.parameters))),
+        );
+        return capital(&format!("{}.", sizes.join("; ")));
+    }
+    if several {
+        capital(&format!("{}: {own}.", effect_phrase(effect)))
+    } else {
+        format!("Its size: {own}.")
+    }
+}
+
+fn parameters(list: &[Parameter]) -> String {
+    let parts: Vec<String> = list
+        .iter()
+        .map(|p| {
+            let value = quantity(&p.name, p.value, p.standard_error, &p.unit);
+            format!("{} {value}", p.name.replace('_', " "))
+        })
+        .collect();
+    if parts.is_empty() {
+        "size not given".to_owned()
+    } else {
+        join(&parts, "and")
+    }
+}
+
+fn terms(report: &Report) -> Option<String> {
+    if report.terms.is_empty() {
+        return None;
+    }
+    let list: Vec<String> = report
+        .terms
+        .iter()
+        .map(|t| {
+            format!(
+                "{} ({})",
+                printed(&t.expression),
+                Place::parse(&t.target).noun()
+            )
+        })
+        .collect();
+    Some(format!(
+        "The best description found is {}, added to the model as it stands.",
+        join(&list, "and")
+    ))
+}
+
+/// An expression with a proper minus sign and multiplication dot.
+pub(super) fn printed(expression: &str) -> String {
+    expression
+        .replace('-', "−")
+        .replace("**", "^")
+        .replace('*', "·")
+}
+
+fn located(report: &Report) -> Option<String> {
+    let first = report.located.first()?;
+    let mut text = format!(
+        "{} of the gap sits {}",
+        percent(first.share_of_gap),
+        Place::parse(&first.place).phrase()
+    );
+    text.push_str(&match first.when.as_slice() {
+        [] => ", throughout the data".to_owned(),
+        [one] => format!(", from {} s", seconds(one)),
+        many => format!(", in {} stretches of time", count(many.len())),
+    });
+    if !first.depends_on.is_empty() {
+        text.push_str(&format!(
+            ", and depends on {}",
+            join(&first.depends_on, "and")
+        ));
+    }
+    text.push('.');
+    Some(text)
+}
+
+fn seconds(span: &Span) -> String {
+    format!("{} to {}", plain(span.start), plain(span.end))
+}
+
+fn evidence(report: &Report) -> Option<String> {
+    let weakest = report
+        .effects
+        .iter()
+        .map(|e| e.delta_bic)
+        .chain(report.terms.iter().map(|t| t.delta_bic))
+        .fold(f64::NEG_INFINITY, f64::max);
+    if !weakest.is_finite() {
+        return None;
+    }
+    let several = report.effects.len() + report.terms.len() > 1;
+    let mut text = format!(
+        "The evidence is {} (ΔBIC {}{})",
+        strength(weakest),
+        significant(weakest, 3),
+        if several {
+            " for the weakest of them"
+        } else {
+            ""
+        }
+    );
+    text.push('.');
+    if let Some(test) = report.method.null_test {
+        text.push(' ');
+        text.push_str(&control_runs(test));
+    }
+    Some(text)
+}
+
+/// What the false-alarm check says.
+pub(super) fn control_runs(test: NullTest) -> String {
+    match test.exceeded {
+        0 => format!(
+            "In {} control runs without the effect, nothing as strong turned up.",
+            test.runs
+        ),
+        n => format!(
+            "In {n} of {} control runs without the effect, something as strong turned up.",
+            test.runs
+        ),
+    }
+}
+
+/// Kass and Raftery's (1995) words for a difference in BIC; negative supports the effect.
+pub(super) fn strength(delta_bic: f64) -> &'static str {
+    match -delta_bic {
+        d if d > 10.0 => "very strong",
+        d if d > 6.0 => "strong",
+        d if d > 2.0 => "positive",
+        _ => "weak",
+    }
+}
+
+/// The gap to quote: held-out where there is one.
+pub(super) fn best_gap(report: &Report) -> (BeforeAfter, bool) {
+    match report.gap.holdout {
+        Some(gap) => (gap, true),
+        None => (report.gap.train, false),
+    }
+}
+
+fn gap_sentence(report: &Report) -> String {
+    let (value, held_out) = best_gap(report);
+    let on = if !held_out {
+        "On the data fitted (none were held out)".to_owned()
+    } else if report.gap.holdout_source.is_empty() {
+        "On data held out from the search".to_owned()
+    } else {
+        format!(
+            "On data held out from the search ({})",
+            report.gap.holdout_source
+        )
+    };
+    let horizon = plain(report.gap.horizon_s);
+    if report.verdict == Verdict::NoMissingEffect {
+        return format!(
+            "{on}, the model's prediction over {horizon} s is off by {} times the noise of the measurements; 1 is the best possible.",
+            gap(value.after)
+        );
+    }
+    let change = if value.after < value.before {
+        "falls"
+    } else {
+        "goes"
+    };
+    format!(
+        "{on}, the error of the model's prediction over {horizon} s {change} from {} to {} times the noise of the measurements; 1 is the best possible.",
+        gap(value.before),
+        gap(value.after)
+    )
+}
+
+fn remainder(report: &Report) -> String {
+    let r = &report.remainder;
+    let white = report.channels.iter().filter_map(|c| c.whiteness.as_ref());
+    let (tested, passed) = white.fold((0, 0), |(n, k), w| (n + 1, k + usize::from(w.pass)));
+    let colour = match (tested, passed) {
+        (0, _) => String::new(),
+        (n, k) if n == k => ", and what remains looks like pure noise in every channel".to_owned(),
+        (n, k) => format!(", and what remains looks like pure noise in {k} of {n} channels"),
+    };
+    format!(
+        "Unexplained are {}\u{a0}N and {}\u{a0}N\u{a0}m (root mean square on the platform){colour}.",
+        significant(r.force, 2),
+        significant(r.torque, 2)
+    )
+}
+
+fn next_steps(report: &Report) -> Vec<String> {
+    let mut steps: Vec<String> = Vec::new();
+    for effect in &report.effects {
+        for twin in twins(effect) {
+            let step = format!(
+                "To tell {} from {}: {}.",
+                effect_phrase(effect),
+                alternative_phrase(twin),
+                twin.separate_by.trim_end_matches('.')
+            );
+            if !steps.contains(&step) {
+                steps.push(step);
+            }
+        }
+    }
+    steps
+}
+
+fn unknown_places(report: &Report) -> Vec<String> {
+    let mut places: Vec<String> = Vec::new();
+    for term in &report.terms {
+        let place = Place::parse(&term.target).unknown();
+        if !places.contains(&place) {
+            places.push(place);
+        }
+    }
+    if places.is_empty() && report.effects.is_empty() {
+        places.extend(
+            report
+                .located
+                .first()
+                .map(|l| Place::parse(&l.place).unknown()),
+        );
+    }
+    places
+}
+
+/// `a`, `a and b`, `a, b and c`.
+pub(super) fn join<S: AsRef<str>>(parts: &[S], word: &str) -> String {
+    match parts {
+        [] => String::new(),
+        [one] => one.as_ref().to_owned(),
+        [rest @ .., last] => {
+            let rest: Vec<&str> = rest.iter().map(AsRef::as_ref).collect();
+            format!("{} {word} {}", rest.join(", "), last.as_ref())
+        }
+    }
+}
+
+fn count(n: usize) -> String {
+    const WORDS: [&str; 10] = [
+        "no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine",
+    ];
+    WORDS
+        .get(n)
+        .map_or_else(|| n.to_string(), |w| (*w).to_owned())
+}
+
+/// The text with its first letter in upper case.
+pub(super) fn capital(text: &str) -> String {
+    let mut chars = text.chars();
+    chars
+        .next()
+        .map_or_else(String::new, |c| c.to_uppercase().chain(chars).collect())
+}

@@ -1,0 +1,1 @@
+"""The report of `cdpr discover`, looked at in a browser."""
