@@ -1,4 +1,4 @@
-"""A headless Chromium driven over its debugging protocol, as much of it as the report's tests need."""
+"""A headless Chromium driven over its debugging protocol, as far as these tests need it."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """What the report's browser tests share: the pages to look at, and one browser.
 
 `CDPR_REPORT` names a finished report.html to test; without it, a sample of each verdict is made by
-`cargo run -p cdpr-discovery --example sample_report`. Without a Chromium on the machine the tests are skipped, and the
-skip says so; with `CDPR_REQUIRE_BROWSER=1` that is a failure instead.
+`cargo run -p cdpr-discovery --example sample_report`. Without a Chromium on the machine the tests
+are skipped, and the summary says so; with `CDPR_REQUIRE_BROWSER=1` that is a failure instead.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ import os
 import subprocess
 from pathlib import Path
 
-from report import chromium
 import pytest
+
+from report import chromium
 
 ROOT = Path(__file__).resolve().parents[2]
 VERDICTS = ("named", "ambiguous", "unnamed", "no_missing_effect")
