@@ -17,6 +17,7 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from .parameters import (
     AIR_DENSITY,
@@ -43,7 +44,7 @@ class Motion:
 
 class Plant:
     """States, in this order: x y φ, vx vy ω, l(4) unless rigid, l'(4) if the cables have axial
-    inertia and are `lumped_mass`, then the states of the winch lags."""
+    inertia and are `lumped_mass`, the creep strains, then the states of the winch lags."""
 
     def __init__(self, parameters: Parameters):
         p = self.parameters = parameters
@@ -64,8 +65,15 @@ class Plant:
         # Without axial inertia a lumped-mass cable is a massless spring.
         self.has_length = p.cable_model != RIGID
         self.has_length_rate = p.cable_model == LUMPED_MASS and self.axial_mass
-        self.n_lengths = CABLES * (self.has_length + self.has_length_rate)
-        self.size = 6 + self.n_lengths + len(self.winches.lags)
+        self.creeps = [
+            (i, e.values["axial_stiffness"], e.values["time_constant"])
+            for e in p.find("cable_creep")
+            for i in range(CABLES)
+            if e.acts_on(i) and self.has_length
+        ]
+        self.first_creep = 6 + CABLES * (self.has_length + self.has_length_rate)
+        self.first_lag = self.first_creep + len(self.creeps)
+        self.size = self.first_lag + len(self.winches.lags)
 
     def _apply(self, effect):
         """Effects that are a change of a parameter."""
@@ -130,13 +138,39 @@ class Plant:
                 rest = 0.0 * length
         return mass + self.drum_mass, rest
 
-    def spring_force(self, L, unstretched) -> np.ndarray:
+    def _thermal(self, t) -> tuple[float, float]:
+        """Factor of the unstretched lengths and its rate."""
+        factor, rate = 1.0, 0.0
+        for effect in self.parameters.find("cable_thermal_expansion"):
+            v = effect.values
+            w = 2.0 * np.pi / v["period"]
+            angle = w * t + v.get("phase", 0.0)
+            factor += v["strain_amplitude"] * np.sin(angle)
+            rate += v["strain_amplitude"] * w * np.cos(angle)
+        return factor, rate
+
+    def spring_force(self, L, unstretched, creep=0.0) -> np.ndarray:
         """Elastic force for a geometric and an unstretched length; negative when slack."""
-        strain = (L - unstretched) / unstretched
-        return self.EA * strain * (1.0 + self.stiffening * strain**2)
+        strain = (L - unstretched) / unstretched - creep
+        force = self.EA * strain * (1.0 + self.stiffening * strain**2)
+        for effect in self.parameters.find("cable_sag"):
+            for i in range(CABLES):
+                if effect.acts_on(i):
+                    force[i] = self._sagging_force(effect.values, self.EA[i], L[i], strain[i])
+        return force
+
+    @staticmethod
+    def _sagging_force(v, EA, L, strain) -> float:
+        """The tension at which a heavy cable has this chord strain; the strain grows with it."""
+        sag = (v["weight"] * L) ** 2 / 24.0
+
+        def excess(tension):
+            return tension / EA - sag * (tension**-2 - v["reference_tension"] ** -2) - strain
+
+        return brentq(excess, 1e-3, 1e8, xtol=1e-12, rtol=1e-14)
 
     def unstretched_for(self, L, tension) -> np.ndarray:
-        """Unstretched lengths at which the springs carry `tension`."""
+        """Unstretched lengths at which the springs carry `tension` (no sag, no creep)."""
         tension = np.asarray(tension, dtype=float)
         strain = tension / self.EA
         for _ in range(50):
@@ -232,14 +266,17 @@ class Plant:
         """
         pose, twist = y[0:3], y[3:6]
         m = self.motion(pose, twist)
-        lagged, lag_rates = self.winches.lag(
-            self.winches.saturate(command), y[6 + self.n_lengths :]
-        )
+        lagged, lag_rates = self.winches.lag(self.winches.saturate(command), y[self.first_lag :])
+        creep = np.zeros(CABLES)
+        for k, (i, _, _) in enumerate(self.creeps):
+            creep[i] += y[self.first_creep + k]
+        warm, warming = self._thermal(t)
         if self.has_length_rate:
             length, rate = y[6:10], y[10:14]
             pull = self.winches.deliver(lagged, rate)
-            damping = self.bl / length * (m.L_rate - rate)
-            tension = np.maximum(self.spring_force(m.L, length) + damping, 0.0)
+            natural, natural_rate = length * warm, rate * warm + length * warming
+            damping = self.bl / natural * (m.L_rate - natural_rate)
+            tension = np.maximum(self.spring_force(m.L, natural, creep) + damping, 0.0)
             acceleration = self._solve_accelerations(
                 lambda a: self._platform_residual(t, pose, twist, a, m, wrench, tension)
             )
@@ -257,9 +294,15 @@ class Plant:
             cable_rates = np.empty(0)
             if self.has_length:
                 length = y[6:10]
-                rate = m.L_rate + (self.spring_force(m.L, length) - tension) * length / self.bl
+                natural = length * warm
+                imbalance = self.spring_force(m.L, natural, creep) - tension
+                rate = (m.L_rate + imbalance * natural / self.bl - length * warming) / warm
                 cable_rates = rate
-        y_rate = np.concatenate([twist, acceleration, cable_rates, lag_rates])
+        creep_rates = [
+            (tension[i] / stiffness - y[self.first_creep + k]) / time_constant
+            for k, (i, stiffness, time_constant) in enumerate(self.creeps)
+        ]
+        y_rate = np.concatenate([twist, acceleration, cable_rates, creep_rates, lag_rates])
         return y_rate, m, tension, length, rate
 
     # ---- starting and reading
@@ -282,7 +325,7 @@ class Plant:
         if self.has_length_rate and unstretched_rate is not None:
             y[10:14] = unstretched_rate
         if self.winches.lags:
-            y[6 + self.n_lengths :] = self.winches.lag_at_rest(limited)
+            y[self.first_lag :] = self.winches.lag_at_rest(limited)
         return y
 
     def outputs(self, t, y, command, wrench) -> dict[str, float]:

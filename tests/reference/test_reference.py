@@ -303,7 +303,7 @@ def test_winch_chain_by_its_step_responses():
     [
         (Effect("winch_coulomb_friction", None, {"force": 50.0, "transition_speed": 0.05}), 50.0),
         (Effect("winch_viscous_friction", None, {"coefficient": 30.0}), 30.0 * 0.4),
-        (Effect("pulley_capstan_loss", None, {"loss": 0.02, "transition_speed": 0.05}), 20.0),
+        (Effect("pulley_capstan_loss", None, {"loss": 0.02}), 20.0),
     ],
 )
 def test_losses_add_to_the_pull_when_paying_out(effect, expected):

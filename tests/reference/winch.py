@@ -11,6 +11,8 @@ import numpy as np
 
 from .parameters import CABLES, Parameters
 
+CAPSTAN_SPEED = 0.01  # m/s, where the capstan loss changes its sign
+
 
 class WinchChain:
     """The effects that sit on the four winches."""
@@ -67,8 +69,8 @@ class WinchChain:
             dry = v["coulomb"] + (v["static"] - v["coulomb"]) * math.exp(
                 -((rate / v["stribeck_speed"]) ** 2)
             )
-            pull[i] += dry * math.tanh(rate / v["transition_speed"]) + v["viscous"] * rate
+            pull[i] += dry * math.tanh(10.0 * rate / v["stribeck_speed"]) + v["viscous"] * rate
         for i, effect in self._each("pulley_capstan_loss"):
             v = effect.values
-            pull[i] += v["loss"] * force[i] * math.tanh(reeling_rate[i] / v["transition_speed"])
+            pull[i] += v["loss"] * force[i] * math.tanh(reeling_rate[i] / CAPSTAN_SPEED)
         return pull
