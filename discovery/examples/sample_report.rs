@@ -10,10 +10,9 @@ use std::fs;
 
 use anyhow::{Context, Result, bail};
 use cdpr_discovery::report::{
-    Alternative, BeforeAfter, Channel, ChannelGap, Effect, FileUsed, Gap, HorizonGap, Located,
-    Method, NullTest, Parameter, Remainder, Report, ResidualMap, ResidualRow, Robot, Series,
-    Setting, Signature, Span, Step, Term, Trial, Verdict, Whiteness, gap_picture, most_telling,
-    render,
+    Alternative, BeforeAfter, Channel, ChannelGap, Effect, FileUsed, Gap, HorizonGap, Located, Method, NullTest,
+    Parameter, Remainder, Report, ResidualMap, ResidualRow, Robot, Series, Setting, Signature, Span, Step, Term, Trial,
+    Verdict, Whiteness, gap_picture, most_telling, render,
 };
 
 const FRICTION: f64 = 118.0; // N
@@ -25,47 +24,33 @@ const BLOCK: f64 = 2.0; // s
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let out = arguments
-        .first()
-        .context("wrong use: no output file; expected OUT.html [VERDICT] [PICTURE.svg]")?;
+    let out = arguments.first().context("wrong use: no output file; expected OUT.html [VERDICT] [PICTURE.svg]")?;
     let verdict = match arguments.get(1).map_or("named", String::as_str) {
         "named" => Verdict::Named,
         "ambiguous" => Verdict::Ambiguous,
         "unnamed" => Verdict::Unnamed,
         "no_missing_effect" => Verdict::NoMissingEffect,
-        other => bail!(
-            "unknown verdict `{other}`; expected named, ambiguous, unnamed or no_missing_effect"
-        ),
+        other => bail!("unknown verdict `{other}`; expected named, ambiguous, unnamed or no_missing_effect"),
     };
     let report = sample(verdict);
     fs::write(out, render(&report)?).with_context(|| format!("cannot write {out}"))?;
     if let Some(picture) = arguments.get(2) {
         let (trial, channel) = most_telling(&report).context("no trial to draw")?;
-        fs::write(picture, gap_picture(&report, trial, channel)?)
-            .with_context(|| format!("cannot write {picture}"))?;
+        fs::write(picture, gap_picture(&report, trial, channel)?).with_context(|| format!("cannot write {picture}"))?;
     }
     Ok(())
 }
 
 /// A report of the given verdict.
 fn sample(verdict: Verdict) -> Report {
-    let size = if verdict == Verdict::NoMissingEffect {
-        0.0
-    } else {
-        FRICTION
-    };
+    let size = if verdict == Verdict::NoMissingEffect { 0.0 } else { FRICTION };
     let mut noise = Noise(7);
-    let trials: Vec<Trial> = [
-        ("circle_20kN.csv", 100.0, false),
-        ("sweep_20kN.csv", 100.0, false),
-        ("check_run.csv", 60.0, true),
-    ]
-    .into_iter()
-    .enumerate()
-    .map(|(i, (name, length, holdout))| {
-        trial(name, i as f64, length, holdout, size, 5.0, &mut noise)
-    })
-    .collect();
+    let trials: Vec<Trial> =
+        [("circle_20kN.csv", 100.0, false), ("sweep_20kN.csv", 100.0, false), ("check_run.csv", 60.0, true)]
+            .into_iter()
+            .enumerate()
+            .map(|(i, (name, length, holdout))| trial(name, i as f64, length, holdout, size, 5.0, &mut noise))
+            .collect();
     let channels = channels();
     let gap = gap(&channels, size, &mut noise);
     let mut report = Report {
@@ -76,12 +61,7 @@ fn sample(verdict: Verdict) -> Report {
         terms: vec![],
         gap,
         channels,
-        remainder: Remainder {
-            force: 1.9,
-            torque: 14.0,
-            force_before: Some(84.0),
-            torque_before: Some(610.0),
-        },
+        remainder: Remainder { force: 1.9, torque: 14.0, force_before: Some(84.0), torque_before: Some(610.0) },
         trials,
         signatures: vec![signature(&mut noise)],
         robot: robot(),
@@ -104,9 +84,7 @@ fn adapt(report: &mut Report) {
             twin.indistinguishable = true;
             twin.delta_bic = 1.2;
             twin.correlation = Some(0.9994);
-            report
-                .remarks
-                .push("Pretension stays within 3 % of 20 kN in all trials.".to_owned());
+            report.remarks.push("Pretension stays within 3 % of 20 kN in all trials.".to_owned());
         }
         Verdict::Unnamed => {
             report.effects.clear();
@@ -126,12 +104,7 @@ fn adapt(report: &mut Report) {
             report.located.clear();
             report.signatures.clear();
             report.method.steps.retain(|s| s.outcome == "refused");
-            report.remainder = Remainder {
-                force: 0.8,
-                torque: 5.2,
-                force_before: Some(0.8),
-                torque_before: Some(5.2),
-            };
+            report.remainder = Remainder { force: 0.8, torque: 5.2, force_before: Some(0.8), torque_before: Some(5.2) };
         }
     }
 }
@@ -201,11 +174,7 @@ fn located() -> Vec<Located> {
 }
 
 fn channels() -> Vec<Channel> {
-    let mut list = vec![
-        ("x".to_owned(), "m", 0.008),
-        ("y".to_owned(), "m", 0.008),
-        ("phi".to_owned(), "rad", 8e-4),
-    ];
+    let mut list = vec![("x".to_owned(), "m", 0.008), ("y".to_owned(), "m", 0.008), ("phi".to_owned(), "rad", 8e-4)];
     for (kind, noise) in [("cable_length", 0.004), ("unstretched_length", 0.003)] {
         list.extend((1..=4).map(|i| (format!("{kind}[{i}]"), "m", noise)));
     }
@@ -240,10 +209,7 @@ fn pose(k: f64, t: f64) -> [f64; 3] {
 fn ends(i: usize, pose: [f64; 3]) -> ([f64; 2], [f64; 2]) {
     let anchor = [-135.0_f64, -45.0, 45.0, 135.0][i].to_radians();
     let body = [-45.0_f64, -135.0, 135.0, 45.0][i].to_radians() + pose[2];
-    (
-        [900.0 * anchor.cos(), 900.0 * anchor.sin()],
-        [pose[0] + 10.0 * body.cos(), pose[1] + 10.0 * body.sin()],
-    )
+    ([900.0 * anchor.cos(), 900.0 * anchor.sin()], [pose[0] + 10.0 * body.cos(), pose[1] + 10.0 * body.sin()])
 }
 
 fn length(i: usize, pose: [f64; 3]) -> f64 {
@@ -264,27 +230,12 @@ fn outputs(pose: [f64; 3]) -> Vec<f64> {
     values
 }
 
-fn trial(
-    name: &str,
-    k: f64,
-    length_s: f64,
-    holdout: bool,
-    size: f64,
-    horizon: f64,
-    noise: &mut Noise,
-) -> Trial {
+fn trial(name: &str, k: f64, length_s: f64, holdout: bool, size: f64, horizon: f64, noise: &mut Noise) -> Trial {
     let channels = channels();
-    let time: Vec<f64> = (0..(length_s / STEP) as usize)
-        .map(|i| i as f64 * STEP)
-        .collect();
+    let time: Vec<f64> = (0..(length_s / STEP) as usize).map(|i| i as f64 * STEP).collect();
     let mut series: Vec<Series> = channels
         .iter()
-        .map(|c| Series {
-            channel: c.name.clone(),
-            measured: vec![],
-            before: vec![],
-            after: vec![],
-        })
+        .map(|c| Series { channel: c.name.clone(), measured: vec![], before: vec![], after: vec![] })
         .collect();
     let mut drift = [Drift::default(), Drift::default()]; // before, after
     for t in &time {
@@ -301,29 +252,15 @@ fn trial(
         for (c, s) in series.iter_mut().enumerate() {
             let sigma = channels[c].noise;
             let lost = holdout && c == 4 && (22.0..25.0).contains(t);
-            s.measured.push(if lost {
-                f64::NAN
-            } else {
-                true_outputs[c] + sigma * noise.normal()
-            });
+            s.measured.push(if lost { f64::NAN } else { true_outputs[c] + sigma * noise.normal() });
             for (d, into) in drift.iter().zip([&mut s.before, &mut s.after]) {
                 let shifted = std::array::from_fn(|j| truth[j] + d.pose[j]);
-                into.push(if restart {
-                    f64::NAN
-                } else {
-                    outputs(shifted)[c]
-                });
+                into.push(if restart { f64::NAN } else { outputs(shifted)[c] });
             }
         }
     }
     let residuals = residuals(&channels, &time, &series);
-    Trial {
-        name: name.to_owned(),
-        holdout,
-        time,
-        series,
-        residuals,
-    }
+    Trial { name: name.to_owned(), holdout, time, series, residuals }
 }
 
 /// Error of the predicted pose since the last restart.
@@ -340,11 +277,7 @@ impl Drift {
         let l = length(2, pose);
         let s = [(b[0] - a[0]) / l, (b[1] - a[1]) / l];
         let arm = (b[0] - pose[0]) * s[1] - (b[1] - pose[1]) * s[0];
-        let acceleration = [
-            force * s[0] / MASS,
-            force * s[1] / MASS,
-            force * arm / INERTIA,
-        ];
+        let acceleration = [force * s[0] / MASS, force * s[1] / MASS, force * arm / INERTIA];
         for j in 0..3 {
             self.pose[j] += STEP * self.rate[j] + 0.5 * STEP * STEP * acceleration[j];
             self.rate[j] += STEP * acceleration[j];
@@ -378,12 +311,8 @@ fn residuals(channels: &[Channel], time: &[f64], series: &[Series]) -> ResidualM
 
 /// Of (predicted - measured)/noise where both are there; `NAN` where they never are.
 fn root_mean_square(predicted: &[f64], measured: &[f64], noise: f64) -> f64 {
-    let squares: Vec<f64> = predicted
-        .iter()
-        .zip(measured)
-        .map(|(p, m)| ((p - m) / noise).powi(2))
-        .filter(|v| v.is_finite())
-        .collect();
+    let squares: Vec<f64> =
+        predicted.iter().zip(measured).map(|(p, m)| ((p - m) / noise).powi(2)).filter(|v| v.is_finite()).collect();
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
@@ -392,11 +321,7 @@ fn gap(channels: &[Channel], size: f64, noise: &mut Noise) -> Gap {
         let train = trial("", 0.0, 100.0, false, size, horizon, noise);
         let holdout = trial("", 2.0, 60.0, true, size, horizon, noise);
         let of = |t: &Trial, c: usize| BeforeAfter {
-            before: root_mean_square(
-                &t.series[c].before,
-                &t.series[c].measured,
-                channels[c].noise,
-            ),
+            before: root_mean_square(&t.series[c].before, &t.series[c].measured, channels[c].noise),
             after: root_mean_square(&t.series[c].after, &t.series[c].measured, channels[c].noise),
         };
         let list: Vec<ChannelGap> = channels
@@ -415,21 +340,13 @@ fn gap(channels: &[Channel], size: f64, noise: &mut Noise) -> Gap {
             before: mean(&|g| pick(g).before),
             after: mean(&|g| pick(g).after),
         };
-        (
-            all(&|g| g.train),
-            all(&|g| g.holdout.unwrap_or(g.train)),
-            list,
-        )
+        (all(&|g| g.train), all(&|g| g.holdout.unwrap_or(g.train)), list)
     };
     let horizons = [1.0, 5.0, 20.0]
         .into_iter()
         .map(|horizon_s| {
             let (train, holdout, _) = both(horizon_s);
-            HorizonGap {
-                horizon_s,
-                train,
-                holdout: Some(holdout),
-            }
+            HorizonGap { horizon_s, train, holdout: Some(holdout) }
         })
         .collect();
     let (train, holdout, list) = both(5.0);
@@ -472,10 +389,7 @@ fn robot() -> Robot {
         anchors: (0..4).map(|i| ends(i, [0.0; 3]).0).collect(),
         attachments: (0..4).map(|i| ends(i, [0.0; 3]).1).collect(),
         pose: [0.4, 0.3, 0.05],
-        path: (0..200)
-            .map(|i| pose(0.0, 0.5 * f64::from(i)))
-            .map(|p| [p[0], p[1]])
-            .collect(),
+        path: (0..200).map(|i| pose(0.0, 0.5 * f64::from(i))).map(|p| [p[0], p[1]]).collect(),
     }
 }
 
@@ -489,24 +403,14 @@ fn files() -> Vec<FileUsed> {
         ("FMU with what was found", "found/CablePlatform.fmu"),
         ("numbers behind the plots", "found/gap.csv"),
     ]
-    .map(|(role, path)| FileUsed {
-        role: role.to_owned(),
-        path: path.to_owned(),
-    })
+    .map(|(role, path)| FileUsed { role: role.to_owned(), path: path.to_owned() })
     .to_vec()
 }
 
 fn settings() -> Vec<Setting> {
-    [
-        ("cable model", "lumped_mass"),
-        ("horizon", "5 s"),
-        ("seed", "1"),
-    ]
-    .map(|(name, value)| Setting {
-        name: name.to_owned(),
-        value: value.to_owned(),
-    })
-    .to_vec()
+    [("cable model", "lumped_mass"), ("horizon", "5 s"), ("seed", "1")]
+        .map(|(name, value)| Setting { name: name.to_owned(), value: value.to_owned() })
+        .to_vec()
 }
 
 fn method() -> Method {
@@ -521,29 +425,11 @@ fn method() -> Method {
         trials: 2,
         samples: 110_000,
         seconds: 14.2,
-        null_test: Some(NullTest {
-            runs: 200,
-            exceeded: 0,
-        }),
+        null_test: Some(NullTest { runs: 200, exceeded: 0 }),
         steps: vec![
-            step(
-                "Coulomb friction on winch 3",
-                "added",
-                -812.4,
-                "largest gain",
-            ),
-            step(
-                "drum inertia on winch 3",
-                "refused",
-                -3.1,
-                "no gain on held-out data",
-            ),
-            step(
-                "linear drag on the platform",
-                "refused",
-                6.4,
-                "worse by BIC",
-            ),
+            step("Coulomb friction on winch 3", "added", -812.4, "largest gain"),
+            step("drum inertia on winch 3", "refused", -3.1, "no gain on held-out data"),
+            step("linear drag on the platform", "refused", 6.4, "worse by BIC"),
         ],
     }
 }
@@ -553,10 +439,7 @@ struct Noise(u64);
 
 impl Noise {
     fn uniform(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 

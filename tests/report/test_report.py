@@ -18,7 +18,7 @@ INKED = """
   return inked / (width * height);
 })
 """
-# Elements that stick out of the page on the right, but for those inside a box that scrolls by itself.
+# Elements that stick out on the right, but for those inside a box that scrolls by itself.
 STICKING_OUT = """
 [...document.querySelectorAll('body *')]
   .filter((e) => e.getBoundingClientRect().right > document.documentElement.clientWidth + 1)
@@ -39,7 +39,8 @@ LOWEST_CONTRAST = """
     return [255, 255, 255];
   };
   let worst = [99, ''];
-  for (const e of document.querySelectorAll('h1, h2, h3, p, td, th, dd, dt, li, figcaption, summary, label, span')) {
+  const texts = 'h1, h2, h3, p, td, th, dd, dt, li, figcaption, summary, label, span';
+  for (const e of document.querySelectorAll(texts)) {
     if (![...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim())) continue;
     const a = light(parse(getComputedStyle(e).color));
     const b = light(behind(e));
@@ -56,7 +57,7 @@ def open_all(browser) -> None:
 
 
 @pytest.mark.parametrize("width", WIDTHS)
-@pytest.mark.parametrize("dark", (False, True), ids=("light", "dark"))
+@pytest.mark.parametrize("dark", [False, True], ids=("light", "dark"))
 def test_loads_without_errors_and_without_network(browser, report, width, dark):
     browser.open(report, width, dark)
     assert browser.errors == []
@@ -97,13 +98,19 @@ def test_first_screen_tells_the_story(browser, report):
 
 def test_residual_picture_and_signature_have_content(browser, report):
     browser.open(report, 1280)
-    cells = "[...document.querySelectorAll('.cellbox')].map((b) => [b.clientHeight, b.querySelectorAll('path').length])"
-    boxes = browser.evaluate(cells)
+    boxes = browser.evaluate(
+        "[...document.querySelectorAll('.cellbox')]"
+        ".map((b) => [b.clientHeight, b.querySelectorAll('path').length])"
+    )
     assert boxes
     assert all(height > 20 and paths > 0 for height, paths in boxes), boxes
-    points = "[...document.querySelectorAll('svg.signature')].map((s) => [!!s.querySelector('.cloud').getAttribute('d'), s.querySelectorAll('.law').length])"
-    for drawn, laws in browser.evaluate(points):
-        assert drawn and laws == 1
+    signatures = browser.evaluate(
+        "[...document.querySelectorAll('svg.signature')].map((s) =>"
+        " [s.querySelector('.cloud').getAttribute('d').length, s.querySelectorAll('.law').length])"
+    )
+    for points, laws in signatures:
+        assert points > 0
+        assert laws == 1
 
 
 def test_named_places_are_marked_in_the_drawing(browser, report):
@@ -152,14 +159,16 @@ def test_channel_trial_and_zoom_controls_work(browser, report):
 def test_pointer_reads_the_residual_picture(browser, report):
     browser.open(report, 1280)
     browser.evaluate(
-        "(() => { const box = document.querySelector('.cellbox'); const r = box.getBoundingClientRect();"
-        " box.dispatchEvent(new PointerEvent('pointermove', {clientX: r.left + 9, clientY: r.top + 9})); })()"
+        "(() => { const box = document.querySelector('.cellbox');"
+        " const { left, top } = box.getBoundingClientRect();"
+        " const at = { clientX: left + 9, clientY: top + 9 };"
+        " box.dispatchEvent(new PointerEvent('pointermove', at)); })()"
     )
     text = browser.evaluate("document.getElementById('heat-value').textContent")
     assert re.search(r"to [\d.]+ s, (before|after): ", text), text
 
 
-@pytest.mark.parametrize("dark", (False, True), ids=("light", "dark"))
+@pytest.mark.parametrize("dark", [False, True], ids=("light", "dark"))
 def test_text_has_contrast(browser, report, dark):
     browser.open(report, 1280, dark)
     open_all(browser)

@@ -14,23 +14,14 @@ pub(super) struct Axis {
 impl Axis {
     /// An axis over `low..high`, widened where the two are equal or not finite.
     pub(super) fn new((low, high): (f64, f64), (start, end): (f64, f64)) -> Axis {
-        let (low, high) = if low.is_finite() && high.is_finite() {
-            (low, high)
-        } else {
-            (0.0, 1.0)
-        };
+        let (low, high) = if low.is_finite() && high.is_finite() { (low, high) } else { (0.0, 1.0) };
         let (low, high) = if high > low {
             (low, high)
         } else {
             let half = if low == 0.0 { 1.0 } else { 0.5 * low.abs() };
             (low - half, low + half)
         };
-        Axis {
-            low,
-            high,
-            start,
-            end,
-        }
+        Axis { low, high, start, end }
     }
 
     /// Position of `value` in the drawing.
@@ -60,11 +51,7 @@ impl Axis {
 
 /// Smallest and largest finite value; `(NaN, NaN)` where there is none.
 pub(super) fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values
-        .filter(|v| v.is_finite())
-        .fold((f64::NAN, f64::NAN), |(low, high), v| {
-            (low.min(v), high.max(v))
-        })
+    values.filter(|v| v.is_finite()).fold((f64::NAN, f64::NAN), |(low, high), v| (low.min(v), high.max(v)))
 }
 
 /// The range widened by `share` of itself on both sides.
@@ -76,11 +63,7 @@ pub(super) fn widen((low, high): (f64, f64), share: f64) -> (f64, f64) {
 /// 1, 2 or 5 times a power of ten, at least `raw`.
 fn round_step(raw: f64) -> f64 {
     let power = 10f64.powf(raw.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|m| m * power)
-        .find(|s| *s >= raw * (1.0 - 1e-9))
-        .unwrap_or(10.0 * power)
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= raw * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 
 #[cfg(test)]
@@ -90,11 +73,7 @@ mod tests {
     #[test]
     fn ticks_are_round_and_inside() {
         let texts = |low, high| -> Vec<String> {
-            Axis::new((low, high), (0.0, 1.0))
-                .ticks(5)
-                .into_iter()
-                .map(|t| t.1)
-                .collect()
+            Axis::new((low, high), (0.0, 1.0)).ticks(5).into_iter().map(|t| t.1).collect()
         };
         assert_eq!(texts(-0.1, 0.1), ["−0.10", "−0.05", "0.00", "0.05", "0.10"]);
         assert_eq!(texts(0.0, 100.0), ["0", "20", "40", "60", "80", "100"]);

@@ -79,11 +79,7 @@ pub fn check(report: &Report) -> Result<(), ReportError> {
             }
         }
     }
-    length(
-        || "the robot's attachments".to_owned(),
-        report.robot.attachments.len(),
-        report.robot.anchors.len(),
-    )?;
+    length(|| "the robot's attachments".to_owned(), report.robot.attachments.len(), report.robot.anchors.len())?;
     report.trials.iter().try_for_each(|t| trial(report, t))
 }
 
@@ -91,19 +87,13 @@ fn verdict(report: &Report) -> Result<(), ReportError> {
     let found = !report.effects.is_empty();
     let terms = !report.terms.is_empty();
     let (verdict, contradiction) = match report.verdict {
-        Verdict::NoMissingEffect if found || terms => (
-            "no_missing_effect",
-            "but effects or terms are listed as found",
-        ),
+        Verdict::NoMissingEffect if found || terms => ("no_missing_effect", "but effects or terms are listed as found"),
         Verdict::Named if !found => ("named", "but no effect is listed"),
         Verdict::Named if terms => ("named", "but terms outside the catalogue are listed"),
         Verdict::Ambiguous if !found => ("ambiguous", "but no effect is listed"),
         _ => return Ok(()),
     };
-    Err(ReportError::Verdict {
-        verdict,
-        contradiction,
-    })
+    Err(ReportError::Verdict { verdict, contradiction })
 }
 
 fn trial(report: &Report, trial: &Trial) -> Result<(), ReportError> {
@@ -112,31 +102,17 @@ fn trial(report: &Report, trial: &Trial) -> Result<(), ReportError> {
     for series in &trial.series {
         let channel = &series.channel;
         known(report, channel, || format!("trial `{name}`"))?;
-        for (what, values) in [
-            ("measured", &series.measured),
-            ("before", &series.before),
-            ("after", &series.after),
-        ] {
-            length(
-                || format!("`{what}` of channel `{channel}` in trial `{name}`"),
-                values.len(),
-                trial.time.len(),
-            )?;
+        for (what, values) in [("measured", &series.measured), ("before", &series.before), ("after", &series.after)] {
+            length(|| format!("`{what}` of channel `{channel}` in trial `{name}`"), values.len(), trial.time.len())?;
         }
     }
     let map = &trial.residuals;
     increasing(|| format!("residual blocks of trial `{name}`"), &map.edges)?;
     let blocks = map.edges.len().saturating_sub(1);
     for row in &map.rows {
-        known(report, &row.channel, || {
-            format!("the residuals of trial `{name}`")
-        })?;
+        known(report, &row.channel, || format!("the residuals of trial `{name}`"))?;
         for values in [&row.before, &row.after] {
-            length(
-                || format!("residuals of channel `{}` in trial `{name}`", row.channel),
-                values.len(),
-                blocks,
-            )?;
+            length(|| format!("residuals of channel `{}` in trial `{name}`", row.channel), values.len(), blocks)?;
         }
     }
     Ok(())
@@ -146,32 +122,19 @@ fn known(report: &Report, channel: &str, place: impl Fn() -> String) -> Result<(
     if report.channels.iter().any(|c| c.name == channel) {
         return Ok(());
     }
-    Err(ReportError::UnknownChannel {
-        place: place(),
-        channel: channel.to_owned(),
-    })
+    Err(ReportError::UnknownChannel { place: place(), channel: channel.to_owned() })
 }
 
 fn length(place: impl Fn() -> String, found: usize, expected: usize) -> Result<(), ReportError> {
     if found == expected {
         return Ok(());
     }
-    Err(ReportError::Length {
-        place: place(),
-        found,
-        expected,
-    })
+    Err(ReportError::Length { place: place(), found, expected })
 }
 
 fn increasing(place: impl Fn() -> String, values: &[f64]) -> Result<(), ReportError> {
-    match values
-        .windows(2)
-        .find(|pair| pair[1].partial_cmp(&pair[0]) != Some(Ordering::Greater))
-    {
+    match values.windows(2).find(|pair| pair[1].partial_cmp(&pair[0]) != Some(Ordering::Greater)) {
         None => Ok(()),
-        Some(pair) => Err(ReportError::Time {
-            place: place(),
-            time: pair[0],
-        }),
+        Some(pair) => Err(ReportError::Time { place: place(), time: pair[0] }),
     }
 }

@@ -47,11 +47,7 @@ pub(super) fn draw((index, trial): (usize, &Trial)) -> Option<HeatMap> {
         channels: map.rows.iter().map(|r| r.channel.clone()).collect(),
         before: cells(map, |r| &r.before),
         after: cells(map, |r| &r.after),
-        ticks: axis
-            .ticks(6)
-            .into_iter()
-            .map(|(v, text)| (axis.at(v), text))
-            .collect(),
+        ticks: axis.ticks(6).into_iter().map(|(v, text)| (axis.at(v), text)).collect(),
     })
 }
 
@@ -69,20 +65,11 @@ pub(super) fn key() -> Vec<Key> {
             },
         )
     };
-    let mut keys = vec![Key {
-        class: 0,
-        text: format!("up to {} (noise)", short(CLASSES[0])),
-    }];
+    let mut keys = vec![Key { class: 0, text: format!("up to {} (noise)", short(CLASSES[0])) }];
     for (i, pair) in CLASSES.windows(2).enumerate() {
-        keys.push(Key {
-            class: i + 1,
-            text: format!("to {}", short(pair[1])),
-        });
+        keys.push(Key { class: i + 1, text: format!("to {}", short(pair[1])) });
     }
-    keys.push(Key {
-        class: CLASSES.len(),
-        text: "above".to_owned(),
-    });
+    keys.push(Key { class: CLASSES.len(), text: "above".to_owned() });
     keys
 }
 
@@ -101,22 +88,14 @@ fn cells(map: &ResidualMap, pick: impl Fn(&ResidualRow) -> &Vec<f64>) -> String 
         while i < values.len() {
             let start = i;
             let class = class_of(values[start]);
-            while i < values.len()
-                && values[i].is_nan() == values[start].is_nan()
-                && class_of(values[i]) == class
-            {
+            while i < values.len() && values[i].is_nan() == values[start].is_nan() && class_of(values[i]) == class {
                 i += 1;
             }
             if values[start].is_nan() {
                 continue;
             }
             let (from, to) = (map.edges[start] - origin, map.edges[i] - origin);
-            let _ = write!(
-                paths[class],
-                "M{from:.3} {row}h{:.3}v1h{:.3}z",
-                to - from,
-                from - to
-            );
+            let _ = write!(paths[class], "M{from:.3} {row}h{:.3}v1h{:.3}z", to - from, from - to);
         }
     }
     let length = map.edges[map.edges.len() - 1] - origin;
@@ -152,12 +131,7 @@ mod tests {
             },
         };
         let map = draw((0, &trial)).expect("a picture");
-        assert!(
-            map.before
-                .contains("class=\"h7\" d=\"M0.000 0h4.000v1h-4.000z\""),
-            "{}",
-            map.before
-        );
+        assert!(map.before.contains("class=\"h7\" d=\"M0.000 0h4.000v1h-4.000z\""), "{}", map.before);
         assert_eq!(map.after.matches("h2.000").count(), 2, "{}", map.after);
         assert_eq!(key().len(), CLASSES.len() + 1);
     }

@@ -46,12 +46,7 @@ pub(super) fn with_error(value: f64, error: Option<f64>) -> String {
     if !(-4..8).contains(&lead) {
         let scale = 10f64.powi(lead);
         let places = lead - last;
-        return format!(
-            "({} ± {}){}",
-            decimals(value / scale, places),
-            decimals(error / scale, places),
-            power(lead)
-        );
+        return format!("({} ± {}){}", decimals(value / scale, places), decimals(error / scale, places), power(lead));
     }
     format!("{} ± {}", decimals(value, -last), decimals(error, -last))
 }
@@ -76,21 +71,13 @@ pub(super) fn unit_text(unit: &str) -> String {
 
 /// A share between 0 and 1 in per cent.
 pub(super) fn percent(share: f64) -> String {
-    let text = if share > 0.0 && share < 0.005 {
-        "<1".to_owned()
-    } else {
-        decimals(100.0 * share, 0)
-    };
+    let text = if share > 0.0 && share < 0.005 { "<1".to_owned() } else { decimals(100.0 * share, 0) };
     format!("{text}{NBSP}%")
 }
 
 /// A gap: `39.5`, `1.04`, `0.98`.
 pub(super) fn gap(value: f64) -> String {
-    if value.is_finite() && value.abs() < 10.0 {
-        decimals(value, 2)
-    } else {
-        significant(value, 3)
-    }
+    if value.is_finite() && value.abs() < 10.0 { decimals(value, 2) } else { significant(value, 3) }
 }
 
 /// `value` with a fixed number of decimals (negative rounds to tens, hundreds, ...), thousands set apart.
@@ -134,11 +121,7 @@ fn exponent_of(value: f64, digits: i32) -> i32 {
 }
 
 fn scientific(value: f64, exponent: i32, places: i32) -> String {
-    format!(
-        "{}{}",
-        decimals(value / 10f64.powi(exponent), places),
-        power(exponent)
-    )
+    format!("{}{}", decimals(value / 10f64.powi(exponent), places), power(exponent))
 }
 
 fn power(exponent: i32) -> String {
@@ -164,10 +147,7 @@ mod tests {
         assert_eq!(with_error(251.234, Some(1.91)), "251.2 ± 1.9");
         assert_eq!(with_error(-0.03412, Some(0.0021)), "−0.0341 ± 0.0021");
         assert_eq!(with_error(251.234, Some(0.0999)), "251.23 ± 0.10");
-        assert_eq!(
-            with_error(15_213_000.0, Some(42_000.0)),
-            "15\u{202f}213\u{202f}000 ± 42\u{202f}000"
-        );
+        assert_eq!(with_error(15_213_000.0, Some(42_000.0)), "15\u{202f}213\u{202f}000 ± 42\u{202f}000");
         assert_eq!(with_error(3.21e-6, Some(1.2e-7)), "(3.21 ± 0.12)×10⁻⁶");
         assert_eq!(with_error(0.0, Some(0.5)), "0.00 ± 0.50");
         assert_eq!(with_error(2.5, None), "2.500");
@@ -189,15 +169,9 @@ mod tests {
 
     #[test]
     fn factors_are_shown_in_per_cent() {
-        assert_eq!(
-            quantity("factor", -0.031, Some(0.002), "1"),
-            "−3.10 ± 0.20\u{a0}%"
-        );
+        assert_eq!(quantity("factor", -0.031, Some(0.002), "1"), "−3.10 ± 0.20\u{a0}%");
         assert_eq!(quantity("loss", 0.031, Some(0.002), "1"), "0.0310 ± 0.0020");
-        assert_eq!(
-            quantity("force", 1.0, Some(0.1), "N s"),
-            "1.00 ± 0.10\u{a0}N\u{a0}s"
-        );
+        assert_eq!(quantity("force", 1.0, Some(0.1), "N s"), "1.00 ± 0.10\u{a0}N\u{a0}s");
     }
 
     #[test]

@@ -42,12 +42,7 @@ pub fn render(input: &Report) -> Result<String, ReportError> {
             Some(context! { label => s.label, x => s.x_name, y => s.y_name, svg })
         })
         .collect();
-    let heat_maps: Vec<_> = input
-        .trials
-        .iter()
-        .enumerate()
-        .filter_map(heat::draw)
-        .collect();
+    let heat_maps: Vec<_> = input.trials.iter().enumerate().filter_map(heat::draw).collect();
     let (best, held_out) = words::best_gap(input);
     let whiteness_tested = input.channels.iter().any(|c| c.whiteness.is_some());
     let page = environment.get_template("report.html")?.render(context! {
@@ -100,9 +95,7 @@ fn safe(text: String) -> Value {
 }
 
 fn add_filters(environment: &mut Environment<'_>) {
-    environment.add_filter("sig", |v: f64, digits: Option<i32>| {
-        significant(v, digits.unwrap_or(3))
-    });
+    environment.add_filter("sig", |v: f64, digits: Option<i32>| significant(v, digits.unwrap_or(3)));
     environment.add_filter("plain", number::plain);
     environment.add_filter("gap", gap);
     environment.add_filter("percent", percent);
@@ -114,18 +107,11 @@ fn add_filters(environment: &mut Environment<'_>) {
     environment.add_filter("phrase", |text: &str| Place::parse(text).phrase());
     environment.add_filter("channel", |text: &str| channel_words(text));
     environment.add_filter("expression", |text: &str| words::printed(text));
-    environment.add_filter(
-        "quantity",
-        |name: &str, value: f64, error: Option<f64>, unit: &str| {
-            number::quantity(name, value, error, unit)
-        },
-    );
+    environment.add_filter("quantity", |name: &str, value: f64, error: Option<f64>, unit: &str| {
+        number::quantity(name, value, error, unit)
+    });
     environment.add_filter("values", |values: Vec<f64>| {
-        values
-            .iter()
-            .map(|v| significant(*v, 2))
-            .collect::<Vec<_>>()
-            .join(", ")
+        values.iter().map(|v| significant(*v, 2)).collect::<Vec<_>>().join(", ")
     });
 }
 
@@ -152,14 +138,7 @@ fn dumbbells(report: &Report, held_out: bool) -> Vec<Dumbbell> {
         .map(|(channel, gap)| {
             let (before_at, after_at) = (at(gap.before), at(gap.after));
             let left = before_at.min(after_at);
-            Dumbbell {
-                channel,
-                gap,
-                before_at,
-                after_at,
-                left,
-                width: (before_at - after_at).abs(),
-            }
+            Dumbbell { channel, gap, before_at, after_at, left, width: (before_at - after_at).abs() }
         })
         .collect()
 }
@@ -177,11 +156,7 @@ fn decades(report: &Report, held_out: bool) -> Vec<(f64, String)> {
 
 /// From a little below the noise floor to a little above the largest gap shown.
 fn log_range(report: &Report, held_out: bool) -> (f64, f64) {
-    let all = report
-        .gap
-        .channels
-        .iter()
-        .filter_map(|c| if held_out { c.holdout } else { Some(c.train) });
+    let all = report.gap.channels.iter().filter_map(|c| if held_out { c.holdout } else { Some(c.train) });
     let high = all
         .chain([words::best_gap(report).0])
         .flat_map(|g| [g.before, g.after])
@@ -239,12 +214,7 @@ fn plot_data(report: &Report) -> Result<String, ReportError> {
     let channels = report
         .channels
         .iter()
-        .map(|c| PlotChannel {
-            name: &c.name,
-            label: channel_words(&c.name),
-            unit: &c.unit,
-            noise: c.noise,
-        })
+        .map(|c| PlotChannel { name: &c.name, label: channel_words(&c.name), unit: &c.unit, noise: c.noise })
         .collect();
     let trials = report
         .trials
@@ -285,16 +255,9 @@ fn plot_data(report: &Report) -> Result<String, ReportError> {
                 .collect(),
         })
         .collect();
-    let json = serde_json::to_string(&PlotData {
-        single: single(report),
-        channels,
-        trials,
-    })?;
+    let json = serde_json::to_string(&PlotData { single: single(report), channels, trials })?;
     // `</script>` or `<!--` inside a string must not end or change the script element.
-    Ok(json
-        .replace('<', "\\u003c")
-        .replace('>', "\\u003e")
-        .replace('&', "\\u0026"))
+    Ok(json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026"))
 }
 
 /// Values to so many significant digits: shorter text, and far below the noise.

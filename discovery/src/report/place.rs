@@ -155,24 +155,12 @@ mod tests {
     #[test]
     fn places_of_the_contract_read_well() {
         let cases = [
-            (
-                "platform.force_x",
-                "platform, force along x",
-                "on the platform along x",
-            ),
-            (
-                "platform.torque",
-                "platform, torque",
-                "on the platform's rotation",
-            ),
+            ("platform.force_x", "platform, force along x", "on the platform along x"),
+            ("platform.torque", "platform, torque", "on the platform's rotation"),
             ("winch[3]", "winch\u{a0}3", "on winch\u{a0}3"),
             ("winch", "all winches", "on all winches"),
             ("cable[2]", "cable\u{a0}2", "in cable\u{a0}2"),
-            (
-                "sensor.cable_length[1]",
-                "sensor of cable length\u{a0}1",
-                "in the measured cable length\u{a0}1",
-            ),
+            ("sensor.cable_length[1]", "sensor of cable length\u{a0}1", "in the measured cable length\u{a0}1"),
             ("sensor.pose", "sensor of pose", "in the measured pose"),
             ("gearbox[x]", "gearbox[x]", "at gearbox[x]"),
         ];

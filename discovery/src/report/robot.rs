@@ -43,11 +43,7 @@ pub(super) fn draw(report: &Report) -> Drawing {
     frame.wrench(&mut svg, &marks);
     frame.axes(&mut svg);
     svg.push_str("</svg>");
-    Drawing {
-        svg,
-        enlarged: frame.enlarged,
-        marked: marks.iter().map(Mark::words).collect(),
-    }
+    Drawing { svg, enlarged: frame.enlarged, marked: marks.iter().map(Mark::words).collect() }
 }
 
 impl Mark {
@@ -61,11 +57,8 @@ impl Mark {
 
 fn marks(report: &Report) -> Vec<Mark> {
     let mut marks: Vec<Mark> = Vec::new();
-    let located = report
-        .located
-        .iter()
-        .filter(|l| l.share_of_gap >= 0.05)
-        .map(|l| (l.place.as_str(), Some(l.share_of_gap)));
+    let located =
+        report.located.iter().filter(|l| l.share_of_gap >= 0.05).map(|l| (l.place.as_str(), Some(l.share_of_gap)));
     let effects = report.effects.iter().map(|e| (e.place.as_str(), None));
     let terms = report.terms.iter().map(|t| (t.target.as_str(), None));
     for (text, share) in located.chain(effects).chain(terms) {
@@ -89,37 +82,15 @@ struct Frame {
 
 impl Frame {
     fn new(robot: &Robot) -> Frame {
-        let reach = |points: &[[f64; 2]]| {
-            points
-                .iter()
-                .flatten()
-                .fold(0.0_f64, |r, v| r.max(v.abs()))
-                .max(f64::MIN_POSITIVE)
-        };
+        let reach =
+            |points: &[[f64; 2]]| points.iter().flatten().fold(0.0_f64, |r, v| r.max(v.abs())).max(f64::MIN_POSITIVE);
         let scale = 0.5 * SIZE / reach(&robot.anchors);
-        let body = robot
-            .attachments
-            .iter()
-            .fold(0.0_f64, |r, p| r.max(p[0].hypot(p[1])));
-        let enlarged = if body > 0.0 {
-            (PLATFORM / (scale * body)).max(1.0)
-        } else {
-            1.0
-        };
+        let body = robot.attachments.iter().fold(0.0_f64, |r, p| r.max(p[0].hypot(p[1])));
+        let enlarged = if body > 0.0 { (PLATFORM / (scale * body)).max(1.0) } else { 1.0 };
         let [x, y, phi] = robot.pose;
-        let place = |p: [f64; 2]| {
-            [
-                MARGIN + 0.5 * SIZE + scale * p[0],
-                MARGIN + 0.5 * SIZE - scale * p[1],
-            ]
-        };
+        let place = |p: [f64; 2]| [MARGIN + 0.5 * SIZE + scale * p[0], MARGIN + 0.5 * SIZE - scale * p[1]];
         let centre = place([x, y]);
-        let large = |dx: f64, dy: f64| {
-            [
-                centre[0] + scale * enlarged * dx,
-                centre[1] - scale * enlarged * dy,
-            ]
-        };
+        let large = |dx: f64, dy: f64| [centre[0] + scale * enlarged * dx, centre[1] - scale * enlarged * dy];
         let (sin, cos) = phi.sin_cos();
         Frame {
             anchors: robot.anchors.iter().map(|p| place(*p)).collect(),
@@ -128,11 +99,7 @@ impl Frame {
                 .iter()
                 .map(|b| large(cos * b[0] - sin * b[1], sin * b[0] + cos * b[1]))
                 .collect(),
-            path: robot
-                .path
-                .iter()
-                .map(|p| large(p[0] - x, p[1] - y))
-                .collect(),
+            path: robot.path.iter().map(|p| large(p[0] - x, p[1] - y)).collect(),
             centre,
             radius: scale * enlarged * body,
             enlarged,
@@ -141,12 +108,27 @@ impl Frame {
 
     fn cables(&self, svg: &mut String, marks: &[Mark]) {
         for (i, (a, b)) in self.anchors.iter().zip(&self.attachments).enumerate() {
-            let class = if on(marks, Part::Cable, i) {
-                "cable marked"
-            } else {
-                "cable"
-            };
+            let class = if on(marks, Part::Cable, i) { "cable marked" } else { "cable" };
             line(svg, class, *a, *b);
+            // Beside the cable, on the side away from the crossing.
+            let beside = |along: f64| {
+                let p = [a[0] + along * (b[0] - a[0]), a[1] + along * (b[1] - a[1])];
+                let side = if a[0] < self.centre[0] { -1.0 } else { 1.0 };
+                ([p[0] + 14.0 * side, p[1] + 5.0], if side < 0.0 { "end" } else { "start" })
+            };
+            let on_cable = share(marks, |place| match place {
+                Place::Part(Part::Cable | Part::Attachment, index) => *index == Some(i + 1),
+                _ => false,
+            });
+            if let Some(share) = on_cable {
+                let (p, anchor) = beside(0.68);
+                label(svg, p, anchor, &percent(share));
+            }
+            let on_its_sensor = share(marks, |place| matches!(place, Place::Sensor(_, Some(n)) if *n == i + 1));
+            if let Some(share) = on_its_sensor {
+                let (p, anchor) = beside(0.4);
+                label(svg, p, anchor, &percent(share));
+            }
             if on_sensor(marks, i) {
                 let middle = [0.6 * a[0] + 0.4 * b[0], 0.6 * a[1] + 0.4 * b[1]];
                 let _ = write!(
@@ -163,39 +145,17 @@ impl Frame {
         let mut corners = self.attachments.clone();
         let angle = |p: &[f64; 2]| (p[1] - self.centre[1]).atan2(p[0] - self.centre[0]);
         corners.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
-        let points: Vec<String> = corners
-            .iter()
-            .map(|p| format!("{:.1},{:.1}", p[0], p[1]))
-            .collect();
-        let marked = marks
-            .iter()
-            .any(|m| matches!(m.place, Place::Platform(_) | Place::Sensor(_, None)));
-        let class = if marked {
-            "platform marked"
-        } else {
-            "platform"
-        };
-        let _ = write!(
-            svg,
-            "<polygon class=\"{class}\" points=\"{}\"/>",
-            points.join(" ")
-        );
+        let points: Vec<String> = corners.iter().map(|p| format!("{:.1},{:.1}", p[0], p[1])).collect();
+        let marked = marks.iter().any(|m| matches!(m.place, Place::Platform(_) | Place::Sensor(_, None)));
+        let class = if marked { "platform marked" } else { "platform" };
+        let _ = write!(svg, "<polygon class=\"{class}\" points=\"{}\"/>", points.join(" "));
         if self.path.len() > 1 {
-            let d: Vec<String> = self
-                .path
-                .iter()
-                .map(|p| format!("{:.1},{:.1}", p[0], p[1]))
-                .collect();
+            let d: Vec<String> = self.path.iter().map(|p| format!("{:.1},{:.1}", p[0], p[1])).collect();
             let _ = write!(svg, "<polyline class=\"path\" points=\"{}\"/>", d.join(" "));
         }
         for (i, p) in self.attachments.iter().enumerate() {
             let marked = on(marks, Part::Attachment, i);
-            circle(
-                svg,
-                if marked { "joint marked" } else { "joint" },
-                *p,
-                if marked { 7.0 } else { 3.0 },
-            );
+            circle(svg, if marked { "joint marked" } else { "joint" }, *p, if marked { 7.0 } else { 3.0 });
         }
         circle(svg, "joint", self.centre, 2.5);
     }
@@ -214,30 +174,16 @@ impl Frame {
             let above = p[1] < middle;
             let y = if above { p[1] - 24.0 } else { p[1] + 34.0 };
             let class = if marked { "name marked" } else { "name" };
-            let share = self.share_text(marks, i);
+            let share = share(marks, |place| match place {
+                Place::Part(Part::Winch | Part::Anchor, index) => *index == Some(i + 1),
+                _ => false,
+            });
+            let share = share.map_or_else(String::new, |s| format!(": {}", percent(s)));
             let _ = write!(
                 svg,
                 "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">winch {}{share}</text>",
                 i + 1
             );
-        }
-    }
-
-    /// `: 83 % of the gap` for the parts of cable `i`.
-    fn share_text(&self, marks: &[Mark], i: usize) -> String {
-        let share: f64 = marks
-            .iter()
-            .filter(|m| match &m.place {
-                Place::Part(_, index) => *index == Some(i + 1),
-                Place::Sensor(_, index) => *index == Some(i + 1),
-                _ => false,
-            })
-            .filter_map(|m| m.share)
-            .sum();
-        if share > 0.0 {
-            format!(": {} of the gap", percent(share))
-        } else {
-            String::new()
         }
     }
 
@@ -279,10 +225,8 @@ impl Frame {
         }
         // The platform as a whole, and its pose sensor: the share goes below.
         for mark in marks {
-            if let (Place::Platform(None) | Place::Sensor(_, None), Some(share)) =
-                (&mark.place, mark.share)
-            {
-                let text = format!("{}: {} of the gap", mark.place.noun(), percent(share));
+            if let (Place::Platform(None) | Place::Sensor(_, None), Some(share)) = (&mark.place, mark.share) {
+                let text = percent(share);
                 label(svg, [x, y + self.radius + 24.0], "middle", &text);
             }
         }
@@ -314,6 +258,11 @@ pub(super) fn scale_note(enlarged: f64) -> Option<String> {
     })
 }
 
+/// Share of the gap of all marks at such a place; `None` where there is none.
+fn share(marks: &[Mark], at: impl Fn(&Place) -> bool) -> Option<f64> {
+    marks.iter().filter(|m| at(&m.place)).filter_map(|m| m.share).reduce(|a, b| a + b)
+}
+
 fn on(marks: &[Mark], part: Part, i: usize) -> bool {
     marks.iter().any(|m| match m.place {
         Place::Part(p, index) => p == part && index.is_none_or(|n| n == i + 1),
@@ -322,9 +271,7 @@ fn on(marks: &[Mark], part: Part, i: usize) -> bool {
 }
 
 fn on_sensor(marks: &[Mark], i: usize) -> bool {
-    marks
-        .iter()
-        .any(|m| matches!(&m.place, Place::Sensor(_, Some(n)) if *n == i + 1))
+    marks.iter().any(|m| matches!(&m.place, Place::Sensor(_, Some(n)) if *n == i + 1))
 }
 
 fn line(svg: &mut String, class: &str, a: [f64; 2], b: [f64; 2]) {
@@ -336,11 +283,7 @@ fn line(svg: &mut String, class: &str, a: [f64; 2], b: [f64; 2]) {
 }
 
 fn circle(svg: &mut String, class: &str, p: [f64; 2], r: f64) {
-    let _ = write!(
-        svg,
-        "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"{r}\"/>",
-        p[0], p[1]
-    );
+    let _ = write!(svg, "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"{r}\"/>", p[0], p[1]);
 }
 
 /// An arrow head whose tip is at `p`, pointing `angle` degrees clockwise from the drawing's x axis.

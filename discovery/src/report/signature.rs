@@ -23,27 +23,17 @@ const LEAST: usize = 5;
 
 /// One `<svg>`; `None` where there is nothing to draw.
 pub(super) fn draw(signature: &Signature) -> Option<String> {
-    let points: Vec<[f64; 2]> = signature
-        .points
-        .iter()
-        .filter(|p| p[0].is_finite() && p[1].is_finite())
-        .copied()
-        .collect();
+    let points: Vec<[f64; 2]> =
+        signature.points.iter().filter(|p| p[0].is_finite() && p[1].is_finite()).copied().collect();
     if points.is_empty() && signature.law.is_empty() {
         return None;
     }
     let xs = range(points.iter().chain(&signature.law).map(|p| p[0]));
     let x = Axis::new(widen(xs, 0.02), (LEFT, WIDTH - RIGHT));
-    let y = Axis::new(
-        widen(y_range(&points, &signature.law), 0.06),
-        (HEIGHT - BOTTOM, TOP),
-    );
+    let y = Axis::new(widen(y_range(&points, &signature.law), 0.06), (HEIGHT - BOTTOM, TOP));
     let mut svg = format!(
         "<svg class=\"signature\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">",
-        escape(&format!(
-            "{} against {}",
-            signature.y_name, signature.x_name
-        ))
+        escape(&format!("{} against {}", signature.y_name, signature.x_name))
     );
     grid(&mut svg, &x, &y, signature);
     cloud(&mut svg, &x, &y, &points);
@@ -120,10 +110,7 @@ fn law(svg: &mut String, x: &Axis, y: &Axis, law: &[[f64; 2]]) {
         .collect();
     if !points.is_empty() {
         let d = points.join(" ");
-        let _ = write!(
-            svg,
-            "<polyline class=\"law-edge\" points=\"{d}\"/><polyline class=\"law\" points=\"{d}\"/>"
-        );
+        let _ = write!(svg, "<polyline class=\"law-edge\" points=\"{d}\"/><polyline class=\"law\" points=\"{d}\"/>");
     }
 }
 

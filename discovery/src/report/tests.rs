@@ -11,12 +11,7 @@ fn report() -> Report {
         unit: unit.to_owned(),
         noise: 0.005,
         samples: 100,
-        whiteness: Some(Whiteness {
-            name: "Q(20)".to_owned(),
-            statistic: 18.0,
-            limit: 31.4,
-            pass: true,
-        }),
+        whiteness: Some(Whiteness { name: "Q(20)".to_owned(), statistic: 18.0, limit: 31.4, pass: true }),
     };
     let trial = |name: &str, holdout| Trial {
         name: name.to_owned(),
@@ -30,29 +25,17 @@ fn report() -> Report {
         }],
         residuals: ResidualMap {
             edges: vec![0.0, 2.0, 4.0],
-            rows: vec![ResidualRow {
-                channel: "x".to_owned(),
-                before: vec![12.0, 40.0],
-                after: vec![1.0, f64::NAN],
-            }],
+            rows: vec![ResidualRow { channel: "x".to_owned(), before: vec![12.0, 40.0], after: vec![1.0, f64::NAN] }],
         },
     };
     Report {
         title: "test bench".to_owned(),
         verdict: Verdict::Named,
-        effects: vec![effect(
-            "winch_coulomb_friction",
-            "Coulomb friction",
-            "winch[3]",
-        )],
+        effects: vec![effect("winch_coulomb_friction", "Coulomb friction", "winch[3]")],
         located: vec![Located {
             place: "winch[3]".to_owned(),
             share_of_gap: 0.83,
-            when: vec![Span {
-                trial: 0,
-                start: 12.0,
-                end: 31.5,
-            }],
+            when: vec![Span { trial: 0, start: 12.0, end: 31.5 }],
             depends_on: vec!["speed".to_owned(), "direction".to_owned()],
         }],
         terms: vec![],
@@ -66,19 +49,10 @@ fn report() -> Report {
                 train: both(12.0, 1.0),
                 holdout: Some(both(11.0, 1.01)),
             }],
-            horizons: vec![HorizonGap {
-                horizon_s: 20.0,
-                train: both(90.0, 1.4),
-                holdout: None,
-            }],
+            horizons: vec![HorizonGap { horizon_s: 20.0, train: both(90.0, 1.4), holdout: None }],
         },
         channels: vec![channel("x", "m"), channel("cable_length[3]", "m")],
-        remainder: Remainder {
-            force: 1.9,
-            torque: 14.0,
-            force_before: Some(84.0),
-            torque_before: Some(610.0),
-        },
+        remainder: Remainder { force: 1.9, torque: 14.0, force_before: Some(84.0), torque_before: Some(610.0) },
         trials: vec![trial("a.csv", false), trial("c.csv", true)],
         signatures: vec![Signature {
             label: "Coulomb friction on winch 3".to_owned(),
@@ -86,39 +60,23 @@ fn report() -> Report {
             x_unit: "m/s".to_owned(),
             y_name: "missing force".to_owned(),
             y_unit: "N".to_owned(),
-            points: (0..40)
-                .map(|i| [0.1 * f64::from(i) - 2.0, f64::from(i % 7)])
-                .collect(),
+            points: (0..40).map(|i| [0.1 * f64::from(i) - 2.0, f64::from(i % 7)]).collect(),
             law: vec![[-2.0, -251.0], [2.0, 251.0]],
         }],
         robot: Robot {
-            anchors: vec![
-                [-636.0, -636.0],
-                [636.0, -636.0],
-                [636.0, 636.0],
-                [-636.0, 636.0],
-            ],
+            anchors: vec![[-636.0, -636.0], [636.0, -636.0], [636.0, 636.0], [-636.0, 636.0]],
             attachments: vec![[7.0, -7.0], [-7.0, -7.0], [-7.0, 7.0], [7.0, 7.0]],
             pose: [0.1, 0.1, 0.1],
             path: vec![[0.0, 0.0], [1.0, 1.0]],
         },
-        files: vec![FileUsed {
-            role: "training data".to_owned(),
-            path: "a.csv".to_owned(),
-        }],
-        settings: vec![Setting {
-            name: "horizon".to_owned(),
-            value: "5 s".to_owned(),
-        }],
+        files: vec![FileUsed { role: "training data".to_owned(), path: "a.csv".to_owned() }],
+        settings: vec![Setting { name: "horizon".to_owned(), value: "5 s".to_owned() }],
         method: Method {
             candidates: 87,
             trials: 1,
             samples: 200,
             seconds: 3.5,
-            null_test: Some(NullTest {
-                runs: 200,
-                exceeded: 0,
-            }),
+            null_test: Some(NullTest { runs: 200, exceeded: 0 }),
             steps: vec![Step {
                 label: "Coulomb friction on winch 3".to_owned(),
                 outcome: "added".to_owned(),
@@ -177,19 +135,13 @@ fn term() -> Term {
 fn top(report: &Report) -> (String, String) {
     let s = summary(report);
     let plain = |text: &str| text.replace('\u{a0}', " ");
-    (
-        plain(&s.headline),
-        plain(&[s.lead, s.detail, s.next].concat().join(" ")),
-    )
+    (plain(&s.headline), plain(&[s.lead, s.detail, s.next].concat().join(" ")))
 }
 
 #[test]
 fn named_says_what_where_how_large_how_sure_and_the_gap() {
     let (headline, text) = top(&report());
-    assert_eq!(
-        headline,
-        "Coulomb friction on winch 3 is missing from the model."
-    );
+    assert_eq!(headline, "Coulomb friction on winch 3 is missing from the model.");
     for part in [
         "Its size: force 251.2 ± 1.9 N.",
         "83 % of the gap sits on winch 3, from 12 to 31.5 s, and depends on speed and direction.",
@@ -205,21 +157,19 @@ fn named_says_what_where_how_large_how_sure_and_the_gap() {
 #[test]
 fn named_with_several_effects_lists_them() {
     let mut report = report();
-    report.effects.push(effect(
-        "platform_quadratic_drag",
-        "quadratic drag",
-        "platform",
-    ));
+    report.effects.push(effect("platform_quadratic_drag", "quadratic drag", "platform"));
     let (headline, text) = top(&report);
     assert_eq!(
         headline,
         "Two effects are missing from the model: Coulomb friction on winch 3 and quadratic drag on the platform."
     );
-    assert!(
-        text.contains("Quadratic drag on the platform: force 251.2 ± 1.9 N."),
-        "{text}"
-    );
+    assert!(text.contains("Quadratic drag on the platform: force 251.2 ± 1.9 N."), "{text}");
     assert!(text.contains("for the weakest of them"), "{text}");
+    for (place, share) in [("platform.torque", 0.12), ("cable[1]", 0.02)] {
+        report.located.push(Located { place: place.to_owned(), share_of_gap: share, when: vec![], depends_on: vec![] });
+    }
+    let text = top(&report).1;
+    assert!(text.contains("Further parts: 12 % on the platform's rotation."), "{text}");
 }
 
 #[test]
@@ -233,17 +183,15 @@ fn ambiguous_names_all_and_the_experiment() {
         "Either Coulomb friction or capstan loss on winch 3 is missing from the model; these data cannot tell which."
     );
     assert!(
-        text.contains("To tell Coulomb friction on winch 3 from capstan loss on winch 3: repeat at another pretension."),
+        text.contains(
+            "To tell Coulomb friction on winch 3 from capstan loss on winch 3: repeat at another pretension."
+        ),
         "{text}"
     );
     let mut elsewhere = capstan(true);
     elsewhere.place = "cable[1]".to_owned();
     report.effects[0].alternatives.push(elsewhere);
-    report.effects.push(effect(
-        "platform_quadratic_drag",
-        "quadratic drag",
-        "platform",
-    ));
+    report.effects.push(effect("platform_quadratic_drag", "quadratic drag", "platform"));
     assert_eq!(
         top(&report).0,
         "Quadratic drag on the platform is missing from the model, and so is one of Coulomb friction on winch 3, capstan loss on winch 3 or capstan loss in cable 1; these data cannot tell which."
@@ -261,20 +209,11 @@ fn unnamed_says_so_and_gives_the_term() {
     );
     report.effects.clear();
     let (headline, text) = top(&report);
-    assert_eq!(
-        headline,
-        "A force on the platform along x is missing from the model, of a kind outside the catalogue."
-    );
-    assert!(
-        text.contains("The best description found is −34.8·x·abs(y) (platform, force along x)"),
-        "{text}"
-    );
+    assert_eq!(headline, "A force on the platform along x is missing from the model, of a kind outside the catalogue.");
+    assert!(text.contains("The best description found is −34.8·x·abs(y) (platform, force along x)"), "{text}");
     report.terms.clear();
     report.located.clear();
-    assert_eq!(
-        top(&report).0,
-        "Something that the catalogue does not contain is missing from the model."
-    );
+    assert_eq!(top(&report).0, "Something that the catalogue does not contain is missing from the model.");
 }
 
 #[test]
@@ -284,19 +223,10 @@ fn nothing_missing_is_said_plainly_and_only_near_the_noise() {
     report.effects.clear();
     report.located.clear();
     let (headline, text) = top(&report);
-    assert_eq!(
-        headline,
-        "Nothing is missing: the model agrees with the measurements to within their noise."
-    );
+    assert_eq!(headline, "Nothing is missing: the model agrees with the measurements to within their noise.");
     assert!(text.contains("is off by 1.04 times"), "{text}");
-    report.gap.holdout = Some(BeforeAfter {
-        before: 1.6,
-        after: 1.6,
-    });
-    assert_eq!(
-        top(&report).0,
-        "No missing effect was found that the data support."
-    );
+    report.gap.holdout = Some(BeforeAfter { before: 1.6, after: 1.6 });
+    assert_eq!(top(&report).0, "No missing effect was found that the data support.");
 }
 
 #[test]
@@ -304,16 +234,8 @@ fn without_held_out_data_the_page_says_so() {
     let mut report = report();
     report.gap.holdout = None;
     report.gap.channels[0].holdout = None;
-    assert!(
-        top(&report)
-            .1
-            .contains("On the data fitted (none were held out)")
-    );
-    assert!(
-        render(&report)
-            .expect("a page")
-            .contains("Nothing was held out")
-    );
+    assert!(top(&report).1.contains("On the data fitted (none were held out)"));
+    assert!(render(&report).expect("a page").contains("Nothing was held out"));
 }
 
 #[test]
@@ -322,45 +244,23 @@ fn text_from_outside_is_escaped_everywhere() {
     let mut report = report();
     report.verdict = Verdict::Unnamed;
     report.title = EVIL.to_owned();
-    report.terms = vec![Term {
-        target: EVIL.to_owned(),
-        expression: EVIL.to_owned(),
-        ..term()
-    }];
+    report.terms = vec![Term { target: EVIL.to_owned(), expression: EVIL.to_owned(), ..term() }];
     report.remarks = vec![EVIL.to_owned()];
     report.gap.holdout_source = EVIL.to_owned();
     report.located[0].place = format!("sensor.{EVIL}");
     report.located[0].depends_on = vec![EVIL.to_owned()];
-    for text in [
-        &mut report.files[0].path,
-        &mut report.settings[0].value,
-        &mut report.method.steps[0].reason,
-    ] {
+    for text in [&mut report.files[0].path, &mut report.settings[0].value, &mut report.method.steps[0].reason] {
         *text = EVIL.to_owned();
     }
     let found = &mut report.effects[0];
-    for text in [
-        &mut found.id,
-        &mut found.label,
-        &mut found.place,
-        &mut found.equation,
-    ] {
+    for text in [&mut found.id, &mut found.label, &mut found.place, &mut found.equation] {
         *text = EVIL.to_owned();
     }
     found.parameters[0].name = EVIL.to_owned();
     found.parameters[0].unit = EVIL.to_owned();
-    found.alternatives = vec![Alternative {
-        separate_by: EVIL.to_owned(),
-        label: EVIL.to_owned(),
-        ..capstan(true)
-    }];
+    found.alternatives = vec![Alternative { separate_by: EVIL.to_owned(), label: EVIL.to_owned(), ..capstan(true) }];
     let plot = &mut report.signatures[0];
-    for text in [
-        &mut plot.label,
-        &mut plot.x_name,
-        &mut plot.x_unit,
-        &mut plot.y_name,
-    ] {
+    for text in [&mut plot.label, &mut plot.x_name, &mut plot.x_unit, &mut plot.y_name] {
         *text = EVIL.to_owned();
     }
     report.channels[0].name = EVIL.to_owned();
@@ -374,19 +274,14 @@ fn text_from_outside_is_escaped_everywhere() {
     let page = render(&report).expect("a page");
     assert!(!page.contains("<img"), "markup came through");
     assert!(!page.contains("<!--"), "a comment came through");
-    assert_eq!(
-        page.matches("</script>").count(),
-        3,
-        "a script element was closed early"
-    );
+    assert_eq!(page.matches("</script>").count(), 3, "a script element was closed early");
     let data: serde_json::Value = serde_json::from_str(embedded(&page)).expect("valid JSON");
     assert_eq!(data["trials"][0]["name"], EVIL);
 }
 
 /// The JSON for the plots.
 fn embedded(page: &str) -> &str {
-    let start =
-        page.find("id=\"report-data\">").expect("the data element") + "id=\"report-data\">".len();
+    let start = page.find("id=\"report-data\">").expect("the data element") + "id=\"report-data\">".len();
     &page[start..start + page[start..].find("</script>").expect("its end")]
 }
 
@@ -396,14 +291,8 @@ fn plot_data_are_json_with_gaps_as_null() {
     let data: serde_json::Value = serde_json::from_str(embedded(&page)).expect("valid JSON");
     let series = &data["trials"][0]["series"][0];
     assert_eq!(series["measured"], serde_json::json!([0.0, 0.1, null, 0.3]));
-    assert_eq!(
-        data["trials"][0]["spans"],
-        serde_json::json!([[12.0, 31.5]])
-    );
-    assert_eq!(
-        data["trials"][0]["rows"][0]["after"],
-        serde_json::json!([1.0, null])
-    );
+    assert_eq!(data["trials"][0]["spans"], serde_json::json!([[12.0, 31.5]]));
+    assert_eq!(data["trials"][0]["rows"][0]["after"], serde_json::json!([1.0, null]));
 }
 
 #[test]
@@ -415,10 +304,7 @@ fn the_page_loads_nothing_from_elsewhere() {
         assert!(!markup.contains(needle), "`{needle}` in the page's markup");
     }
     assert!(page.contains("default-src 'none'"));
-    assert!(
-        page.contains("Copyright (c) 2022 Leon Sorokin"),
-        "the library's licence travels with it"
-    );
+    assert!(page.contains("Copyright (c) 2022 Leon Sorokin"), "the library's licence travels with it");
 }
 
 #[test]
@@ -426,20 +312,10 @@ fn every_section_is_there() {
     let mut report = report();
     report.effects[0].alternatives = vec![capstan(false)];
     let page = render(&report).expect("a page");
-    for id in [
-        "time",
-        "residuals",
-        "law",
-        "alternatives",
-        "verification",
-        "numbers",
-    ] {
+    for id in ["time", "residuals", "law", "alternatives", "verification", "numbers"] {
         assert!(page.contains(&format!("<section id=\"{id}\">")), "{id}");
     }
-    assert!(
-        page.contains("winch marked"),
-        "the winch is marked in the drawing"
-    );
+    assert!(page.contains("winch marked"), "the winch is marked in the drawing");
     assert!(page.contains("class=\"law\""), "the law is drawn");
     assert!(page.contains("times larger"), "scale is stated");
 }
@@ -459,14 +335,8 @@ fn data_that_do_not_fit_together_are_refused_by_name() {
         message(&|r| r.trials[1].series[0].channel = "z".to_owned()),
         "trial `c.csv` names the channel `z`, which is not among the report's channels"
     );
-    assert_eq!(
-        message(&|r| r.trials[0].time[2] = 1.0),
-        "time of trial `a.csv`: time does not increase after 1 s"
-    );
-    assert_eq!(
-        message(&|r| r.effects.clear()),
-        "the verdict is `named`, but no effect is listed"
-    );
+    assert_eq!(message(&|r| r.trials[0].time[2] = 1.0), "time of trial `a.csv`: time does not increase after 1 s");
+    assert_eq!(message(&|r| r.effects.clear()), "the verdict is `named`, but no effect is listed");
     assert_eq!(
         message(&|r| r.located[0].when[0].trial = 7),
         "`when` of winch[3] points to trial 7, but there are only 2"
@@ -482,10 +352,7 @@ fn the_static_picture_is_a_whole_svg_file() {
     assert!(svg.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""));
     assert!(svg.trim_end().ends_with("</svg>"));
     assert!(!svg.contains("NaN"), "gaps break the line");
-    assert!(
-        svg.contains(">39.5<") && svg.contains(">1.04<"),
-        "both bars have their numbers"
-    );
+    assert!(svg.contains(">39.5<") && svg.contains(">1.04<"), "both bars have their numbers");
     assert!(gap_picture(&report, trial, "nope").is_err());
 }
 

@@ -49,8 +49,7 @@ fn headline(report: &Report) -> String {
     let named: Vec<String> = report.effects.iter().map(effect_phrase).collect();
     match report.verdict {
         Verdict::NoMissingEffect if best_gap(report).0.after <= 1.1 => {
-            "Nothing is missing: the model agrees with the measurements to within their noise."
-                .to_owned()
+            "Nothing is missing: the model agrees with the measurements to within their noise.".to_owned()
         }
         Verdict::NoMissingEffect => "No missing effect was found that the data support.".to_owned(),
         Verdict::Named => missing(&named),
@@ -63,12 +62,8 @@ fn unnamed(report: &Report, named: &[String]) -> String {
     let unknown = join(&unknown_places(report), "and");
     let are = if named.len() == 1 { "is" } else { "are" };
     match (named, unknown.as_str()) {
-        ([], "") => {
-            "Something that the catalogue does not contain is missing from the model.".to_owned()
-        }
-        ([], what) => capital(&format!(
-            "{what} is missing from the model, of a kind outside the catalogue."
-        )),
+        ([], "") => "Something that the catalogue does not contain is missing from the model.".to_owned(),
+        ([], what) => capital(&format!("{what} is missing from the model, of a kind outside the catalogue.")),
         (named, "") => capital(&format!(
             "{} {are} missing from the model, and so is something outside the catalogue.",
             join(named, "and")
@@ -83,19 +78,12 @@ fn unnamed(report: &Report, named: &[String]) -> String {
 fn missing(named: &[String]) -> String {
     match named {
         [one] => capital(&format!("{one} is missing from the model.")),
-        _ => format!(
-            "{} effects are missing from the model: {}.",
-            capital(&count(named.len())),
-            join(named, "and")
-        ),
+        _ => format!("{} effects are missing from the model: {}.", capital(&count(named.len())), join(named, "and")),
     }
 }
 
 fn ambiguous(report: &Report) -> String {
-    let (open, sure): (Vec<&Effect>, Vec<&Effect>) = report
-        .effects
-        .iter()
-        .partition(|e| twins(e).next().is_some());
+    let (open, sure): (Vec<&Effect>, Vec<&Effect>) = report.effects.iter().partition(|e| twins(e).next().is_some());
     let either: Vec<String> = open
         .iter()
         .map(|e| {
@@ -108,14 +96,10 @@ fn ambiguous(report: &Report) -> String {
         .collect();
     let sure: Vec<String> = sure.into_iter().map(effect_phrase).collect();
     match (sure.as_slice(), either.as_slice()) {
-        (sure, []) => capital(&format!(
-            "{} would explain the gap, but the data do not settle it.",
-            join(sure, "and")
-        )),
-        ([], either) => capital(&format!(
-            "{} is missing from the model; these data cannot tell which.",
-            join(either, "and")
-        )),
+        (sure, []) => capital(&format!("{} would explain the gap, but the data do not settle it.", join(sure, "and"))),
+        ([], either) => {
+            capital(&format!("{} is missing from the model; these data cannot tell which.", join(either, "and")))
+        }
         (sure, either) => capital(&format!(
             "{} {} missing from the model, and so is {}; these data cannot tell which.",
             join(sure, "and"),
@@ -154,27 +138,17 @@ fn alternative_phrase(alternative: &Alternative) -> String {
 fn phrase(label: &str, place: &str) -> String {
     let place = Place::parse(place).phrase();
     // "drag on the platform on the platform" and its like.
-    if label.ends_with(&place) {
-        label.to_owned()
-    } else {
-        format!("{label} {place}")
-    }
+    if label.ends_with(&place) { label.to_owned() } else { format!("{label} {place}") }
 }
 
 fn size(effect: &Effect, several: bool) -> String {
     let own = parameters(&effect.parameters);
     if twins(effect).next().is_some() {
         let mut sizes = vec![format!("as {}, {own}", effect.label)];
-        sizes.extend(
-            twins(effect).map(|a| format!("as {}, {}", a.label, parameters(&a.parameters))),
-        );
+        sizes.extend(twins(effect).map(|a| format!("as {}, {}", a.label, parameters(&a.parameters))));
         return capital(&format!("{}.", sizes.join("; ")));
     }
-    if several {
-        capital(&format!("{}: {own}.", effect_phrase(effect)))
-    } else {
-        format!("Its size: {own}.")
-    }
+    if several { capital(&format!("{}: {own}.", effect_phrase(effect))) } else { format!("Its size: {own}.") }
 }
 
 fn parameters(list: &[Parameter]) -> String {
@@ -185,11 +159,7 @@ fn parameters(list: &[Parameter]) -> String {
             format!("{} {value}", p.name.replace('_', " "))
         })
         .collect();
-    if parts.is_empty() {
-        "size not given".to_owned()
-    } else {
-        join(&parts, "and")
-    }
+    if parts.is_empty() { "size not given".to_owned() } else { join(&parts, "and") }
 }
 
 fn terms(report: &Report) -> Option<String> {
@@ -199,47 +169,36 @@ fn terms(report: &Report) -> Option<String> {
     let list: Vec<String> = report
         .terms
         .iter()
-        .map(|t| {
-            format!(
-                "{} ({})",
-                printed(&t.expression),
-                Place::parse(&t.target).noun()
-            )
-        })
+        .map(|t| format!("{} ({})", printed(&t.expression), Place::parse(&t.target).noun()))
         .collect();
-    Some(format!(
-        "The best description found is {}, added to the model as it stands.",
-        join(&list, "and")
-    ))
+    Some(format!("The best description found is {}, added to the model as it stands.", join(&list, "and")))
 }
 
 /// An expression with a proper minus sign and multiplication dot.
 pub(super) fn printed(expression: &str) -> String {
-    expression
-        .replace('-', "−")
-        .replace("**", "^")
-        .replace('*', "·")
+    expression.replace('-', "−").replace("**", "^").replace('*', "·")
 }
 
 fn located(report: &Report) -> Option<String> {
     let first = report.located.first()?;
-    let mut text = format!(
-        "{} of the gap sits {}",
-        percent(first.share_of_gap),
-        Place::parse(&first.place).phrase()
-    );
+    let mut text = format!("{} of the gap sits {}", percent(first.share_of_gap), Place::parse(&first.place).phrase());
     text.push_str(&match first.when.as_slice() {
         [] => ", throughout the data".to_owned(),
         [one] => format!(", from {} s", seconds(one)),
         many => format!(", in {} stretches of time", count(many.len())),
     });
     if !first.depends_on.is_empty() {
-        text.push_str(&format!(
-            ", and depends on {}",
-            join(&first.depends_on, "and")
-        ));
+        text.push_str(&format!(", and depends on {}", join(&first.depends_on, "and")));
     }
     text.push('.');
+    let others: Vec<String> = report.located[1..]
+        .iter()
+        .filter(|l| l.share_of_gap >= 0.1)
+        .map(|l| format!("{} {}", percent(l.share_of_gap), Place::parse(&l.place).phrase()))
+        .collect();
+    if !others.is_empty() {
+        text.push_str(&format!(" Further parts: {}.", join(&others, "and")));
+    }
     Some(text)
 }
 
@@ -262,11 +221,7 @@ fn evidence(report: &Report) -> Option<String> {
         "The evidence is {} (ΔBIC {}{})",
         strength(weakest),
         significant(weakest, 3),
-        if several {
-            " for the weakest of them"
-        } else {
-            ""
-        }
+        if several { " for the weakest of them" } else { "" }
     );
     text.push('.');
     if let Some(test) = report.method.null_test {
@@ -279,14 +234,8 @@ fn evidence(report: &Report) -> Option<String> {
 /// What the false-alarm check says.
 pub(super) fn control_runs(test: NullTest) -> String {
     match test.exceeded {
-        0 => format!(
-            "In {} control runs without the effect, nothing as strong turned up.",
-            test.runs
-        ),
-        n => format!(
-            "In {n} of {} control runs without the effect, something as strong turned up.",
-            test.runs
-        ),
+        0 => format!("In {} control runs without the effect, nothing as strong turned up.", test.runs),
+        n => format!("In {n} of {} control runs without the effect, something as strong turned up.", test.runs),
     }
 }
 
@@ -315,10 +264,7 @@ fn gap_sentence(report: &Report) -> String {
     } else if report.gap.holdout_source.is_empty() {
         "On data held out from the search".to_owned()
     } else {
-        format!(
-            "On data held out from the search ({})",
-            report.gap.holdout_source
-        )
+        format!("On data held out from the search ({})", report.gap.holdout_source)
     };
     let horizon = plain(report.gap.horizon_s);
     if report.verdict == Verdict::NoMissingEffect {
@@ -327,11 +273,7 @@ fn gap_sentence(report: &Report) -> String {
             gap(value.after)
         );
     }
-    let change = if value.after < value.before {
-        "falls"
-    } else {
-        "goes"
-    };
+    let change = if value.after < value.before { "falls" } else { "goes" };
     format!(
         "{on}, the error of the model's prediction over {horizon} s {change} from {} to {} times the noise of the measurements; 1 is the best possible.",
         gap(value.before),
@@ -382,12 +324,7 @@ fn unknown_places(report: &Report) -> Vec<String> {
         }
     }
     if places.is_empty() && report.effects.is_empty() {
-        places.extend(
-            report
-                .located
-                .first()
-                .map(|l| Place::parse(&l.place).unknown()),
-        );
+        places.extend(report.located.first().map(|l| Place::parse(&l.place).unknown()));
     }
     places
 }
@@ -405,18 +342,12 @@ pub(super) fn join<S: AsRef<str>>(parts: &[S], word: &str) -> String {
 }
 
 fn count(n: usize) -> String {
-    const WORDS: [&str; 10] = [
-        "no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine",
-    ];
-    WORDS
-        .get(n)
-        .map_or_else(|| n.to_string(), |w| (*w).to_owned())
+    const WORDS: [&str; 10] = ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"];
+    WORDS.get(n).map_or_else(|| n.to_string(), |w| (*w).to_owned())
 }
 
 /// The text with its first letter in upper case.
 pub(super) fn capital(text: &str) -> String {
     let mut chars = text.chars();
-    chars
-        .next()
-        .map_or_else(String::new, |c| c.to_uppercase().chain(chars).collect())
+    chars.next().map_or_else(String::new, |c| c.to_uppercase().chain(chars).collect())
 }
