@@ -11,8 +11,7 @@
 use std::path::Path;
 
 use fmi2_export::description::{
-    DefaultExperiment, Dependency, DependencyKind, Enumeration, Initial, LogCategory,
-    ModelDescription, Unit, Variable,
+    DefaultExperiment, Dependency, DependencyKind, Enumeration, Initial, LogCategory, ModelDescription, Unit, Variable,
 };
 use fmi2_export::{Experiment, LogEntry, Model, ModelError, Status, StepError, Value};
 
@@ -104,10 +103,8 @@ impl Oscillator {
                 ("warn", "A step is taken, with a warning"),
             ],
         )];
-        table.log_categories = vec![LogCategory {
-            name: "logModel".into(),
-            description: "What the oscillator has to say".into(),
-        }];
+        table.log_categories =
+            vec![LogCategory { name: "logModel".into(), description: "What the oscillator has to say".into() }];
         table.default_experiment = Some(DefaultExperiment {
             start_time: Some(0.0),
             stop_time: Some(10.0),
@@ -177,11 +174,7 @@ fn variables() -> Vec<Variable> {
     let tunable = |i| Dependency::of_kind(i, DependencyKind::Tunable);
     vec![
         Variable::real("time", 0).independent().unit("s"),
-        Variable::real("u", 1)
-            .input()
-            .unit("m/s2")
-            .start(START.u)
-            .described("Driving acceleration"),
+        Variable::real("u", 1).input().unit("m/s2").start(START.u).described("Driving acceleration"),
         Variable::real("x", 2)
             .output()
             .initial(Initial::Exact)
@@ -206,14 +199,7 @@ fn variables() -> Vec<Variable> {
             .unit("m/s2")
             .derivative_of_state(index::V)
             .depends_on([tunable(index::U), fixed(index::X), fixed(index::V)])
-            .initially_depends_on(any(&[
-                index::U,
-                index::X,
-                index::V,
-                index::OMEGA,
-                index::ZETA,
-                index::GAIN,
-            ])),
+            .initially_depends_on(any(&[index::U, index::X, index::V, index::OMEGA, index::ZETA, index::GAIN])),
         Variable::real("energy", 6)
             .output()
             .depends_on(any(&[index::X, index::V]))
@@ -225,16 +211,8 @@ fn variables() -> Vec<Variable> {
             .min(1e-3)
             .start(START.omega)
             .described("Natural frequency"),
-        Variable::real("zeta", 8)
-            .parameter()
-            .min(0.0)
-            .max(0.99)
-            .start(START.zeta)
-            .described("Damping ratio"),
-        Variable::real("gain", 9)
-            .tunable_parameter()
-            .start(START.gain)
-            .described("Gain of the drive"),
+        Variable::real("zeta", 8).parameter().min(0.0).max(0.99).start(START.zeta).described("Damping ratio"),
+        Variable::real("gain", 9).tunable_parameter().start(START.gain).described("Gain of the drive"),
         Variable::real("wall", 10)
             .parameter()
             .unit("m")
@@ -245,11 +223,7 @@ fn variables() -> Vec<Variable> {
             .tunable_parameter()
             .start_value(Value::Integer(START.fault))
             .described("How steps go wrong, to try out a host"),
-        Variable::integer("steps", 1)
-            .output()
-            .depends_on([])
-            .initially_depends_on([])
-            .described("Steps taken"),
+        Variable::integer("steps", 1).output().depends_on([]).initially_depends_on([]).described("Steps taken"),
         Variable::boolean("inside", 0)
             .output()
             .depends_on(any(&[index::X]))
@@ -259,14 +233,8 @@ fn variables() -> Vec<Variable> {
             .input()
             .start_value(Value::Boolean(START.hold))
             .described("Stand still while true"),
-        Variable::string("label", 0)
-            .parameter()
-            .start_value(Value::String("oscillator".into()))
-            .described("Any text"),
-        Variable::string("report", 1)
-            .output()
-            .depends_on(any(&[index::X]))
-            .described("The position in words"),
+        Variable::string("label", 0).parameter().start_value(Value::String("oscillator".into())).described("Any text"),
+        Variable::string("report", 1).output().depends_on(any(&[index::X])).described("The position in words"),
         Variable::integer("dimensions", 2)
             .variability(fmi2_export::description::Variability::Constant)
             .start_value(Value::Integer(1)),
@@ -284,20 +252,13 @@ impl Model for Oscillator {
         if let Some(file) = file.filter(|file| file.exists()) {
             let text = std::fs::read_to_string(&file)
                 .map_err(|error| ModelError::new(format!("{}: {error}", file.display())))?;
-            now.x = text.trim().parse().map_err(|_| {
-                ModelError::new(format!(
-                    "{}: expected a number, found `{text}`",
-                    file.display()
-                ))
-            })?;
+            now.x = text
+                .trim()
+                .parse()
+                .map_err(|_| ModelError::new(format!("{}: expected a number, found `{text}`", file.display())))?;
             table.variables[index::X] = table.variables[index::X].clone().start(now.x);
         }
-        Ok(Self {
-            table,
-            now,
-            label: "oscillator".into(),
-            log: Vec::new(),
-        })
+        Ok(Self { table, now, label: "oscillator".into(), log: Vec::new() })
     }
 
     fn description(&self) -> &ModelDescription {
@@ -344,9 +305,7 @@ impl Model for Oscillator {
             }
             (index::LABEL, Value::String(v)) => self.label = v,
             (other, value) => {
-                return Err(ModelError::new(format!(
-                    "variable {other} cannot be {value:?}"
-                )));
+                return Err(ModelError::new(format!("variable {other} cannot be {value:?}")));
             }
         }
         Ok(())
@@ -354,10 +313,7 @@ impl Model for Oscillator {
 
     fn initialise(&mut self, experiment: Experiment) -> Result<(), ModelError> {
         if self.now.x.abs() > self.now.wall {
-            return Err(ModelError::new(format!(
-                "x = {} starts beyond the wall at {}",
-                self.now.x, self.now.wall
-            )));
+            return Err(ModelError::new(format!("x = {} starts beyond the wall at {}", self.now.x, self.now.wall)));
         }
         self.now.time = experiment.start_time;
         Ok(())
@@ -393,16 +349,9 @@ impl Model for Oscillator {
         Ok(())
     }
 
-    fn set_input_derivative(
-        &mut self,
-        index: usize,
-        order: u32,
-        value: f64,
-    ) -> Result<(), ModelError> {
+    fn set_input_derivative(&mut self, index: usize, order: u32, value: f64) -> Result<(), ModelError> {
         if (index, order) != (index::U, 1) {
-            return Err(ModelError::new(format!(
-                "no input derivative of order {order}"
-            )));
+            return Err(ModelError::new(format!("no input derivative of order {order}")));
         }
         self.now.u_rate = value;
         Ok(())
@@ -414,9 +363,7 @@ impl Model for Oscillator {
             index::X => Ok(now.v),
             index::V => Ok(acceleration),
             index::ENERGY => Ok(now.v * (acceleration + now.omega * now.omega * now.x)),
-            other => Err(ModelError::new(format!(
-                "no derivative of variable {other}"
-            ))),
+            other => Err(ModelError::new(format!("no derivative of variable {other}"))),
         }
     }
 
@@ -451,9 +398,7 @@ impl Model for Oscillator {
                 index::X => dx,
                 index::V | index::DER_X => dv,
                 index::DER_V => d_acceleration,
-                index::ENERGY => {
-                    now.v * dv + stiffness * now.x * dx + 0.5 * d_stiffness * now.x * now.x
-                }
+                index::ENERGY => now.v * dv + stiffness * now.x * dx + 0.5 * d_stiffness * now.x * now.x,
                 other => return Err(ModelError::new(format!("no derivative of {other}"))),
             };
         }
@@ -462,9 +407,7 @@ impl Model for Oscillator {
 
     fn save(&self, out: &mut Vec<u8>) {
         let now = &self.now;
-        for number in [
-            now.time, now.u, now.u_rate, now.x, now.v, now.omega, now.zeta, now.gain, now.wall,
-        ] {
+        for number in [now.time, now.u, now.u_rate, now.x, now.v, now.omega, now.zeta, now.gain, now.wall] {
             out.extend(number.to_le_bytes());
         }
         out.extend(now.fault.to_le_bytes());

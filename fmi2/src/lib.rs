@@ -15,12 +15,8 @@ pub use model::{Experiment, LogEntry, Model, ModelError, Status, StepError, Valu
 
 /// The names of all C functions that [`export!`] defines, for those who pack or check a binary.
 pub fn exported_functions() -> impl Iterator<Item = &'static str> {
-    const WITHOUT_INSTANCE: [&str; 4] = [
-        "fmi2GetTypesPlatform",
-        "fmi2GetVersion",
-        "fmi2Instantiate",
-        "fmi2FreeInstance",
-    ];
+    const WITHOUT_INSTANCE: [&str; 4] =
+        ["fmi2GetTypesPlatform", "fmi2GetVersion", "fmi2Instantiate", "fmi2FreeInstance"];
     let on_instance = state::Function::ALL.iter().map(|function| function.name());
     WITHOUT_INSTANCE.into_iter().chain(on_instance)
 }

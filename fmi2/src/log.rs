@@ -23,11 +23,7 @@ impl Message {
             Status::Discard => "logStatusDiscard",
             Status::Error | Status::Fatal | Status::Pending => "logStatusError",
         };
-        Self {
-            status,
-            category: category.into(),
-            text,
-        }
+        Self { status, category: category.into(), text }
     }
 }
 
@@ -41,10 +37,7 @@ pub(crate) struct Filter {
 impl Filter {
     /// All categories on, or all off.
     pub(crate) fn new(known: Vec<String>, logging_on: bool) -> Self {
-        let mut filter = Self {
-            known,
-            on: HashSet::new(),
-        };
+        let mut filter = Self { known, on: HashSet::new() };
         if logging_on {
             filter.on.extend(filter.known.iter().cloned());
         }
@@ -53,14 +46,8 @@ impl Filter {
 
     /// `fmi2SetDebugLogging`: on for exactly these categories (all, if there are none), or off.
     pub(crate) fn switch(&mut self, logging_on: bool, categories: &[&str]) -> Outcome {
-        if let Some(unknown) = categories
-            .iter()
-            .find(|wanted| !self.known.iter().any(|known| known == *wanted))
-        {
-            return Err(Failure::refused(format!(
-                "log category `{unknown}` is not one of {}",
-                self.known.join(", ")
-            )));
+        if let Some(unknown) = categories.iter().find(|wanted| !self.known.iter().any(|known| known == *wanted)) {
+            return Err(Failure::refused(format!("log category `{unknown}` is not one of {}", self.known.join(", "))));
         }
         self.on.clear();
         if logging_on && categories.is_empty() {
@@ -73,9 +60,7 @@ impl Filter {
 
     /// Errors always pass: a host that gets `fmi2Error` must be able to find out why.
     pub(crate) fn passes(&self, message: &Message) -> bool {
-        message.status >= Status::Error
-            || self.on.contains("logAll")
-            || self.on.contains(message.category.as_ref())
+        message.status >= Status::Error || self.on.contains("logAll") || self.on.contains(message.category.as_ref())
     }
 }
 
@@ -92,12 +77,7 @@ mod tests {
 
     #[test]
     fn categories_switch_on_and_off() {
-        let known = [
-            "logStatusWarning",
-            "logStatusDiscard",
-            "logStatusError",
-            "logAll",
-        ];
+        let known = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logAll"];
         let mut filter = Filter::new(known.map(String::from).to_vec(), false);
         assert_eq!(passing(&filter), [Status::Error]);
 
@@ -107,9 +87,7 @@ mod tests {
         filter.switch(true, &[]).unwrap();
         assert_eq!(passing(&filter).len(), 4);
 
-        filter
-            .switch(true, &["logStatusDiscard", "noSuch"])
-            .unwrap_err();
+        filter.switch(true, &["logStatusDiscard", "noSuch"]).unwrap_err();
         assert_eq!(passing(&filter).len(), 4, "a refused call changes nothing");
 
         filter.switch(false, &["logStatusDiscard"]).unwrap();

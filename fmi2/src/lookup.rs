@@ -31,9 +31,7 @@ impl Lookup {
         {
             return Some(index);
         }
-        let place = list
-            .binary_search_by_key(&reference, |entry| entry.0)
-            .ok()?;
+        let place = list.binary_search_by_key(&reference, |entry| entry.0).ok()?;
         Some(list[place].1)
     }
 

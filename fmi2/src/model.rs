@@ -75,12 +75,7 @@ pub trait Model: Send + Sized + 'static {
     ///
     /// # Errors
     /// The order or the input is not supported.
-    fn set_input_derivative(
-        &mut self,
-        index: usize,
-        order: u32,
-        value: f64,
-    ) -> Result<(), ModelError> {
+    fn set_input_derivative(&mut self, index: usize, order: u32, value: f64) -> Result<(), ModelError> {
         let _ = (index, order, value);
         Err(ModelError::new("input derivatives are not supported"))
     }
@@ -171,9 +166,7 @@ pub struct ModelError {
 impl ModelError {
     /// An error with this message.
     pub fn new(message: impl Into<String>) -> Self {
-        Self {
-            message: message.into(),
-        }
+        Self { message: message.into() }
     }
 }
 

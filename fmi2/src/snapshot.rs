@@ -32,22 +32,13 @@ pub(crate) struct LastStep {
 
 impl Default for Progress {
     fn default() -> Self {
-        Self {
-            state: State::Instantiated,
-            time: 0.0,
-            experiment: None,
-            last_step: LastStep::default(),
-        }
+        Self { state: State::Instantiated, time: 0.0, experiment: None, last_step: LastStep::default() }
     }
 }
 
 impl Default for LastStep {
     fn default() -> Self {
-        Self {
-            status: Status::Ok,
-            terminated: false,
-            message: String::new(),
-        }
+        Self { status: Status::Ok, terminated: false, message: String::new() }
     }
 }
 
@@ -115,12 +106,7 @@ impl Snapshot {
         if read.array() != Some(MARKER) {
             return Err(SnapshotError::Marker);
         }
-        let header = |value: Option<u64>| {
-            value.ok_or(SnapshotError::Length {
-                found: bytes.len(),
-                expected: HEADER,
-            })
-        };
+        let header = |value: Option<u64>| value.ok_or(SnapshotError::Length { found: bytes.len(), expected: HEADER });
         let format = header(read.array().map(|b| u64::from(u32::from_le_bytes(b))))? as u32;
         if format != FORMAT {
             return Err(SnapshotError::Format { found: format });
@@ -139,22 +125,14 @@ impl Snapshot {
         }
         let its_guid = read.text().ok_or(SnapshotError::Field("the GUID"))?;
         if its_guid != guid {
-            return Err(SnapshotError::Guid {
-                found: its_guid,
-                expected: guid.to_owned(),
-            });
+            return Err(SnapshotError::Guid { found: its_guid, expected: guid.to_owned() });
         }
         let progress = read.progress()?;
-        let model = read
-            .bytes()
-            .ok_or(SnapshotError::Field("the model's part"))?;
+        let model = read.bytes().ok_or(SnapshotError::Field("the model's part"))?;
         if !read.0.is_empty() {
             return Err(SnapshotError::Field("the end"));
         }
-        Ok(Self {
-            progress,
-            model: model.to_vec(),
-        })
+        Ok(Self { progress, model: model.to_vec() })
     }
 }
 
@@ -218,27 +196,15 @@ impl<'a> Reader<'a> {
         let state = self.array().and_then(|[number]| State::from_number(number));
         let state = state.ok_or(SnapshotError::Field("the state"))?;
         let time = self.finite().ok_or(SnapshotError::Field("the time"))?;
-        let experiment = self
-            .experiment()
-            .ok_or(SnapshotError::Field("the experiment"))?;
-        let last_step = self
-            .last_step()
-            .ok_or(SnapshotError::Field("the last step"))?;
-        Ok(Progress {
-            state,
-            time,
-            experiment,
-            last_step,
-        })
+        let experiment = self.experiment().ok_or(SnapshotError::Field("the experiment"))?;
+        let last_step = self.last_step().ok_or(SnapshotError::Field("the last step"))?;
+        Ok(Progress { state, time, experiment, last_step })
     }
 
     fn experiment(&mut self) -> Option<Option<Experiment>> {
         let there = self.flag()?;
-        let experiment = Experiment {
-            start_time: self.finite()?,
-            stop_time: self.option()?,
-            tolerance: self.option()?,
-        };
+        let experiment =
+            Experiment { start_time: self.finite()?, stop_time: self.option()?, tolerance: self.option()? };
         Some(there.then_some(experiment))
     }
 
@@ -249,19 +215,13 @@ impl<'a> Reader<'a> {
             [2] => Status::Discard,
             _ => return None,
         };
-        Some(LastStep {
-            status,
-            terminated: self.flag()?,
-            message: self.text()?,
-        })
+        Some(LastStep { status, terminated: self.flag()?, message: self.text()? })
     }
 }
 
 /// 64-bit FNV-1a: finds damage, keeps nobody out.
 fn fnv1a_64(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
 #[cfg(test)]
@@ -275,11 +235,7 @@ mod tests {
             progress: Progress {
                 state: State::StepFailed,
                 time: 0.1 + 0.2,
-                experiment: Some(Experiment {
-                    start_time: -1.0,
-                    stop_time: Some(10.0),
-                    tolerance: None,
-                }),
+                experiment: Some(Experiment { start_time: -1.0, stop_time: Some(10.0), tolerance: None }),
                 last_step: LastStep {
                     status: Status::Discard,
                     terminated: true,
@@ -295,10 +251,7 @@ mod tests {
         let bytes = snapshot().to_bytes(GUID);
         assert_eq!(bytes.len(), snapshot().byte_len(GUID));
         assert_eq!(Snapshot::from_bytes(&bytes, GUID), Ok(snapshot()));
-        let fresh = Snapshot {
-            progress: Progress::default(),
-            model: Vec::new(),
-        };
+        let fresh = Snapshot { progress: Progress::default(), model: Vec::new() };
         let bytes = fresh.to_bytes(GUID);
         assert_eq!(Snapshot::from_bytes(&bytes, GUID), Ok(fresh));
     }
@@ -310,10 +263,7 @@ mod tests {
             let mut damaged = bytes.clone();
             damaged[at] ^= 0x10;
             assert!(Snapshot::from_bytes(&damaged, GUID).is_err(), "byte {at}");
-            assert!(
-                Snapshot::from_bytes(&bytes[..at], GUID).is_err(),
-                "cut {at}"
-            );
+            assert!(Snapshot::from_bytes(&bytes[..at], GUID).is_err(), "cut {at}");
         }
         let mut longer = bytes.clone();
         longer.push(0);
@@ -327,10 +277,7 @@ mod tests {
         let other = Snapshot::from_bytes(&bytes, "{other}").unwrap_err();
         assert!(matches!(other, SnapshotError::Guid { .. }), "{other}");
         bytes[8] = 2;
-        assert_eq!(
-            Snapshot::from_bytes(&bytes, GUID),
-            Err(SnapshotError::Format { found: 2 })
-        );
+        assert_eq!(Snapshot::from_bytes(&bytes, GUID), Err(SnapshotError::Format { found: 2 }));
     }
 
     #[test]
@@ -340,9 +287,6 @@ mod tests {
         bytes[state_at] = 3;
         let checksum = fnv1a_64(&bytes[HEADER..]);
         bytes[HEADER - 8..HEADER].copy_from_slice(&checksum.to_le_bytes());
-        assert_eq!(
-            Snapshot::from_bytes(&bytes, GUID),
-            Err(SnapshotError::Field("the state"))
-        );
+        assert_eq!(Snapshot::from_bytes(&bytes, GUID), Err(SnapshotError::Field("the state")));
     }
 }

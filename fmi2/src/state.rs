@@ -13,14 +13,8 @@ pub(crate) enum State {
 }
 
 impl State {
-    pub(crate) const ALL: [Self; 6] = [
-        Self::Instantiated,
-        Self::Initialisation,
-        Self::StepComplete,
-        Self::StepFailed,
-        Self::Terminated,
-        Self::Error,
-    ];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Instantiated, Self::Initialisation, Self::StepComplete, Self::StepFailed, Self::Terminated, Self::Error];
 
     /// The state with this number, as written in a saved state.
     pub(crate) fn from_number(number: u8) -> Option<Self> {
@@ -139,11 +133,7 @@ mod tests {
                 .any(|verb| name.trim_start_matches("fmi2").starts_with(verb))
                 && !["fmi2SetDebugLogging", "fmi2SetFMUstate"].contains(&name);
             let status = name.ends_with("Status");
-            assert_eq!(
-                function.is_legal_in(State::Error),
-                !drives && !status,
-                "{name}"
-            );
+            assert_eq!(function.is_legal_in(State::Error), !drives && !status, "{name}");
         }
     }
 }

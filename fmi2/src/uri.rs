@@ -42,9 +42,7 @@ fn local_part(location: &str) -> Result<String, String> {
             } else if cfg!(windows) {
                 format!("//{host}{path}")
             } else {
-                return Err(format!(
-                    "resource location `{location}` is on another host, `{host}`"
-                ));
+                return Err(format!("resource location `{location}` is on another host, `{host}`"));
             }
         }
     };
@@ -56,16 +54,11 @@ fn strip_scheme(location: &str) -> Result<Option<&str>, String> {
     let Some((scheme, rest)) = location.split_once(':') else {
         return Ok(None);
     };
-    let is_scheme = scheme.len() > 1
-        && scheme
-            .chars()
-            .all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c));
+    let is_scheme = scheme.len() > 1 && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c));
     if scheme.eq_ignore_ascii_case("file") {
         Ok(Some(rest))
     } else if is_scheme && rest.starts_with("//") {
-        Err(format!(
-            "resource location `{location}`: expected a `file:` location, found `{scheme}:`"
-        ))
+        Err(format!("resource location `{location}`: expected a `file:` location, found `{scheme}:`"))
     } else {
         Ok(None)
     }
@@ -118,10 +111,7 @@ mod tests {
         for (location, expected) in [
             ("file:/a/b", "/a/b"),
             ("file:///a/b", "/a/b"),
-            (
-                "file:////a/b/",
-                if cfg!(windows) { "//a/b/" } else { "/a/b/" },
-            ),
+            ("file:////a/b/", if cfg!(windows) { "//a/b/" } else { "/a/b/" }),
             ("FILE:///a/b", "/a/b"),
             ("file://localhost/a/b", "/a/b"),
             ("file:///C:/a/b", "C:/a/b"),

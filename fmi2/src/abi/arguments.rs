@@ -11,14 +11,10 @@ use crate::instance::StatusKind;
 /// Refuse a null or misaligned array, and a count beyond all reason.
 fn check_array<T>(what: &str, pointer: *const T, count: usize, limit: usize) -> Outcome {
     if count > limit {
-        return Err(Failure::refused(format!(
-            "{what}: {count} entries, but at most {limit} make sense"
-        )));
+        return Err(Failure::refused(format!("{what}: {count} entries, but at most {limit} make sense")));
     }
     if count > isize::MAX as usize / size_of::<T>().max(1) {
-        return Err(Failure::refused(format!(
-            "{what}: {count} entries do not fit into memory"
-        )));
+        return Err(Failure::refused(format!("{what}: {count} entries do not fit into memory")));
     }
     check_pointer(what, pointer)
 }
@@ -37,12 +33,7 @@ fn check_pointer<T>(what: &str, pointer: *const T) -> Outcome {
 ///
 /// # Safety
 /// If the checks here pass, `pointer` leads to `count` values that nobody changes during `'a`.
-pub(super) unsafe fn input<'a, T>(
-    what: &str,
-    pointer: *const T,
-    count: usize,
-    limit: usize,
-) -> Outcome<&'a [T]> {
+pub(super) unsafe fn input<'a, T>(what: &str, pointer: *const T, count: usize, limit: usize) -> Outcome<&'a [T]> {
     if count == 0 {
         return Ok(&[]);
     }
@@ -110,9 +101,7 @@ pub(super) unsafe fn c_str<'a>(what: &str, pointer: FmiString) -> Outcome<&'a CS
 pub(super) unsafe fn text<'a>(what: &str, pointer: FmiString) -> Outcome<&'a str> {
     // SAFETY: the caller's promise.
     let c_str = unsafe { c_str(what, pointer) }?;
-    c_str
-        .to_str()
-        .map_err(|_| Failure::refused(format!("{what} is not UTF-8")))
+    c_str.to_str().map_err(|_| Failure::refused(format!("{what} is not UTF-8")))
 }
 
 /// `fmi2True` or `fmi2False`, and nothing else.
@@ -120,9 +109,7 @@ pub(super) fn boolean(value: Boolean) -> Outcome<bool> {
     match value {
         0 => Ok(false),
         1 => Ok(true),
-        other => Err(Failure::refused(format!(
-            "{other} is neither fmi2True nor fmi2False"
-        ))),
+        other => Err(Failure::refused(format!("{other} is neither fmi2True nor fmi2False"))),
     }
 }
 

@@ -3,8 +3,8 @@
 use std::ffi::{c_char, c_int};
 
 use super::{
-    Boolean, Byte, Component, Enumeration, FmuState, Integer, Real, String as FmiString,
-    ValueReference, arguments, handles,
+    Boolean, Byte, Component, Enumeration, FmuState, Integer, Real, String as FmiString, ValueReference, arguments,
+    handles,
 };
 use crate::description::BaseType;
 use crate::failure::{Failure, Outcome};
@@ -25,11 +25,7 @@ pub fn get_version() -> FmiString {
 }
 
 /// The single way in: find the instance, run the body under its guard, hand messages to the host.
-fn enter<M: Model>(
-    component: Component,
-    function: Function,
-    body: impl FnOnce(&mut Instance<M>) -> Outcome,
-) -> c_int {
+fn enter<M: Model>(component: Component, function: Function, body: impl FnOnce(&mut Instance<M>) -> Outcome) -> c_int {
     let Some(slot) = handles::find::<M>(component) else {
         // No instance, so no logger to tell.
         return Status::Error as c_int;

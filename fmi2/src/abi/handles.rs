@@ -23,10 +23,7 @@ pub(super) struct Slot<M> {
 
 impl<M: Model> Slot<M> {
     pub(super) fn new(host: Host, instance: Instance<M>) -> Self {
-        Self {
-            host,
-            instance: Mutex::new(instance),
-        }
+        Self { host, instance: Mutex::new(instance) }
     }
 
     /// The instance, for this thread alone. Panics of the model are caught while the lock is held, so

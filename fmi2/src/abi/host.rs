@@ -46,11 +46,7 @@ unsafe impl Sync for Host {}
 
 impl Host {
     pub(super) fn new(functions: &CallbackFunctions, name: &CStr) -> Self {
-        Self {
-            logger: functions.logger,
-            environment: functions.component_environment,
-            name: name.to_owned(),
-        }
+        Self { logger: functions.logger, environment: functions.component_environment, name: name.to_owned() }
     }
 
     pub(super) fn deliver(&self, messages: &[Message]) {
@@ -64,13 +60,7 @@ impl Host {
             // SAFETY: the host gave this function for this use; the strings are NUL-terminated, live
             // through the call, and the text holds no format that would read further arguments.
             unsafe {
-                logger(
-                    self.environment,
-                    self.name.as_ptr(),
-                    status,
-                    category.as_ptr(),
-                    text.as_ptr(),
-                );
+                logger(self.environment, self.name.as_ptr(), status, category.as_ptr(), text.as_ptr());
             }
         }
     }

@@ -50,8 +50,8 @@ pub unsafe fn instantiate<M: Model>(
         let instance = Instance::new(folder.as_deref(), guid, logging_on != 0)?;
         Ok((instance, warning))
     };
-    let outcome = catch_unwind(AssertUnwindSafe(build))
-        .unwrap_or_else(|panic| Err(Failure::Broken(panic_text(panic.as_ref()))));
+    let outcome =
+        catch_unwind(AssertUnwindSafe(build)).unwrap_or_else(|panic| Err(Failure::Broken(panic_text(panic.as_ref()))));
     match outcome {
         Ok((instance, warning)) => {
             let warning = warning.filter(|message| instance.wants(message));

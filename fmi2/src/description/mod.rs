@@ -10,8 +10,7 @@ mod xml;
 pub use unit::{BaseUnit, DisplayUnit, Unit};
 pub use validate::DescriptionError;
 pub use variable::{
-    BaseType, Causality, Dependency, DependencyKind, Initial, IntegerKind, Kind, RealKind,
-    Variability, Variable,
+    BaseType, Causality, Dependency, DependencyKind, Initial, IntegerKind, Kind, RealKind, Variability, Variable,
 };
 
 /// The description of a model: everything that `modelDescription.xml` holds.
@@ -113,23 +112,14 @@ impl ModelDescription {
             }
         }
         self.indices(move |index, v| {
-            let inexact = matches!(
-                v.effective_initial(),
-                Some(Initial::Approx | Initial::Calculated)
-            );
+            let inexact = matches!(v.effective_initial(), Some(Initial::Approx | Initial::Calculated));
             v.causality == Causality::CalculatedParameter
                 || (inexact && (v.causality == Causality::Output || exposed[index]))
         })
     }
 
-    fn indices<'a>(
-        &'a self,
-        mut keep: impl FnMut(usize, &Variable) -> bool + 'a,
-    ) -> impl Iterator<Item = usize> + 'a {
-        self.variables
-            .iter()
-            .enumerate()
-            .filter_map(move |(index, v)| keep(index, v).then_some(index))
+    fn indices<'a>(&'a self, mut keep: impl FnMut(usize, &Variable) -> bool + 'a) -> impl Iterator<Item = usize> + 'a {
+        self.variables.iter().enumerate().filter_map(move |(index, v)| keep(index, v).then_some(index))
     }
 }
 
@@ -149,11 +139,7 @@ pub struct Capabilities {
 
 impl Default for Capabilities {
     fn default() -> Self {
-        Self {
-            can_interpolate_inputs: true,
-            max_output_derivative_order: 1,
-            provides_directional_derivative: true,
-        }
+        Self { can_interpolate_inputs: true, max_output_derivative_order: 1, provides_directional_derivative: true }
     }
 }
 
@@ -181,10 +167,7 @@ pub struct EnumerationItem {
 
 impl Enumeration {
     /// An enumeration whose items are numbered from 1.
-    pub fn new<'a>(
-        name: impl Into<String>,
-        items: impl IntoIterator<Item = (&'a str, &'a str)>,
-    ) -> Self {
+    pub fn new<'a>(name: impl Into<String>, items: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
         let items = (1..)
             .zip(items)
             .map(|(value, (name, description))| EnumerationItem {
@@ -193,11 +176,7 @@ impl Enumeration {
                 description: Some(description.into()),
             })
             .collect();
-        Self {
-            name: name.into(),
-            description: None,
-            items,
-        }
+        Self { name: name.into(), description: None, items }
     }
 }
 

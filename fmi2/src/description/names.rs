@@ -13,8 +13,7 @@ pub(crate) fn is_structured(name: &str) -> bool {
 /// What stands between `der(` and `)`: an identifier, perhaps with the order of the derivative.
 fn is_derivative_argument(inner: &str) -> bool {
     let mut scan = Scan(inner);
-    scan.identifier()
-        && (scan.0.is_empty() || (scan.take(',') && scan.digits() && scan.0.is_empty()))
+    scan.identifier() && (scan.0.is_empty() || (scan.take(',') && scan.digits() && scan.0.is_empty()))
 }
 
 fn is_identifier(name: &str) -> bool {
@@ -59,11 +58,7 @@ impl Scan<'_> {
     }
 
     fn part(&mut self) -> bool {
-        let named = if self.take('\'') {
-            self.quoted()
-        } else {
-            self.bare()
-        };
+        let named = if self.take('\'') { self.quoted() } else { self.bare() };
         named && (!self.take('[') || self.indices())
     }
 

@@ -39,18 +39,7 @@ pub struct BaseUnit {
 impl Default for BaseUnit {
     /// Dimensionless.
     fn default() -> Self {
-        Self {
-            kg: 0,
-            m: 0,
-            s: 0,
-            ampere: 0,
-            kelvin: 0,
-            mol: 0,
-            cd: 0,
-            rad: 0,
-            factor: 1.0,
-            offset: 0.0,
-        }
+        Self { kg: 0, m: 0, s: 0, ampere: 0, kelvin: 0, mol: 0, cd: 0, rad: 0, factor: 1.0, offset: 0.0 }
     }
 }
 
@@ -70,13 +59,7 @@ impl Unit {
     pub fn mechanical(name: impl Into<String>, kg: i32, m: i32, s: i32, rad: i32) -> Self {
         Self {
             name: name.into(),
-            base: Some(BaseUnit {
-                kg,
-                m,
-                s,
-                rad,
-                ..BaseUnit::default()
-            }),
+            base: Some(BaseUnit { kg, m, s, rad, ..BaseUnit::default() }),
             display_units: Vec::new(),
         }
     }
@@ -84,11 +67,7 @@ impl Unit {
     /// Add a unit for display, `value_in_display_unit = factor * value`.
     #[must_use]
     pub fn display(mut self, name: impl Into<String>, factor: f64) -> Self {
-        self.display_units.push(DisplayUnit {
-            name: name.into(),
-            factor,
-            offset: 0.0,
-        });
+        self.display_units.push(DisplayUnit { name: name.into(), factor, offset: 0.0 });
         self
     }
 }

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use super::names::is_structured;
 use super::{
-    BaseType, Causality, Dependency, DependencyKind, Initial, Kind, LAYER_LOG_CATEGORIES,
-    ModelDescription, RealKind, Variability, Variable,
+    BaseType, Causality, Dependency, DependencyKind, Initial, Kind, LAYER_LOG_CATEGORIES, ModelDescription, RealKind,
+    Variability, Variable,
 };
 
 /// A description that breaks rules of FMI 2.0; lists all of them.
@@ -31,11 +31,7 @@ impl ModelDescription {
     /// # Errors
     /// Every rule that is broken.
     pub fn validate(&self) -> Result<(), DescriptionError> {
-        let mut check = Check {
-            table: self,
-            states: self.states().collect(),
-            problems: Vec::new(),
-        };
+        let mut check = Check { table: self, states: self.states().collect(), problems: Vec::new() };
         check.header();
         check.units();
         check.enumerations();
@@ -45,13 +41,7 @@ impl ModelDescription {
         for (index, variable) in self.variables.iter().enumerate() {
             check.variable(index, variable);
         }
-        if check.problems.is_empty() {
-            Ok(())
-        } else {
-            Err(DescriptionError {
-                problems: check.problems,
-            })
-        }
+        if check.problems.is_empty() { Ok(()) } else { Err(DescriptionError { problems: check.problems }) }
     }
 }
 
@@ -70,14 +60,9 @@ impl<'a> Check<'a> {
 
     fn header(&mut self) {
         let table = self.table;
-        self.expect(!table.model_name.is_empty(), || {
-            "the model name is empty".into()
-        });
+        self.expect(!table.model_name.is_empty(), || "the model name is empty".into());
         self.expect(is_c_identifier(&table.model_identifier), || {
-            format!(
-                "model identifier `{}`: expected a C identifier",
-                table.model_identifier
-            )
+            format!("model identifier `{}`: expected a C identifier", table.model_identifier)
         });
         let texts = [
             ("model name", Some(&table.model_name)),
@@ -93,19 +78,14 @@ impl<'a> Check<'a> {
                 self.text(what, text);
             }
         }
-        self.expect(!table.variables.is_empty(), || {
-            "there are no variables".into()
-        });
+        self.expect(!table.variables.is_empty(), || "there are no variables".into());
     }
 
     /// XML has no way to write most control characters.
     fn text(&mut self, what: &str, text: &str) {
-        let bad = text
-            .chars()
-            .find(|&c| (c < ' ' && !"\t\n\r".contains(c)) || c == '\u{fffe}' || c == '\u{ffff}');
+        let bad = text.chars().find(|&c| (c < ' ' && !"\t\n\r".contains(c)) || c == '\u{fffe}' || c == '\u{ffff}');
         if let Some(bad) = bad {
-            self.problems
-                .push(format!("{what}: XML cannot hold the character {bad:?}"));
+            self.problems.push(format!("{what}: XML cannot hold the character {bad:?}"));
         }
     }
 
@@ -114,9 +94,7 @@ impl<'a> Check<'a> {
         for name in names {
             self.expect(!name.is_empty(), || format!("a {what} has an empty name"));
             self.text(what, name);
-            self.expect(seen.insert(name), || {
-                format!("{what} `{name}` is listed twice")
-            });
+            self.expect(seen.insert(name), || format!("{what} `{name}` is listed twice"));
         }
     }
 
@@ -124,46 +102,28 @@ impl<'a> Check<'a> {
         let table = self.table;
         self.unique("unit", table.units.iter().map(|u| u.name.as_str()));
         for unit in &table.units {
-            self.unique(
-                "display unit",
-                unit.display_units.iter().map(|d| d.name.as_str()),
-            );
+            self.unique("display unit", unit.display_units.iter().map(|d| d.name.as_str()));
             let conversions = unit
                 .display_units
                 .iter()
                 .map(|d| (&d.name, d.factor, d.offset))
                 .chain(unit.base.map(|b| (&unit.name, b.factor, b.offset)));
             for (name, factor, offset) in conversions {
-                self.expect(
-                    factor.is_finite() && factor != 0.0 && offset.is_finite(),
-                    || {
-                        format!(
-                            "unit `{name}`: factor {factor} and offset {offset} convert nothing"
-                        )
-                    },
-                );
+                self.expect(factor.is_finite() && factor != 0.0 && offset.is_finite(), || {
+                    format!("unit `{name}`: factor {factor} and offset {offset} convert nothing")
+                });
             }
         }
     }
 
     fn enumerations(&mut self) {
         let table = self.table;
-        self.unique(
-            "enumeration",
-            table.enumerations.iter().map(|e| e.name.as_str()),
-        );
+        self.unique("enumeration", table.enumerations.iter().map(|e| e.name.as_str()));
         for enumeration in &table.enumerations {
             let name = &enumeration.name;
-            self.expect(table.find(name).is_none(), || {
-                format!("enumeration `{name}` has the name of a variable")
-            });
-            self.expect(!enumeration.items.is_empty(), || {
-                format!("enumeration `{name}` has no items")
-            });
-            self.unique(
-                &format!("item of `{name}`"),
-                enumeration.items.iter().map(|i| i.name.as_str()),
-            );
+            self.expect(table.find(name).is_none(), || format!("enumeration `{name}` has the name of a variable"));
+            self.expect(!enumeration.items.is_empty(), || format!("enumeration `{name}` has no items"));
+            self.unique(&format!("item of `{name}`"), enumeration.items.iter().map(|i| i.name.as_str()));
             let values: BTreeSet<i32> = enumeration.items.iter().map(|i| i.value).collect();
             self.expect(values.len() == enumeration.items.len(), || {
                 format!("enumeration `{name}` gives two items the same value")
@@ -185,14 +145,9 @@ impl<'a> Check<'a> {
         let finite = [start, stop].iter().flatten().all(|t| t.is_finite());
         self.expect(finite, || "default experiment: times must be finite".into());
         if let (Some(start), Some(stop)) = (start, stop) {
-            self.expect(start <= stop, || {
-                format!("default experiment: stop time {stop} before start time {start}")
-            });
+            self.expect(start <= stop, || format!("default experiment: stop time {stop} before start time {start}"));
         }
-        for (what, value) in [
-            ("tolerance", experiment.tolerance),
-            ("step size", experiment.step_size),
-        ] {
+        for (what, value) in [("tolerance", experiment.tolerance), ("step size", experiment.step_size)] {
             if let Some(value) = value {
                 self.expect(value.is_finite() && value > 0.0, || {
                     format!("default experiment: {what} {value} is not positive")
@@ -214,26 +169,17 @@ impl<'a> Check<'a> {
                 ));
             }
         }
-        let independents = variables
-            .iter()
-            .filter(|v| v.causality == Causality::Independent)
-            .count();
-        self.expect(independents <= 1, || {
-            format!("{independents} independent variables, at most one is allowed")
-        });
+        let independents = variables.iter().filter(|v| v.causality == Causality::Independent).count();
+        self.expect(independents <= 1, || format!("{independents} independent variables, at most one is allowed"));
         let mut states = HashSet::new();
         for state in self.table.states() {
-            self.expect(states.insert(state), || {
-                format!("the state with index {state} has two derivatives")
-            });
+            self.expect(states.insert(state), || format!("the state with index {state} has two derivatives"));
         }
     }
 
     fn variable(&mut self, index: usize, variable: &Variable) {
         let name = &variable.name;
-        self.expect(is_structured(name), || {
-            format!("`{name}` is not a structured variable name")
-        });
+        self.expect(is_structured(name), || format!("`{name}` is not a structured variable name"));
         if let Some(text) = &variable.description {
             self.text(name, text);
         }
@@ -269,21 +215,14 @@ impl<'a> Check<'a> {
                 | (C::Independent, V::Continuous)
         );
         self.expect(legal_pair, || {
-            format!(
-                "`{name}`: causality {causality:?} does not go with variability {variability:?}"
-            )
+            format!("`{name}`: causality {causality:?} does not go with variability {variability:?}")
         });
-        let continuous_real =
-            variability != V::Continuous || variable.base_type() == BaseType::Real;
-        self.expect(continuous_real, || {
-            format!("`{name}`: only a real variable can be continuous")
-        });
+        let continuous_real = variability != V::Continuous || variable.base_type() == BaseType::Real;
+        self.expect(continuous_real, || format!("`{name}`: only a real variable can be continuous"));
         let legal_initial = match (causality, variability, variable.initial) {
             (_, _, None) => true,
             (C::Input | C::Independent, _, Some(_)) => false,
-            (C::Parameter, _, Some(initial)) | (_, V::Constant, Some(initial)) => {
-                initial == Initial::Exact
-            }
+            (C::Parameter, _, Some(initial)) | (_, V::Constant, Some(initial)) => initial == Initial::Exact,
             (_, V::Fixed | V::Tunable, Some(initial)) => initial != Initial::Exact,
             (_, V::Discrete | V::Continuous, Some(_)) => true,
         };
@@ -294,51 +233,27 @@ impl<'a> Check<'a> {
                 variable.initial
             )
         });
-        let needs_start = causality == C::Input
-            || matches!(
-                variable.effective_initial(),
-                Some(Initial::Exact | Initial::Approx)
-            );
+        let needs_start =
+            causality == C::Input || matches!(variable.effective_initial(), Some(Initial::Exact | Initial::Approx));
         let has_start = variable.start_of().is_some();
-        self.expect(has_start || !needs_start, || {
-            format!("`{name}` needs a start value")
-        });
-        self.expect(!has_start || needs_start, || {
-            format!("`{name}` is calculated and must not have a start value")
-        });
+        self.expect(has_start || !needs_start, || format!("`{name}` needs a start value"));
+        self.expect(!has_start || needs_start, || format!("`{name}` is calculated and must not have a start value"));
     }
 
     fn real(&mut self, index: usize, variable: &Variable, real: &RealKind) {
         let name = &variable.name;
         let numbers = [real.min, real.start, real.max];
-        let finite = numbers
-            .iter()
-            .chain([&real.nominal])
-            .flatten()
-            .all(|v| v.is_finite());
-        self.expect(finite, || {
-            format!("`{name}`: start, bounds and nominal must be finite")
-        });
-        self.expect(in_order(&numbers), || {
-            format!("`{name}`: expected min <= start <= max")
-        });
-        self.expect(real.nominal.is_none_or(|n| n > 0.0), || {
-            format!("`{name}`: nominal must be positive")
-        });
-        let unit = real
-            .unit
-            .as_ref()
-            .and_then(|unit| self.table.units.iter().find(|u| u.name == *unit));
+        let finite = numbers.iter().chain([&real.nominal]).flatten().all(|v| v.is_finite());
+        self.expect(finite, || format!("`{name}`: start, bounds and nominal must be finite"));
+        self.expect(in_order(&numbers), || format!("`{name}`: expected min <= start <= max"));
+        self.expect(real.nominal.is_none_or(|n| n > 0.0), || format!("`{name}`: nominal must be positive"));
+        let unit = real.unit.as_ref().and_then(|unit| self.table.units.iter().find(|u| u.name == *unit));
         if let (Some(unit), None) = (&real.unit, unit) {
-            self.problems
-                .push(format!("`{name}`: unit `{unit}` is not defined"));
+            self.problems.push(format!("`{name}`: unit `{unit}` is not defined"));
         }
         if let Some(display) = &real.display_unit {
-            let known =
-                unit.is_some_and(|unit| unit.display_units.iter().any(|d| d.name == *display));
-            self.expect(known, || {
-                format!("`{name}`: display unit `{display}` is not defined for its unit")
-            });
+            let known = unit.is_some_and(|unit| unit.display_units.iter().any(|d| d.name == *display));
+            self.expect(known, || format!("`{name}`: display unit `{display}` is not defined for its unit"));
         }
         if let Some(state) = real.derivative_of {
             let continuous = |v: &Variable| {
@@ -346,9 +261,8 @@ impl<'a> Check<'a> {
                     && v.variability == Variability::Continuous
                     && matches!(v.causality, Causality::Local | Causality::Output)
             };
-            let pair = state != index
-                && continuous(variable)
-                && self.table.variables.get(state).is_some_and(continuous);
+            let pair =
+                state != index && continuous(variable) && self.table.variables.get(state).is_some_and(continuous);
             self.expect(pair, || {
                 format!(
                     "`{name}` is declared the derivative of index {state}: expected two continuous \
@@ -361,9 +275,7 @@ impl<'a> Check<'a> {
     fn enumerated(&mut self, name: &str, type_name: &str, start: Option<i32>) {
         let found = self.table.enumerations.iter().find(|e| e.name == type_name);
         let Some(enumeration) = found else {
-            self.problems.push(format!(
-                "`{name}`: enumeration `{type_name}` is not defined"
-            ));
+            self.problems.push(format!("`{name}`: enumeration `{type_name}` is not defined"));
             return;
         };
         if let Some(start) = start {
@@ -376,40 +288,25 @@ impl<'a> Check<'a> {
     fn dependencies(&mut self, index: usize, variable: &Variable) {
         let table = self.table;
         if let Some(list) = &variable.dependencies {
-            let stepping =
-                variable.causality == Causality::Output || variable.derivative_of().is_some();
+            let stepping = variable.causality == Causality::Output || variable.derivative_of().is_some();
             self.expect(stepping, || {
-                format!(
-                    "`{}` lists dependencies but is neither an output nor a state derivative",
-                    variable.name
-                )
+                format!("`{}` lists dependencies but is neither an output nor a state derivative", variable.name)
             });
             let states = self.states.clone();
             self.knowns(variable, list, "at communication points", |known, v| {
-                matches!(v.causality, Causality::Input | Causality::Independent)
-                    || states.contains(&known)
+                matches!(v.causality, Causality::Input | Causality::Independent) || states.contains(&known)
             });
         }
         if let Some(list) = &variable.initial_dependencies {
             self.expect(table.initial_unknowns().any(|u| u == index), || {
-                format!(
-                    "`{}` lists initial dependencies but is not an unknown of initialisation mode",
-                    variable.name
-                )
+                format!("`{}` lists initial dependencies but is not an unknown of initialisation mode", variable.name)
             });
             self.knowns(variable, list, "in initialisation mode", |_, v| {
                 matches!(v.causality, Causality::Input | Causality::Independent)
                     || v.effective_initial() == Some(Initial::Exact)
             });
-            let kinds = list
-                .iter()
-                .all(|d| matches!(d.kind, DependencyKind::Dependent | DependencyKind::Constant));
-            self.expect(kinds, || {
-                format!(
-                    "`{}`: initial dependencies are dependent or constant",
-                    variable.name
-                )
-            });
+            let kinds = list.iter().all(|d| matches!(d.kind, DependencyKind::Dependent | DependencyKind::Constant));
+            self.expect(kinds, || format!("`{}`: initial dependencies are dependent or constant", variable.name));
         }
     }
 
@@ -424,18 +321,11 @@ impl<'a> Check<'a> {
         let mut seen = HashSet::new();
         for dependency in list {
             let known = dependency.index;
-            self.expect(seen.insert(known), || {
-                format!("`{name}` lists the dependency on index {known} twice")
-            });
+            self.expect(seen.insert(known), || format!("`{name}` lists the dependency on index {known} twice"));
             match self.table.variables.get(known) {
-                None => self.problems.push(format!(
-                    "`{name}` depends on index {known}, which does not exist"
-                )),
+                None => self.problems.push(format!("`{name}` depends on index {known}, which does not exist")),
                 Some(other) => self.expect(is_known(known, other), || {
-                    format!(
-                        "`{name}` depends on `{}`, which is no known {when}",
-                        other.name
-                    )
+                    format!("`{name}` depends on `{}`, which is no known {when}", other.name)
                 }),
             }
             // A linear factor has a meaning between reals only.

@@ -213,59 +213,32 @@ impl Variable {
 
     /// A real variable: local and continuous until said otherwise.
     pub fn real(name: impl Into<String>, value_reference: u32) -> Self {
-        Self::new(
-            name.into(),
-            value_reference,
-            Variability::Continuous,
-            Kind::Real(RealKind::default()),
-        )
+        Self::new(name.into(), value_reference, Variability::Continuous, Kind::Real(RealKind::default()))
     }
 
     /// An integer variable: local and discrete until said otherwise.
     pub fn integer(name: impl Into<String>, value_reference: u32) -> Self {
-        Self::new(
-            name.into(),
-            value_reference,
-            Variability::Discrete,
-            Kind::Integer(IntegerKind::default()),
-        )
+        Self::new(name.into(), value_reference, Variability::Discrete, Kind::Integer(IntegerKind::default()))
     }
 
     /// A Boolean variable: local and discrete until said otherwise.
     pub fn boolean(name: impl Into<String>, value_reference: u32) -> Self {
-        Self::new(
-            name.into(),
-            value_reference,
-            Variability::Discrete,
-            Kind::Boolean { start: None },
-        )
+        Self::new(name.into(), value_reference, Variability::Discrete, Kind::Boolean { start: None })
     }
 
     /// A string variable: local and discrete until said otherwise.
     pub fn string(name: impl Into<String>, value_reference: u32) -> Self {
-        Self::new(
-            name.into(),
-            value_reference,
-            Variability::Discrete,
-            Kind::String { start: None },
-        )
+        Self::new(name.into(), value_reference, Variability::Discrete, Kind::String { start: None })
     }
 
     /// A variable of the enumeration `type_name`: local and discrete until said otherwise. Its value
     /// reference is one of the integers'.
-    pub fn enumeration(
-        name: impl Into<String>,
-        value_reference: u32,
-        type_name: impl Into<String>,
-    ) -> Self {
+    pub fn enumeration(name: impl Into<String>, value_reference: u32, type_name: impl Into<String>) -> Self {
         Self::new(
             name.into(),
             value_reference,
             Variability::Discrete,
-            Kind::Enumeration {
-                type_name: type_name.into(),
-                start: None,
-            },
+            Kind::Enumeration { type_name: type_name.into(), start: None },
         )
     }
 
@@ -482,18 +455,14 @@ impl Variable {
     pub fn settable_before_initialisation(&self) -> bool {
         self.variability != Variability::Constant
             && (self.causality == Causality::Input
-                || matches!(
-                    self.effective_initial(),
-                    Some(Initial::Exact | Initial::Approx)
-                ))
+                || matches!(self.effective_initial(), Some(Initial::Exact | Initial::Approx)))
     }
 
     /// May the host set it in initialisation mode? Exact starts that are not constant, and inputs.
     #[must_use]
     pub fn settable_in_initialisation(&self) -> bool {
         self.variability != Variability::Constant
-            && (self.causality == Causality::Input
-                || self.effective_initial() == Some(Initial::Exact))
+            && (self.causality == Causality::Input || self.effective_initial() == Some(Initial::Exact))
     }
 
     /// May the host set it at communication points? Inputs and tunable parameters.

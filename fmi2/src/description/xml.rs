@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::{
-    BaseUnit, Causality, DependencyKind, DisplayUnit, Enumeration, Initial, Kind,
-    LAYER_LOG_CATEGORIES, ModelDescription, RealKind, Unit, Variability, Variable,
+    BaseUnit, Causality, DependencyKind, DisplayUnit, Enumeration, Initial, Kind, LAYER_LOG_CATEGORIES,
+    ModelDescription, RealKind, Unit, Variability, Variable,
 };
 
 impl ModelDescription {
@@ -22,14 +22,7 @@ impl ModelDescription {
     pub fn guid(&self) -> String {
         let digest = fnv1a_128(self.without_texts().write("").as_bytes());
         let hex = format!("{digest:032x}");
-        format!(
-            "{{{}-{}-{}-{}-{}}}",
-            &hex[..8],
-            &hex[8..12],
-            &hex[12..16],
-            &hex[16..20],
-            &hex[20..]
-        )
+        format!("{{{}-{}-{}-{}-{}}}", &hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..])
     }
 
     fn without_texts(&self) -> Self {
@@ -59,8 +52,7 @@ impl ModelDescription {
 
     fn write(&self, guid: &str) -> String {
         let mut xml = Writer::default();
-        xml.text
-            .push_str("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+        xml.text.push_str("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         let root = Tag::new("fmiModelDescription")
             .attr("fmiVersion", "2.0")
             .attr("modelName", &self.model_name)
@@ -74,9 +66,7 @@ impl ModelDescription {
             .attr("variableNamingConvention", "structured");
         xml.element(root, |xml| {
             xml.leaf(self.co_simulation());
-            xml.list("UnitDefinitions", &self.units, |xml, unit| {
-                write_unit(xml, unit)
-            });
+            xml.list("UnitDefinitions", &self.units, |xml, unit| write_unit(xml, unit));
             xml.list("TypeDefinitions", &self.enumerations, |xml, enumeration| {
                 write_enumeration(xml, enumeration);
             });
@@ -89,9 +79,7 @@ impl ModelDescription {
                     .opt("stepSize", experiment.step_size.map(number));
                 xml.leaf(tag);
             }
-            xml.list("ModelVariables", &self.variables, |xml, v| {
-                write_variable(xml, v)
-            });
+            xml.list("ModelVariables", &self.variables, |xml, v| write_variable(xml, v));
             self.write_structure(xml);
         });
         xml.text
@@ -110,24 +98,14 @@ impl ModelDescription {
             .attr("canNotUseMemoryManagementFunctions", "true")
             .attr("canGetAndSetFMUstate", "true")
             .attr("canSerializeFMUstate", "true")
-            .attr(
-                "providesDirectionalDerivative",
-                able.provides_directional_derivative,
-            )
+            .attr("providesDirectionalDerivative", able.provides_directional_derivative)
     }
 
     fn write_log_categories(&self, xml: &mut Writer) {
-        let own = self
-            .log_categories
-            .iter()
-            .map(|c| (c.name.as_str(), c.description.as_str()));
+        let own = self.log_categories.iter().map(|c| (c.name.as_str(), c.description.as_str()));
         let categories: Vec<_> = LAYER_LOG_CATEGORIES.into_iter().chain(own).collect();
         xml.list("LogCategories", &categories, |xml, (name, description)| {
-            xml.leaf(
-                Tag::new("Category")
-                    .attr("name", name)
-                    .attr("description", description),
-            );
+            xml.leaf(Tag::new("Category").attr("name", name).attr("description", description));
         });
     }
 
@@ -136,20 +114,12 @@ impl ModelDescription {
         let initially = |v: &Variable| v.initial_dependencies.clone();
         xml.element(Tag::new("ModelStructure"), |xml| {
             let unknowns = |list: Vec<usize>, of: &dyn Fn(&Variable) -> _| -> Vec<Tag> {
-                list.into_iter()
-                    .map(|index| unknown(index, of(&self.variables[index])))
-                    .collect()
+                list.into_iter().map(|index| unknown(index, of(&self.variables[index]))).collect()
             };
             for (name, tags) in [
                 ("Outputs", unknowns(self.outputs().collect(), &stepping)),
-                (
-                    "Derivatives",
-                    unknowns(self.derivatives().collect(), &stepping),
-                ),
-                (
-                    "InitialUnknowns",
-                    unknowns(self.initial_unknowns().collect(), &initially),
-                ),
+                ("Derivatives", unknowns(self.derivatives().collect(), &stepping)),
+                ("InitialUnknowns", unknowns(self.initial_unknowns().collect(), &initially)),
             ] {
                 xml.list(name, &tags, |xml, tag| xml.leaf(tag.clone()));
             }
@@ -167,8 +137,7 @@ fn unknown(index: usize, dependencies: Option<Vec<super::Dependency>>) -> Tag {
     let join = |texts: Vec<String>| texts.join(" ");
     let indices = list.iter().map(|d| (d.index + 1).to_string()).collect();
     let kinds = list.iter().map(|d| kind_name(d.kind).to_owned()).collect();
-    tag.attr("dependencies", join(indices))
-        .attr("dependenciesKind", join(kinds))
+    tag.attr("dependencies", join(indices)).attr("dependenciesKind", join(kinds))
 }
 
 fn write_unit(xml: &mut Writer, unit: &Unit) {
@@ -176,12 +145,7 @@ fn write_unit(xml: &mut Writer, unit: &Unit) {
         if let Some(base) = unit.base {
             xml.leaf(base_unit(base));
         }
-        for DisplayUnit {
-            name,
-            factor,
-            offset,
-        } in &unit.display_units
-        {
+        for DisplayUnit { name, factor, offset } in &unit.display_units {
             let tag = Tag::new("DisplayUnit")
                 .attr("name", name)
                 .attr("factor", number(*factor))
@@ -206,14 +170,12 @@ fn base_unit(base: BaseUnit) -> Tag {
         tag = tag.opt(name, (exponent != 0).then_some(exponent));
     }
     let (factor, offset) = (base.factor, base.offset);
-    tag.opt("factor", (factor != 1.0).then(|| number(factor)))
-        .opt("offset", (offset != 0.0).then(|| number(offset)))
+    tag.opt("factor", (factor != 1.0).then(|| number(factor))).opt("offset", (offset != 0.0).then(|| number(offset)))
 }
 
 fn write_enumeration(xml: &mut Writer, enumeration: &Enumeration) {
-    let tag = Tag::new("SimpleType")
-        .attr("name", &enumeration.name)
-        .opt("description", enumeration.description.as_ref());
+    let tag =
+        Tag::new("SimpleType").attr("name", &enumeration.name).opt("description", enumeration.description.as_ref());
     xml.element(tag, |xml| {
         xml.list("Enumeration", &enumeration.items, |xml, item| {
             let tag = Tag::new("Item")
@@ -246,9 +208,9 @@ fn type_tag(kind: &Kind) -> Tag {
             .opt("start", integer.start),
         Kind::Boolean { start } => Tag::new("Boolean").opt("start", *start),
         Kind::String { start } => Tag::new("String").opt("start", start.as_ref()),
-        Kind::Enumeration { type_name, start } => Tag::new("Enumeration")
-            .attr("declaredType", type_name)
-            .opt("start", *start),
+        Kind::Enumeration { type_name, start } => {
+            Tag::new("Enumeration").attr("declaredType", type_name).opt("start", *start)
+        }
     }
 }
 
@@ -312,9 +274,7 @@ fn number(value: f64) -> String {
 fn fnv1a_128(bytes: &[u8]) -> u128 {
     const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
-    bytes.iter().fold(OFFSET, |hash, &byte| {
-        (hash ^ u128::from(byte)).wrapping_mul(PRIME)
-    })
+    bytes.iter().fold(OFFSET, |hash, &byte| (hash ^ u128::from(byte)).wrapping_mul(PRIME))
 }
 
 /// An element's name and attributes.
@@ -326,10 +286,7 @@ struct Tag {
 
 impl Tag {
     fn new(name: &'static str) -> Self {
-        Self {
-            name,
-            attributes: String::new(),
-        }
+        Self { name, attributes: String::new() }
     }
 
     fn attr(mut self, name: &str, value: impl ToString) -> Self {
@@ -413,16 +370,7 @@ mod tests {
 
     #[test]
     fn numbers_read_back_as_the_same() {
-        for value in [
-            0.1,
-            1.0,
-            -0.0,
-            1e300,
-            5e-324,
-            1.0 / 3.0,
-            1234567.125,
-            f64::MAX,
-        ] {
+        for value in [0.1, 1.0, -0.0, 1e300, 5e-324, 1.0 / 3.0, 1234567.125, f64::MAX] {
             let read: f64 = number(value).parse().unwrap();
             assert_eq!(read.to_bits(), value.to_bits());
         }
@@ -434,10 +382,7 @@ mod tests {
         let mut model = table();
         model.model_name = "a<b> & \"c\"\n\u{fc}".into();
         let xml = model.to_xml();
-        assert!(
-            xml.contains("modelName=\"a&lt;b&gt; &amp; &quot;c&quot;&#10;\u{fc}\""),
-            "{xml}"
-        );
+        assert!(xml.contains("modelName=\"a&lt;b&gt; &amp; &quot;c&quot;&#10;\u{fc}\""), "{xml}");
     }
 
     #[test]

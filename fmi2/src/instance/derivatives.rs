@@ -7,12 +7,7 @@ use crate::model::Model;
 use crate::state::State;
 
 impl<M: Model> Instance<M> {
-    pub(crate) fn set_input_derivatives(
-        &mut self,
-        references: &[u32],
-        orders: &[i32],
-        values: &[f64],
-    ) -> Outcome {
+    pub(crate) fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
         if !self.model.description().capabilities.can_interpolate_inputs {
             return Err(Failure::refused("this FMU does not interpolate inputs"));
         }
@@ -21,10 +16,7 @@ impl<M: Model> Instance<M> {
             let index = self.continuous(reference, Causality::Input, "an input")?;
             let order = self.check_order(index, order, u32::MAX)?;
             if !value.is_finite() {
-                return Err(Failure::refused(format!(
-                    "`{}`: derivative {value} is not finite",
-                    self.name(index)
-                )));
+                return Err(Failure::refused(format!("`{}`: derivative {value} is not finite", self.name(index))));
             }
             checked.push((index, order, value));
         }
@@ -63,15 +55,8 @@ impl<M: Model> Instance<M> {
         knowns: &[u32],
         seed: &[f64],
     ) -> Outcome<Vec<f64>> {
-        if !self
-            .model
-            .description()
-            .capabilities
-            .provides_directional_derivative
-        {
-            return Err(Failure::refused(
-                "this FMU does not provide directional derivatives",
-            ));
+        if !self.model.description().capabilities.provides_directional_derivative {
+            return Err(Failure::refused("this FMU does not provide directional derivatives"));
         }
         let unknowns = self.roles(unknowns, "an unknown", Self::is_unknown)?;
         let knowns = self.roles(knowns, "a known", Self::is_known)?;
@@ -79,8 +64,7 @@ impl<M: Model> Instance<M> {
             return Err(Failure::refused(format!("seed {bad} is not finite")));
         }
         let mut out = vec![0.0; unknowns.len()];
-        self.model
-            .directional_derivative(&unknowns, &knowns, seed, &mut out)?;
+        self.model.directional_derivative(&unknowns, &knowns, seed, &mut out)?;
         Ok(out)
     }
 
@@ -113,12 +97,9 @@ impl<M: Model> Instance<M> {
 
     /// Inputs, states and time; in initialisation mode also exact starts.
     fn is_known(&self, index: usize, variable: &Variable) -> bool {
-        matches!(
-            variable.causality,
-            Causality::Input | Causality::Independent
-        ) || self.is_state[index]
-            || (self.progress.state == State::Initialisation
-                && variable.effective_initial() == Some(Initial::Exact))
+        matches!(variable.causality, Causality::Input | Causality::Independent)
+            || self.is_state[index]
+            || (self.progress.state == State::Initialisation && variable.effective_initial() == Some(Initial::Exact))
     }
 
     fn continuous(&self, reference: u32, causality: Causality, role: &str) -> Outcome<usize> {
@@ -127,22 +108,13 @@ impl<M: Model> Instance<M> {
         if variable.causality == causality && variable.variability == Variability::Continuous {
             Ok(index)
         } else {
-            Err(Failure::refused(format!(
-                "`{}` is not {role} that changes continuously",
-                variable.name
-            )))
+            Err(Failure::refused(format!("`{}` is not {role} that changes continuously", variable.name)))
         }
     }
 
     fn check_order(&self, index: usize, order: i32, highest: u32) -> Outcome<u32> {
-        u32::try_from(order)
-            .ok()
-            .filter(|order| (1..=highest).contains(order))
-            .ok_or_else(|| {
-                Failure::refused(format!(
-                    "`{}`: derivatives of order {order} are not supported",
-                    self.name(index)
-                ))
-            })
+        u32::try_from(order).ok().filter(|order| (1..=highest).contains(order)).ok_or_else(|| {
+            Failure::refused(format!("`{}`: derivatives of order {order} are not supported", self.name(index)))
+        })
     }
 }

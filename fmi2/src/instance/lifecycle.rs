@@ -8,29 +8,19 @@ use crate::state::State;
 
 impl<M: Model> Instance<M> {
     pub(crate) fn setup_experiment(&mut self, experiment: Experiment) -> Outcome {
-        let Experiment {
-            start_time: start,
-            stop_time,
-            tolerance,
-        } = experiment;
+        let Experiment { start_time: start, stop_time, tolerance } = experiment;
         if !start.is_finite() {
-            return Err(Failure::refused(format!(
-                "start time {start} is not finite"
-            )));
+            return Err(Failure::refused(format!("start time {start} is not finite")));
         }
         if let Some(stop) = stop_time
             && !(stop.is_finite() && stop >= start)
         {
-            return Err(Failure::refused(format!(
-                "stop time {stop} is not a time at or after the start time {start}"
-            )));
+            return Err(Failure::refused(format!("stop time {stop} is not a time at or after the start time {start}")));
         }
         if let Some(tolerance) = tolerance
             && !(tolerance.is_finite() && tolerance > 0.0)
         {
-            return Err(Failure::refused(format!(
-                "tolerance {tolerance} is not positive"
-            )));
+            return Err(Failure::refused(format!("tolerance {tolerance} is not positive")));
         }
         self.progress.experiment = Some(experiment);
         self.progress.time = start;
@@ -39,18 +29,14 @@ impl<M: Model> Instance<M> {
 
     pub(crate) fn enter_initialisation(&mut self) -> Outcome {
         let experiment = self.experiment()?;
-        self.model
-            .enter_initialisation(experiment)
-            .map_err(|error| Failure::broken(error.message))?;
+        self.model.enter_initialisation(experiment).map_err(|error| Failure::broken(error.message))?;
         self.progress.state = State::Initialisation;
         Ok(())
     }
 
     pub(crate) fn exit_initialisation(&mut self) -> Outcome {
         let experiment = self.experiment()?;
-        self.model
-            .initialise(experiment)
-            .map_err(|error| Failure::broken(error.message))?;
+        self.model.initialise(experiment).map_err(|error| Failure::broken(error.message))?;
         self.progress.state = State::StepComplete;
         Ok(())
     }
@@ -67,8 +53,6 @@ impl<M: Model> Instance<M> {
     }
 
     fn experiment(&self) -> Outcome<Experiment> {
-        self.progress
-            .experiment
-            .ok_or_else(|| Failure::refused("fmi2SetupExperiment has not been called"))
+        self.progress.experiment.ok_or_else(|| Failure::refused("fmi2SetupExperiment has not been called"))
     }
 }

@@ -101,24 +101,16 @@ impl<M: Model> Instance<M> {
             catch_unwind(AssertUnwindSafe(|| body(self)))
                 .unwrap_or_else(|panic| Err(Failure::Broken(panic_text(panic.as_ref()))))
         } else {
-            Err(Failure::Refused(format!(
-                "not allowed in state `{}`",
-                self.progress.state.name()
-            )))
+            Err(Failure::Refused(format!("not allowed in state `{}`", self.progress.state.name())))
         };
-        let from_model =
-            catch_unwind(AssertUnwindSafe(|| self.model.take_log())).unwrap_or_default();
+        let from_model = catch_unwind(AssertUnwindSafe(|| self.model.take_log())).unwrap_or_default();
         let mut status = Status::Ok;
         let mut messages = Vec::new();
         for entry in from_model {
             if entry.status == Status::Warning {
                 status = Status::Warning;
             }
-            messages.push(Message {
-                status: entry.status,
-                category: entry.category,
-                text: entry.message,
-            });
+            messages.push(Message { status: entry.status, category: entry.category, text: entry.message });
         }
         if let Err(failure) = outcome {
             status = failure.status();

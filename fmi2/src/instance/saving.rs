@@ -7,11 +7,7 @@ use crate::snapshot::Snapshot;
 
 impl<M: Model> Instance<M> {
     /// Save the present state: over the one behind `reuse`, or under a new handle.
-    pub(crate) fn save_state(
-        &mut self,
-        reuse: Option<usize>,
-        new_handle: impl FnOnce() -> usize,
-    ) -> Outcome<usize> {
+    pub(crate) fn save_state(&mut self, reuse: Option<usize>, new_handle: impl FnOnce() -> usize) -> Outcome<usize> {
         let mut model = match reuse {
             // The memory of the old state serves again.
             Some(handle) => std::mem::take(&mut self.known_mut(handle)?.model),
@@ -19,10 +15,7 @@ impl<M: Model> Instance<M> {
         };
         model.clear();
         self.model.save(&mut model);
-        let snapshot = Snapshot {
-            progress: self.progress.clone(),
-            model,
-        };
+        let snapshot = Snapshot { progress: self.progress.clone(), model };
         Ok(self.keep(snapshot, reuse, new_handle))
     }
 
@@ -55,17 +48,11 @@ impl<M: Model> Instance<M> {
         if let Some(handle) = reuse {
             self.known(handle)?;
         }
-        let snapshot = Snapshot::from_bytes(bytes, &self.guid)
-            .map_err(|error| Failure::refused(error.to_string()))?;
+        let snapshot = Snapshot::from_bytes(bytes, &self.guid).map_err(|error| Failure::refused(error.to_string()))?;
         Ok(self.keep(snapshot, reuse, new_handle))
     }
 
-    fn keep(
-        &mut self,
-        snapshot: Snapshot,
-        reuse: Option<usize>,
-        new_handle: impl FnOnce() -> usize,
-    ) -> usize {
+    fn keep(&mut self, snapshot: Snapshot, reuse: Option<usize>, new_handle: impl FnOnce() -> usize) -> usize {
         let handle = reuse.unwrap_or_else(new_handle);
         self.saved.insert(handle, snapshot);
         handle

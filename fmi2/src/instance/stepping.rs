@@ -18,9 +18,7 @@ pub(crate) enum StatusKind {
 impl<M: Model> Instance<M> {
     pub(crate) fn do_step(&mut self, point: f64, step: f64) -> Outcome {
         if !(step.is_finite() && step > 0.0) {
-            return Err(Failure::refused(format!(
-                "communication step {step} is not positive and finite"
-            )));
+            return Err(Failure::refused(format!("communication step {step} is not positive and finite")));
         }
         let time = self.progress.time;
         let slack = rounding(time, step);
@@ -34,14 +32,10 @@ impl<M: Model> Instance<M> {
         if let Some(stop) = stop
             && end > stop + slack
         {
-            return Err(Failure::refused(format!(
-                "the step from {point} to {end} goes beyond the stop time {stop}"
-            )));
+            return Err(Failure::refused(format!("the step from {point} to {end} goes beyond the stop time {stop}")));
         }
         if end == point {
-            return Err(Failure::refused(format!(
-                "communication step {step} is too small to move the time {point}"
-            )));
+            return Err(Failure::refused(format!("communication step {step} is too small to move the time {point}")));
         }
         match self.model.step(point, step) {
             Ok(()) => {
@@ -57,17 +51,12 @@ impl<M: Model> Instance<M> {
     fn step_failed(&mut self, error: StepError, earliest: f64, latest: f64) -> Outcome {
         let text = error.to_string();
         if !(earliest..=latest).contains(&error.reached) {
-            return Err(Failure::broken(format!(
-                "{text}; that time is not within the step"
-            )));
+            return Err(Failure::broken(format!("{text}; that time is not within the step")));
         }
         self.progress.time = error.reached;
         self.progress.state = State::StepFailed;
-        self.progress.last_step = LastStep {
-            status: Status::Discard,
-            terminated: error.terminate,
-            message: text.clone(),
-        };
+        self.progress.last_step =
+            LastStep { status: Status::Discard, terminated: error.terminate, message: text.clone() };
         Err(Failure::Discarded(text))
     }
 
@@ -110,9 +99,7 @@ impl<M: Model> Instance<M> {
 }
 
 fn no_such_status<T>() -> Outcome<T> {
-    Err(Failure::Discarded(
-        "there is no status of this kind and type".into(),
-    ))
+    Err(Failure::Discarded("there is no status of this kind and type".into()))
 }
 
 /// How far apart two times may lie that a host computed in different ways: `start + i * step`, or by

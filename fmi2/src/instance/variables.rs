@@ -64,9 +64,8 @@ impl<M: Model> Instance<M> {
     ) -> Outcome {
         let mut checked = std::mem::take(&mut self.checked);
         checked.clear();
-        let outcome = self
-            .check_values(base, references, value, &mut checked)
-            .and_then(|()| self.set_values(&mut checked));
+        let outcome =
+            self.check_values(base, references, value, &mut checked).and_then(|()| self.set_values(&mut checked));
         self.checked = checked;
         outcome
     }
@@ -132,12 +131,8 @@ impl<M: Model> Instance<M> {
             }
             _ if variable.causality == Causality::Input => Ok(()),
             (Kind::Real(real), &Value::Real(number)) => check_bounds(number, real.min, real.max),
-            (Kind::Integer(integer), &Value::Integer(number)) => {
-                check_bounds(number, integer.min, integer.max)
-            }
-            (Kind::Enumeration { type_name, .. }, &Value::Integer(number)) => {
-                self.check_item(type_name, number)
-            }
+            (Kind::Integer(integer), &Value::Integer(number)) => check_bounds(number, integer.min, integer.max),
+            (Kind::Enumeration { type_name, .. }, &Value::Integer(number)) => self.check_item(type_name, number),
             _ => Ok(()),
         }
     }
@@ -151,18 +146,14 @@ impl<M: Model> Instance<M> {
         if known {
             Ok(())
         } else {
-            Err(Failure::refused(format!(
-                "{number} is not the value of an item of `{type_name}`"
-            )))
+            Err(Failure::refused(format!("{number} is not the value of an item of `{type_name}`")))
         }
     }
 
     /// Index of the variable behind a value reference.
     pub(super) fn index(&self, base: BaseType, reference: u32) -> Outcome<usize> {
         self.lookup.index(base, reference).ok_or_else(|| {
-            Failure::refused(format!(
-                "no variable of type {base:?} has the value reference {reference}"
-            ))
+            Failure::refused(format!("no variable of type {base:?} has the value reference {reference}"))
         })
     }
 
@@ -170,24 +161,14 @@ impl<M: Model> Instance<M> {
         if self.model.description().variables[index].causality == Causality::Independent {
             return Ok(Value::Real(self.progress.time));
         }
-        self.model
-            .get(index)
-            .map_err(|error| Failure::refused(format!("`{}`: {error}", self.name(index))))
+        self.model.get(index).map_err(|error| Failure::refused(format!("`{}`: {error}", self.name(index))))
     }
 }
 
-fn check_bounds<T: PartialOrd + std::fmt::Display>(
-    number: T,
-    min: Option<T>,
-    max: Option<T>,
-) -> Outcome {
+fn check_bounds<T: PartialOrd + std::fmt::Display>(number: T, min: Option<T>, max: Option<T>) -> Outcome {
     match (min, max) {
-        (Some(min), _) if number < min => Err(Failure::refused(format!(
-            "{number} is below the minimum {min}"
-        ))),
-        (_, Some(max)) if number > max => Err(Failure::refused(format!(
-            "{number} is above the maximum {max}"
-        ))),
+        (Some(min), _) if number < min => Err(Failure::refused(format!("{number} is below the minimum {min}"))),
+        (_, Some(max)) if number > max => Err(Failure::refused(format!("{number} is above the maximum {max}"))),
         _ => Ok(()),
     }
 }

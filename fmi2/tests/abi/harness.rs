@@ -14,12 +14,7 @@ pub(crate) type Handle = *mut c_void;
 unsafe extern "C" {
     pub(crate) fn fmi2GetTypesPlatform() -> *const c_char;
     pub(crate) fn fmi2GetVersion() -> *const c_char;
-    pub(crate) fn fmi2SetDebugLogging(
-        c: Handle,
-        on: c_int,
-        n: usize,
-        names: *const *const c_char,
-    ) -> c_int;
+    pub(crate) fn fmi2SetDebugLogging(c: Handle, on: c_int, n: usize, names: *const *const c_char) -> c_int;
     pub(crate) fn fmi2Instantiate(
         name: *const c_char,
         kind: c_int,
@@ -45,39 +40,17 @@ unsafe extern "C" {
     pub(crate) fn fmi2GetReal(c: Handle, vr: *const u32, n: usize, value: *mut f64) -> c_int;
     pub(crate) fn fmi2GetInteger(c: Handle, vr: *const u32, n: usize, value: *mut c_int) -> c_int;
     pub(crate) fn fmi2GetBoolean(c: Handle, vr: *const u32, n: usize, value: *mut c_int) -> c_int;
-    pub(crate) fn fmi2GetString(
-        c: Handle,
-        vr: *const u32,
-        n: usize,
-        value: *mut *const c_char,
-    ) -> c_int;
+    pub(crate) fn fmi2GetString(c: Handle, vr: *const u32, n: usize, value: *mut *const c_char) -> c_int;
     pub(crate) fn fmi2SetReal(c: Handle, vr: *const u32, n: usize, value: *const f64) -> c_int;
-    pub(crate) fn fmi2SetInteger(c: Handle, vr: *const u32, n: usize, value: *const c_int)
-    -> c_int;
-    pub(crate) fn fmi2SetBoolean(c: Handle, vr: *const u32, n: usize, value: *const c_int)
-    -> c_int;
-    pub(crate) fn fmi2SetString(
-        c: Handle,
-        vr: *const u32,
-        n: usize,
-        value: *const *const c_char,
-    ) -> c_int;
+    pub(crate) fn fmi2SetInteger(c: Handle, vr: *const u32, n: usize, value: *const c_int) -> c_int;
+    pub(crate) fn fmi2SetBoolean(c: Handle, vr: *const u32, n: usize, value: *const c_int) -> c_int;
+    pub(crate) fn fmi2SetString(c: Handle, vr: *const u32, n: usize, value: *const *const c_char) -> c_int;
     pub(crate) fn fmi2GetFMUstate(c: Handle, state: *mut Handle) -> c_int;
     pub(crate) fn fmi2SetFMUstate(c: Handle, state: Handle) -> c_int;
     pub(crate) fn fmi2FreeFMUstate(c: Handle, state: *mut Handle) -> c_int;
     pub(crate) fn fmi2SerializedFMUstateSize(c: Handle, state: Handle, size: *mut usize) -> c_int;
-    pub(crate) fn fmi2SerializeFMUstate(
-        c: Handle,
-        state: Handle,
-        bytes: *mut c_char,
-        size: usize,
-    ) -> c_int;
-    pub(crate) fn fmi2DeSerializeFMUstate(
-        c: Handle,
-        bytes: *const c_char,
-        size: usize,
-        state: *mut Handle,
-    ) -> c_int;
+    pub(crate) fn fmi2SerializeFMUstate(c: Handle, state: Handle, bytes: *mut c_char, size: usize) -> c_int;
+    pub(crate) fn fmi2DeSerializeFMUstate(c: Handle, bytes: *const c_char, size: usize, state: *mut Handle) -> c_int;
     pub(crate) fn fmi2GetDirectionalDerivative(
         c: Handle,
         unknowns: *const u32,
@@ -175,12 +148,7 @@ unsafe extern "C" fn record(
     };
     // SAFETY: the environment is the log that the host passed, which lives as long as the test.
     let log = unsafe { &*environment.cast::<Log>() };
-    log.lock().unwrap().push(Logged {
-        instance,
-        status,
-        category,
-        text,
-    });
+    log.lock().unwrap().push(Logged { instance, status, category, text });
 }
 
 /// # Safety
@@ -200,8 +168,7 @@ pub(crate) fn callbacks(log: Option<&'static Log>) -> CallbackFunctions {
         allocate_memory: None,
         free_memory: None,
         step_finished: None,
-        component_environment: log
-            .map_or(ptr::null_mut(), |log| ptr::from_ref(log).cast_mut().cast()),
+        component_environment: log.map_or(ptr::null_mut(), |log| ptr::from_ref(log).cast_mut().cast()),
     }
 }
 
@@ -328,18 +295,14 @@ impl Fmu {
     pub(crate) fn get_integer(&self, vr: u32) -> c_int {
         let mut value = -1;
         // SAFETY: one reference, room for one value.
-        assert_eq!(OK, unsafe {
-            fmi2GetInteger(self.c, &raw const vr, 1, &raw mut value)
-        });
+        assert_eq!(OK, unsafe { fmi2GetInteger(self.c, &raw const vr, 1, &raw mut value) });
         value
     }
 
     pub(crate) fn get_boolean(&self, vr: u32) -> c_int {
         let mut value = -1;
         // SAFETY: one reference, room for one value.
-        assert_eq!(OK, unsafe {
-            fmi2GetBoolean(self.c, &raw const vr, 1, &raw mut value)
-        });
+        assert_eq!(OK, unsafe { fmi2GetBoolean(self.c, &raw const vr, 1, &raw mut value) });
         value
     }
 

@@ -22,11 +22,7 @@ fn a_whole_life() {
     let fmu = Fmu::new();
     assert_eq!(fmu.setup(0.0, Some(5.0)), OK);
     assert_eq!(fmu.enter(), OK);
-    assert_eq!(
-        fmu.get(vr::DER_V),
-        -4.0,
-        "outputs can be read while initialising"
-    );
+    assert_eq!(fmu.get(vr::DER_V), -4.0, "outputs can be read while initialising");
     assert_eq!(fmu.exit(), OK);
     for i in 0..50 {
         assert_eq!(fmu.step(0.1 * f64::from(i), 0.1), OK);
@@ -114,23 +110,10 @@ fn experiments_that_cannot_be_are_refused() {
         (1, f64::NAN, 0.0, 0, 0.0),
     ] {
         // SAFETY: plain values.
-        let status = unsafe {
-            fmi2SetupExperiment(
-                fmu.c,
-                tolerance_defined,
-                tolerance,
-                start,
-                stop_defined,
-                stop,
-            )
-        };
+        let status = unsafe { fmi2SetupExperiment(fmu.c, tolerance_defined, tolerance, start, stop_defined, stop) };
         assert_eq!(status, ERROR, "{tolerance} {start} {stop}");
     }
-    assert_eq!(
-        fmu.setup(0.0, Some(0.0)),
-        OK,
-        "an experiment without length is allowed"
-    );
+    assert_eq!(fmu.setup(0.0, Some(0.0)), OK, "an experiment without length is allowed");
 }
 
 #[test]

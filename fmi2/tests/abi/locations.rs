@@ -128,11 +128,7 @@ fn a_location_that_leads_nowhere_is_a_warning() {
 fn resources_that_do_not_fit_are_refused() {
     let broken = Resources::new("broken", "half past");
     let log = start_from(Some(broken.path()), &Oscillator::table().guid()).unwrap_err();
-    assert!(
-        log[0].text.contains("expected a number, found `half past`"),
-        "{}",
-        log[0].text
-    );
+    assert!(log[0].text.contains("expected a number, found `half past`"), "{}", log[0].text);
     assert!(log[0].text.contains("start.txt"));
 
     let other = Resources::new("other", "0.5");

@@ -24,16 +24,9 @@ fn provoke(fmu: &Fmu) -> Vec<String> {
 #[test]
 fn categories_decide_what_is_logged() {
     let fmu = Fmu::stepping();
-    assert_eq!(
-        provoke(&fmu),
-        ["logModel", "logStatusDiscard", "logStatusError"]
-    );
+    assert_eq!(provoke(&fmu), ["logModel", "logStatusDiscard", "logStatusError"]);
     assert_eq!(switch(&fmu, false, &[]), OK);
-    assert_eq!(
-        provoke(&fmu),
-        ["logStatusError"],
-        "errors always come through"
-    );
+    assert_eq!(provoke(&fmu), ["logStatusError"], "errors always come through");
     assert_eq!(switch(&fmu, true, &[c"logStatusDiscard"]), OK);
     assert_eq!(provoke(&fmu), ["logStatusDiscard", "logStatusError"]);
     assert_eq!(switch(&fmu, true, &[c"logModel", c"logStatusError"]), OK);
@@ -41,10 +34,7 @@ fn categories_decide_what_is_logged() {
     assert_eq!(switch(&fmu, true, &[c"logAll"]), OK);
     assert_eq!(provoke(&fmu).len(), 3);
     assert_eq!(switch(&fmu, true, &[c"logNothing"]), ERROR);
-    assert!(
-        fmu.message()
-            .contains("log category `logNothing` is not one of")
-    );
+    assert!(fmu.message().contains("log category `logNothing` is not one of"));
 }
 
 #[test]
@@ -63,11 +53,7 @@ fn percent_signs_survive_the_format() {
     assert_eq!(fmu.set_integer(vr::FAULT, fault::HALF), OK);
     assert_eq!(fmu.step(0.0, 0.5), DISCARD);
     let log = fmu.log();
-    assert!(
-        log[0].text.contains("at 50% of the step"),
-        "{}",
-        log[0].text
-    );
+    assert!(log[0].text.contains("at 50% of the step"), "{}", log[0].text);
     assert_eq!(log[0].instance, "an instance");
 
     let nasty = CString::new("%s%n%d 100% %%").unwrap();
@@ -79,8 +65,5 @@ fn percent_signs_survive_the_format() {
 fn messages_name_the_function_and_the_state() {
     let fmu = Fmu::new();
     assert_eq!(fmu.step(0.0, 0.1), ERROR);
-    assert_eq!(
-        fmu.message(),
-        "fmi2DoStep: not allowed in state `instantiated`"
-    );
+    assert_eq!(fmu.message(), "fmi2DoStep: not allowed in state `instantiated`");
 }

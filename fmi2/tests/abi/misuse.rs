@@ -5,19 +5,10 @@ use std::ptr;
 
 use crate::harness::*;
 
-fn instantiate(
-    name: *const c_char,
-    kind: c_int,
-    guid: *const c_char,
-    with_functions: bool,
-) -> (Handle, Vec<Logged>) {
+fn instantiate(name: *const c_char, kind: c_int, guid: *const c_char, with_functions: bool) -> (Handle, Vec<Logged>) {
     let log = new_log();
     let functions = callbacks(Some(log));
-    let functions = if with_functions {
-        &raw const functions
-    } else {
-        ptr::null()
-    };
+    let functions = if with_functions { &raw const functions } else { ptr::null() };
     // SAFETY: null or sound pointers.
     let c = unsafe { fmi2Instantiate(name, kind, guid, ptr::null(), functions, 0, 0) };
     (c, std::mem::take(&mut *log.lock().unwrap()))
@@ -42,20 +33,10 @@ fn instances_that_cannot_be() {
         let (c, log) = instantiate(name, kind, guid, true);
         assert!(c.is_null(), "{expected}");
         assert_eq!(log.len(), 1, "{expected}");
-        assert!(
-            log[0].text.contains(expected),
-            "{} for {expected}",
-            log[0].text
-        );
-        assert_eq!(
-            (log[0].status, log[0].category.as_str()),
-            (ERROR, "logStatusError")
-        );
+        assert!(log[0].text.contains(expected), "{} for {expected}", log[0].text);
+        assert_eq!((log[0].status, log[0].category.as_str()), (ERROR, "logStatusError"));
     }
-    assert!(
-        instantiate(name, 1, guid, false).0.is_null(),
-        "no callbacks"
-    );
+    assert!(instantiate(name, 1, guid, false).0.is_null(), "no callbacks");
     let (c, log) = instantiate(name, 1, guid, true);
     assert!(!c.is_null());
     assert_eq!(log, []);
@@ -71,12 +52,7 @@ fn handles_that_are_none() {
     };
     let mut foreign = 5_u64;
     let made_up: *mut c_void = ptr::without_provenance_mut(0xdead_beef);
-    for c in [
-        ptr::null_mut(),
-        freed,
-        ptr::from_mut(&mut foreign).cast(),
-        made_up,
-    ] {
+    for c in [ptr::null_mut(), freed, ptr::from_mut(&mut foreign).cast(), made_up] {
         let mut value = 0.0;
         let mut state = ptr::null_mut();
         // SAFETY: any handle is allowed.
@@ -104,10 +80,7 @@ fn references_that_are_none() {
         unsafe {
             let status = fmi2GetReal(fmu.c, &raw const reference, 1, &raw mut value);
             assert_eq!(status, ERROR);
-            assert!(
-                fmu.message()
-                    .contains(&format!("value reference {reference}"))
-            );
+            assert!(fmu.message().contains(&format!("value reference {reference}")));
             let status = fmi2SetReal(fmu.c, &raw const reference, 1, &raw const value);
             assert_eq!(status, ERROR);
             let mut integer = 0;
@@ -130,99 +103,38 @@ fn arrays_that_are_none() {
     let null_vr: *const u32 = ptr::null();
     // SAFETY: null, crooked and over-long arrays are refused before they are followed.
     unsafe {
-        assert_eq!(
-            OK,
-            fmi2GetReal(fmu.c, null_vr, 0, ptr::null_mut()),
-            "nothing of nothing"
-        );
+        assert_eq!(OK, fmi2GetReal(fmu.c, null_vr, 0, ptr::null_mut()), "nothing of nothing");
         assert_eq!(OK, fmi2SetReal(fmu.c, null_vr, 0, ptr::null()));
         assert_eq!(OK, fmi2SetString(fmu.c, null_vr, 0, ptr::null()));
         assert_eq!(fmu.log(), []);
         let calls = [
             (fmi2GetReal(fmu.c, null_vr, 1, &raw mut value), "vr is null"),
-            (
-                fmi2GetReal(fmu.c, &raw const reference, 1, ptr::null_mut()),
-                "value is null",
-            ),
-            (
-                fmi2SetReal(fmu.c, null_vr, 1, &raw const value),
-                "vr is null",
-            ),
+            (fmi2GetReal(fmu.c, &raw const reference, 1, ptr::null_mut()), "value is null"),
+            (fmi2SetReal(fmu.c, null_vr, 1, &raw const value), "vr is null"),
             (fmi2SetReal(fmu.c, &vr::U, 1, ptr::null()), "value is null"),
             (fmi2GetInteger(fmu.c, null_vr, 1, &mut 0), "vr is null"),
-            (
-                fmi2SetInteger(fmu.c, &vr::FAULT, 1, ptr::null()),
-                "value is null",
-            ),
-            (
-                fmi2GetBoolean(fmu.c, &vr::INSIDE, 1, ptr::null_mut()),
-                "value is null",
-            ),
+            (fmi2SetInteger(fmu.c, &vr::FAULT, 1, ptr::null()), "value is null"),
+            (fmi2GetBoolean(fmu.c, &vr::INSIDE, 1, ptr::null_mut()), "value is null"),
             (fmi2SetBoolean(fmu.c, null_vr, 1, &1), "vr is null"),
-            (
-                fmi2GetString(fmu.c, &vr::LABEL, 1, ptr::null_mut()),
-                "value is null",
-            ),
-            (
-                fmi2GetReal(fmu.c, &raw const reference, 1, crooked.cast()),
-                "not aligned",
-            ),
-            (
-                fmi2GetReal(fmu.c, &raw const reference, 12, &raw mut value),
-                "at most 11",
-            ),
-            (
-                fmi2GetReal(fmu.c, &raw const reference, usize::MAX, &raw mut value),
-                "at most 11",
-            ),
-            (
-                fmi2SetReal(fmu.c, &raw const reference, usize::MAX, &raw const value),
-                "at most 11",
-            ),
+            (fmi2GetString(fmu.c, &vr::LABEL, 1, ptr::null_mut()), "value is null"),
+            (fmi2GetReal(fmu.c, &raw const reference, 1, crooked.cast()), "not aligned"),
+            (fmi2GetReal(fmu.c, &raw const reference, 12, &raw mut value), "at most 11"),
+            (fmi2GetReal(fmu.c, &raw const reference, usize::MAX, &raw mut value), "at most 11"),
+            (fmi2SetReal(fmu.c, &raw const reference, usize::MAX, &raw const value), "at most 11"),
             (fmi2GetFMUstate(fmu.c, ptr::null_mut()), "FMUstate is null"),
             (fmi2GetStatus(fmu.c, 0, ptr::null_mut()), "value is null"),
-            (
-                fmi2GetRealStatus(fmu.c, 2, ptr::null_mut()),
-                "value is null",
-            ),
+            (fmi2GetRealStatus(fmu.c, 2, ptr::null_mut()), "value is null"),
             (fmi2GetStatus(fmu.c, 17, &mut 0), "no fmi2StatusKind"),
-            (
-                fmi2GetStringStatus(fmu.c, -1, &mut ptr::null()),
-                "no fmi2StatusKind",
-            ),
-            (
-                fmi2SetDebugLogging(fmu.c, 1, 1, ptr::null()),
-                "categories is null",
-            ),
-            (
-                fmi2SetRealInputDerivatives(fmu.c, &vr::U, 1, ptr::null(), &raw const value),
-                "order is null",
-            ),
-            (
-                fmi2GetRealOutputDerivatives(fmu.c, &vr::X, 1, ptr::null(), &raw mut value),
-                "order is null",
-            ),
-            (
-                fmi2GetDirectionalDerivative(
-                    fmu.c,
-                    &vr::X,
-                    1,
-                    &vr::X,
-                    1,
-                    ptr::null(),
-                    &raw mut value,
-                ),
-                "dvKnown is null",
-            ),
+            (fmi2GetStringStatus(fmu.c, -1, &mut ptr::null()), "no fmi2StatusKind"),
+            (fmi2SetDebugLogging(fmu.c, 1, 1, ptr::null()), "categories is null"),
+            (fmi2SetRealInputDerivatives(fmu.c, &vr::U, 1, ptr::null(), &raw const value), "order is null"),
+            (fmi2GetRealOutputDerivatives(fmu.c, &vr::X, 1, ptr::null(), &raw mut value), "order is null"),
+            (fmi2GetDirectionalDerivative(fmu.c, &vr::X, 1, &vr::X, 1, ptr::null(), &raw mut value), "dvKnown is null"),
         ];
         let log = fmu.log();
         assert_eq!(log.len(), calls.len());
         for ((status, expected), logged) in calls.into_iter().zip(log) {
-            assert!(
-                logged.text.contains(expected),
-                "{expected}: {}",
-                logged.text
-            );
+            assert!(logged.text.contains(expected), "{expected}: {}", logged.text);
             assert_eq!(status, ERROR, "{expected}");
         }
     }
@@ -259,17 +171,7 @@ fn no_logger_is_no_trouble() {
     let guid = guid();
     let make = |guid: &CStr| {
         // SAFETY: sound pointers; the logger is null.
-        unsafe {
-            fmi2Instantiate(
-                c"quiet".as_ptr(),
-                1,
-                guid.as_ptr(),
-                ptr::null(),
-                &raw const functions,
-                1,
-                1,
-            )
-        }
+        unsafe { fmi2Instantiate(c"quiet".as_ptr(), 1, guid.as_ptr(), ptr::null(), &raw const functions, 1, 1) }
     };
     assert!(make(c"{wrong}").is_null());
     let c = make(&guid);

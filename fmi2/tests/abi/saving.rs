@@ -11,9 +11,7 @@ fn run(fmu: &Fmu, from: f64) -> Vec<u64> {
         let time = from + 0.125 * f64::from(i);
         assert_eq!(fmu.set(vr::U, (3.0 * time).sin()), OK);
         assert_eq!(fmu.step(time, 0.125), OK);
-        bits.extend(
-            [vr::TIME, vr::X, vr::V, vr::DER_V, vr::ENERGY].map(|vr| fmu.get(vr).to_bits()),
-        );
+        bits.extend([vr::TIME, vr::X, vr::V, vr::DER_V, vr::ENERGY].map(|vr| fmu.get(vr).to_bits()));
         bits.push(fmu.get_integer(vr::STEPS) as u64);
     }
     bits
@@ -44,11 +42,7 @@ fn a_serialised_run_continues_bit_for_bit_in_another_instance() {
     let other = Fmu::new();
     let state = other.deserialise(&bytes).unwrap();
     assert_eq!(other.serialise(state), bytes);
-    assert_eq!(
-        other.restore(state),
-        OK,
-        "a fresh instance takes the state as it is"
-    );
+    assert_eq!(other.restore(state), OK, "a fresh instance takes the state as it is");
     assert_eq!(other.get_string(vr::LABEL), "the first");
     assert_eq!(run(&other, 1.25), first);
 }
@@ -147,11 +141,7 @@ fn damaged_bytes_are_refused_and_change_nothing() {
         assert_eq!(fmu.deserialise(&damaged), Err(ERROR), "byte {at}");
     }
     for length in [0, 1, 8, 20, bytes.len() / 2, bytes.len() - 1] {
-        assert_eq!(
-            fmu.deserialise(&bytes[..length]),
-            Err(ERROR),
-            "cut to {length}"
-        );
+        assert_eq!(fmu.deserialise(&bytes[..length]), Err(ERROR), "cut to {length}");
     }
     let mut longer = bytes.clone();
     longer.extend([0; 3]);

@@ -101,10 +101,7 @@ fn a_model_can_warn() {
     assert_eq!(fmu.step(0.0, 0.1), WARNING);
     let log = fmu.log();
     assert_eq!(log.len(), 1);
-    assert_eq!(
-        (log[0].category.as_str(), log[0].text.as_str()),
-        ("logModel", "asked to warn")
-    );
+    assert_eq!((log[0].category.as_str(), log[0].text.as_str()), ("logModel", "asked to warn"));
     assert_eq!(fmu.step(0.1, 0.1), WARNING);
 }
 
@@ -154,13 +151,7 @@ fn an_input_slope_is_followed() {
     // SAFETY: one value each.
     unsafe {
         let set = |order: i32, slope: f64| {
-            fmi2SetRealInputDerivatives(
-                fmu.c,
-                &raw const vr_u,
-                1,
-                &raw const order,
-                &raw const slope,
-            )
+            fmi2SetRealInputDerivatives(fmu.c, &raw const vr_u, 1, &raw const order, &raw const slope)
         };
         assert_eq!(OK, set(order, slope));
         assert_eq!(ERROR, set(0, 1.0));
@@ -168,8 +159,7 @@ fn an_input_slope_is_followed() {
         assert_eq!(ERROR, set(2, 1.0));
         assert_eq!(ERROR, set(1, f64::NAN));
         let x = vr::X;
-        let status =
-            fmi2SetRealInputDerivatives(fmu.c, &raw const x, 1, &raw const order, &raw const slope);
+        let status = fmi2SetRealInputDerivatives(fmu.c, &raw const x, 1, &raw const order, &raw const slope);
         assert_eq!(ERROR, status, "x is not an input");
     }
     assert_eq!(fmu.step(0.0, 0.5), OK);
@@ -180,10 +170,7 @@ fn an_input_slope_is_followed() {
     for i in 0..n {
         let middle = 0.5 * (f64::from(i) + 0.5) / f64::from(n);
         assert_eq!(stairs.set(vr::U, 1.0 + 2.0 * middle), OK);
-        assert_eq!(
-            stairs.step(0.5 * f64::from(i) / f64::from(n), 0.5 / f64::from(n)),
-            OK
-        );
+        assert_eq!(stairs.step(0.5 * f64::from(i) / f64::from(n), 0.5 / f64::from(n)), OK);
     }
     assert!((fmu.get(vr::X) - stairs.get(vr::X)).abs() < 1e-9);
     assert!((fmu.get(vr::V) - stairs.get(vr::V)).abs() < 1e-9);
@@ -197,25 +184,14 @@ fn output_slopes_agree_with_differences() {
     let mut slopes = [f64::NAN; 3];
     let get = |orders: [i32; 3], slopes: &mut [f64; 3]| {
         // SAFETY: three values each.
-        unsafe {
-            fmi2GetRealOutputDerivatives(
-                fmu.c,
-                outputs.as_ptr(),
-                3,
-                orders.as_ptr(),
-                slopes.as_mut_ptr(),
-            )
-        }
+        unsafe { fmi2GetRealOutputDerivatives(fmu.c, outputs.as_ptr(), 3, orders.as_ptr(), slopes.as_mut_ptr()) }
     };
     assert_eq!(get([1; 3], &mut slopes), OK);
     let before = outputs.map(|vr| fmu.get(vr));
     assert_eq!(fmu.step(0.4, 1e-7), OK);
     for (i, vr) in outputs.into_iter().enumerate() {
         let difference = (fmu.get(vr) - before[i]) / 1e-7;
-        assert!(
-            (slopes[i] - difference).abs() < 1e-5,
-            "{slopes:?} {difference}"
-        );
+        assert!((slopes[i] - difference).abs() < 1e-5, "{slopes:?} {difference}");
     }
     for order in [0, 2, -1] {
         assert_eq!(get([1, 1, order], &mut slopes), ERROR, "order {order}");
@@ -252,23 +228,12 @@ fn directional_derivatives_give_the_state_matrix() {
     assert_eq!(column(1), [1.0, -0.4, 0.0]);
     assert_eq!(column(2), [0.0, 1.0, 0.0]);
     assert_eq!(column(3), [0.0, 0.0, 0.0]);
-    assert_eq!(
-        get(&unknowns, &[vr::X, vr::V], &[1.0, 2.0]).unwrap(),
-        [2.0, -4.8, 1.0]
-    );
+    assert_eq!(get(&unknowns, &[vr::X, vr::V], &[1.0, 2.0]).unwrap(), [2.0, -4.8, 1.0]);
     assert_eq!(get(&[], &[], &[]).unwrap(), []);
     assert_eq!(get(&[vr::DER_V], &[], &[]).unwrap(), [0.0]);
 
-    assert_eq!(
-        get(&[vr::U], &[vr::X], &[1.0]),
-        None,
-        "an input is no unknown"
-    );
-    assert_eq!(
-        get(&[vr::X], &[vr::OMEGA], &[1.0]),
-        None,
-        "a parameter is no known"
-    );
+    assert_eq!(get(&[vr::U], &[vr::X], &[1.0]), None, "an input is no unknown");
+    assert_eq!(get(&[vr::X], &[vr::OMEGA], &[1.0]), None, "a parameter is no known");
     assert_eq!(get(&[vr::X], &[vr::X], &[f64::NAN]), None);
     assert_eq!(get(&[99], &[vr::X], &[1.0]), None);
 }
@@ -280,15 +245,7 @@ fn exact_starts_are_knowns_while_initialising() {
     let mut out = f64::NAN;
     // SAFETY: one value each.
     let status = unsafe {
-        fmi2GetDirectionalDerivative(
-            fmu.c,
-            &raw const unknown,
-            1,
-            &raw const known,
-            1,
-            &raw const seed,
-            &raw mut out,
-        )
+        fmi2GetDirectionalDerivative(fmu.c, &raw const unknown, 1, &raw const known, 1, &raw const seed, &raw mut out)
     };
     assert_eq!((status, out), (OK, -4.0));
 }

@@ -19,9 +19,7 @@ fn trajectory(omega: f64) -> Vec<u64> {
 #[test]
 fn eight_threads_give_what_one_gives() {
     let alone: Vec<_> = (1..=8).map(|i| trajectory(f64::from(i))).collect();
-    let threads: Vec<_> = (1..=8)
-        .map(|i| thread::spawn(move || trajectory(f64::from(i))))
-        .collect();
+    let threads: Vec<_> = (1..=8).map(|i| thread::spawn(move || trajectory(f64::from(i)))).collect();
     for (thread, alone) in threads.into_iter().zip(alone) {
         assert_eq!(thread.join().unwrap(), alone);
     }

@@ -45,25 +45,16 @@ fn one_bad_value_and_none_is_set() {
         assert_eq!(status, ERROR);
         assert!(fmu.message().contains("`omega`"));
     }
-    assert_eq!(
-        [fmu.get(vr::U), fmu.get(vr::X), fmu.get(vr::OMEGA)],
-        [0.0, 1.0, 2.0]
-    );
+    assert_eq!([fmu.get(vr::U), fmu.get(vr::X), fmu.get(vr::OMEGA)], [0.0, 1.0, 2.0]);
 }
 
 #[test]
 fn values_out_of_bounds_are_refused() {
     let fmu = Fmu::initialising();
     assert_eq!(fmu.set(vr::ZETA, 1.5), ERROR);
-    assert!(
-        fmu.message()
-            .contains("`zeta`: 1.5 is above the maximum 0.99")
-    );
+    assert!(fmu.message().contains("`zeta`: 1.5 is above the maximum 0.99"));
     assert_eq!(fmu.set_integer(vr::FAULT, 9), ERROR);
-    assert!(
-        fmu.message()
-            .contains("not the value of an item of `Fault`")
-    );
+    assert!(fmu.message().contains("not the value of an item of `Fault`"));
     assert_eq!(fmu.set_boolean(vr::HOLD, 2), ERROR);
     assert!(fmu.message().contains("neither fmi2True nor fmi2False"));
     assert_eq!(fmu.set_string(vr::LABEL, c"\xff"), ERROR);
@@ -96,17 +87,6 @@ fn what_may_be_set_when() {
         assert_eq!(fmu.set_integer(vr::DIMENSIONS, 1), ERROR, "a constant");
         assert_eq!(fmu.set_integer(vr::STEPS, 1), ERROR, "an output");
     }
-    assert_eq!(
-        states[2].set_string(vr::LABEL, c"late"),
-        ERROR,
-        "a fixed parameter"
-    );
-    assert!(
-        states[2]
-            .log()
-            .last()
-            .unwrap()
-            .text
-            .contains("cannot be set in state")
-    );
+    assert_eq!(states[2].set_string(vr::LABEL, c"late"), ERROR, "a fixed parameter");
+    assert!(states[2].log().last().unwrap().text.contains("cannot be set in state"));
 }
