@@ -66,7 +66,7 @@ impl ModelDescription {
             .attr("variableNamingConvention", "structured");
         xml.element(root, |xml| {
             xml.leaf(self.co_simulation());
-            xml.list("UnitDefinitions", &self.units, |xml, unit| write_unit(xml, unit));
+            xml.list("UnitDefinitions", &self.units, write_unit);
             xml.list("TypeDefinitions", &self.enumerations, |xml, enumeration| {
                 write_enumeration(xml, enumeration);
             });
@@ -79,7 +79,7 @@ impl ModelDescription {
                     .opt("stepSize", experiment.step_size.map(number));
                 xml.leaf(tag);
             }
-            xml.list("ModelVariables", &self.variables, |xml, v| write_variable(xml, v));
+            xml.list("ModelVariables", &self.variables, write_variable);
             self.write_structure(xml);
         });
         xml.text

@@ -1,0 +1,129 @@
+//! The controller and the plant together, sampled, on the elastic robot.
+
+use std::sync::Arc;
+
+use cdpr::dynamics::Inputs;
+use cdpr::parameters::{CableModel, Parameters};
+use cdpr::plant::Plant;
+use cdpr::simulation::{Simulation, Start};
+use fmi2_export::{Experiment, Model, Value};
+use winch_controller::WinchController;
+
+/// The controller, by the names of its variables.
+struct Controller(WinchController);
+
+impl Controller {
+    fn new(settings: &[(&str, f64)]) -> Self {
+        let mut this = Self(WinchController::instantiate(None).unwrap());
+        for (name, value) in settings {
+            this.set(name, *value);
+        }
+        this
+    }
+
+    fn set(&mut self, name: &str, value: f64) {
+        let index = self.0.description().find(name).unwrap_or_else(|| panic!("no variable `{name}`"));
+        self.0.set(index, Value::Real(value)).unwrap();
+    }
+
+    fn get(&mut self, name: &str) -> f64 {
+        let index = self.0.description().find(name).unwrap_or_else(|| panic!("no variable `{name}`"));
+        match self.0.get(index).unwrap() {
+            Value::Real(value) => value,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn measure(&mut self, y: &[f64]) {
+        for (name, value) in ["x", "y", "phi", "vx", "vy", "omega"].into_iter().zip(y) {
+            self.set(name, *value);
+        }
+    }
+
+    fn forces(&mut self) -> [f64; 4] {
+        std::array::from_fn(|i| self.get(&format!("winch_force[{}]", i + 1)))
+    }
+}
+
+/// What a run showed.
+#[derive(Debug)]
+struct Run {
+    /// Largest distance from the reference after the settling time (m).
+    position: f64,
+    /// Largest angle from the reference after the settling time (rad).
+    angle: f64,
+    /// Smallest and largest tension of all time (N).
+    tension: [f64; 2],
+    /// Largest swing of a winch mass at the end, |l̇ - L̇| (m/s).
+    swing: f64,
+}
+
+/// Both sides exchange values every `step` and hold them, the controller seeing the values before the step.
+fn run(model: CableModel, pose: [f64; 3], settings: &[(&str, f64)], step: f64, stop: f64, settling: f64) -> Run {
+    let mut controller = Controller::new(settings);
+    controller.measure(&[pose[0], pose[1], pose[2], 0.0, 0.0, 0.0]);
+    controller.0.initialise(Experiment { start_time: 0.0, stop_time: None, tolerance: None }).unwrap();
+    let plant = Plant::new(Parameters { cable_model: model, ..Parameters::default() }, vec![]).unwrap();
+    let inputs = Inputs { winch_force: controller.forces(), ..Inputs::default() };
+    let start = Start { pose, inputs, ..Start::default() };
+    let mut plant = Simulation::new(Arc::new(plant), &start, 1e-8).unwrap();
+
+    let mut found = Run { position: 0.0, angle: 0.0, tension: [f64::INFINITY, 0.0], swing: 0.0 };
+    for i in 0..(stop / step).round() as u32 {
+        let time = f64::from(i) * step;
+        let forces = controller.forces();
+        let outputs = plant.outputs();
+        controller.measure(&[outputs.pose, outputs.twist].concat());
+        controller.0.step(time, step).unwrap();
+        plant.set_inputs(Inputs { winch_force: forces, ..Inputs::default() });
+        plant.advance(step).unwrap();
+
+        for tension in plant.outputs().tension {
+            found.tension = [found.tension[0].min(tension), found.tension[1].max(tension)];
+        }
+        if time > settling {
+            let error = |name: &str, k: usize, controller: &mut Controller| controller.get(name) - outputs.pose[k];
+            let (x, y) = (error("reference_x", 0, &mut controller), error("reference_y", 1, &mut controller));
+            found.position = found.position.max(x.hypot(y));
+            found.angle = found.angle.max(error("reference_phi", 2, &mut controller).abs());
+        }
+    }
+    let evaluation = plant.evaluate();
+    for i in 0..4 {
+        found.swing = found.swing.max((evaluation.unstretched_rate[i] - evaluation.kinematics[i].speed).abs());
+    }
+    found
+}
+
+#[test]
+fn a_five_metre_circle_in_a_minute() {
+    for model in [CableModel::Rigid, CableModel::MasslessSpring, CableModel::LumpedMass] {
+        for step in [0.01, 0.02] {
+            let found = run(model, [0.0; 3], &[], step, 200.0, 20.0);
+            assert!(found.position < 3e-3, "{model:?} {step}: {found:?}");
+            assert!(found.angle < 1e-6, "{model:?} {step}: {found:?}");
+            assert!(found.tension[0] > 19e3 && found.tension[1] < 21e3, "{model:?} {step}: {found:?}");
+            assert!(found.swing < 1e-3, "{model:?} {step}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn a_tilted_platform_far_from_its_place_is_brought_back() {
+    for start in [[0.1, 0.1, 0.1], [-20.0, 10.0, -0.2]] {
+        let found = run(CableModel::LumpedMass, start, &[("circle_radius", 0.0)], 0.02, 80.0, 60.0);
+        assert!(found.position < 1e-6 && found.angle < 1e-6, "{start:?}: {found:?}");
+        assert!(found.tension[0] > 1e3, "{start:?}: {found:?}");
+    }
+}
+
+/// Feedback that reaches the winch masses' own frequency drives them; see `LowPass`.
+#[test]
+fn without_the_low_pass_the_winch_masses_are_driven() {
+    let swing = |filter_time| {
+        let settings = [("circle_radius", 0.0), ("filter_time", filter_time)];
+        run(CableModel::LumpedMass, [0.1, 0.1, 0.01], &settings, 0.02, 60.0, 0.0).swing
+    };
+    let (with, without) = (swing(0.3), swing(0.0));
+    assert!(without > 100.0 * with, "{with} m/s with it, {without} m/s without");
+}
