@@ -137,7 +137,9 @@ fn unknown(index: usize, dependencies: Option<Vec<super::Dependency>>) -> Tag {
     let join = |texts: Vec<String>| texts.join(" ");
     let indices = list.iter().map(|d| (d.index + 1).to_string()).collect();
     let kinds = list.iter().map(|d| kind_name(d.kind).to_owned()).collect();
-    tag.attr("dependencies", join(indices)).attr("dependenciesKind", join(kinds))
+    let tag = tag.attr("dependencies", join(indices));
+    // An empty list of kinds says nothing, and some readers stumble over it.
+    if list.is_empty() { tag } else { tag.attr("dependenciesKind", join(kinds)) }
 }
 
 fn write_unit(xml: &mut Writer, unit: &Unit) {

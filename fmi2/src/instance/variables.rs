@@ -129,10 +129,10 @@ impl<M: Model> Instance<M> {
             (Kind::Real(_), Value::Real(number)) if !number.is_finite() => {
                 Err(Failure::refused(format!("{number} is not finite")))
             }
+            (Kind::Enumeration { type_name, .. }, &Value::Integer(number)) => self.check_item(type_name, number),
             _ if variable.causality == Causality::Input => Ok(()),
             (Kind::Real(real), &Value::Real(number)) => check_bounds(number, real.min, real.max),
             (Kind::Integer(integer), &Value::Integer(number)) => check_bounds(number, integer.min, integer.max),
-            (Kind::Enumeration { type_name, .. }, &Value::Integer(number)) => self.check_item(type_name, number),
             _ => Ok(()),
         }
     }

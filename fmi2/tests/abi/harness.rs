@@ -158,13 +158,18 @@ pub(crate) unsafe fn string(pointer: *const c_char) -> String {
     unsafe { CStr::from_ptr(pointer) }.to_str().unwrap().into()
 }
 
-pub(crate) fn callbacks(log: Option<&'static Log>) -> CallbackFunctions {
-    type Fixed = unsafe extern "C" fn(Handle, *const c_char, c_int, *const c_char, *const c_char);
+/// A logger of fixed arguments, as the standard declares it.
+type FixedLogger = unsafe extern "C" fn(Handle, *const c_char, c_int, *const c_char, *const c_char);
+
+pub(crate) fn as_logger(logger: FixedLogger) -> CallbackLogger {
     // SAFETY: on the platforms that the tests run on, a function of fixed arguments can be called as a
     // variadic one when no further arguments are passed.
-    let logger = unsafe { std::mem::transmute::<Fixed, CallbackLogger>(record) };
+    unsafe { std::mem::transmute::<FixedLogger, CallbackLogger>(logger) }
+}
+
+pub(crate) fn callbacks(log: Option<&'static Log>) -> CallbackFunctions {
     CallbackFunctions {
-        logger: log.map(|_| logger),
+        logger: log.map(|_| as_logger(record)),
         allocate_memory: None,
         free_memory: None,
         step_finished: None,

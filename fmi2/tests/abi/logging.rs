@@ -1,6 +1,8 @@
 //! What the host's logger gets, and when.
 
-use std::ffi::{CStr, CString};
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::ptr;
+use std::sync::atomic::{AtomicPtr, AtomicU32, Ordering};
 
 use crate::harness::*;
 
@@ -66,4 +68,34 @@ fn messages_name_the_function_and_the_state() {
     let fmu = Fmu::new();
     assert_eq!(fmu.step(0.0, 0.1), ERROR);
     assert_eq!(fmu.message(), "fmi2DoStep: not allowed in state `instantiated`");
+}
+
+/// The handle that `call_back` uses; each test process has one test that sets it.
+static ASKED: AtomicPtr<c_void> = AtomicPtr::new(ptr::null_mut());
+static CALLS: AtomicU32 = AtomicU32::new(0);
+
+/// A logger that asks the instance for a value.
+unsafe extern "C" fn call_back(_: Handle, _: *const c_char, _: i32, _: *const c_char, _: *const c_char) {
+    let mut x = 0.0;
+    let c = ASKED.load(Ordering::SeqCst);
+    // SAFETY: any handle is allowed; one value.
+    if unsafe { fmi2GetReal(c, &vr::X, 1, &raw mut x) } == OK {
+        CALLS.fetch_add(1, Ordering::SeqCst);
+    }
+}
+
+#[test]
+fn a_logger_may_call_back() {
+    let mut functions = callbacks(None);
+    functions.logger = Some(as_logger(call_back));
+    // SAFETY: sound pointers, no resources.
+    unsafe {
+        let c = fmi2Instantiate(c"a".as_ptr(), 1, guid().as_ptr(), ptr::null(), &raw const functions, 0, 1);
+        ASKED.store(c, Ordering::SeqCst);
+        assert_eq!(OK, fmi2SetupExperiment(c, 0, 0.0, 0.0, 0, 0.0));
+        assert_eq!(OK, fmi2EnterInitializationMode(c));
+        assert_eq!(ERROR, fmi2DoStep(c, 0.0, 1.0, 0));
+        assert_eq!(CALLS.load(Ordering::SeqCst), 1);
+        fmi2FreeInstance(c);
+    }
 }
