@@ -12,9 +12,6 @@ use crate::runner::run;
 /// The oldest Python that the tests are written for.
 const OLDEST: (u32, u32) = (3, 11);
 
-/// Pinned packages, by the folder that needs them.
-const REQUIREMENTS: [&str; 1] = ["tests/requirements.txt"];
-
 /// A virtual environment that has what the requirement files name.
 pub(crate) struct Environment {
     folder: PathBuf,
@@ -41,8 +38,8 @@ impl Environment {
             .context("Python's venv module is needed; Debian and Ubuntu have it as python3-venv")?;
         let mut install = environment.python();
         install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
-        for file in REQUIREMENTS {
-            install.arg("--requirement").arg(project.root.join(file));
+        for file in requirements(project)? {
+            install.arg("--requirement").arg(file);
         }
         run(&mut install)?;
         fs::write(&stamp_file, stamp).with_context(|| format!("cannot write {}", stamp_file.display()))?;
@@ -56,6 +53,17 @@ impl Environment {
         } else {
             self.folder.join("bin").join("python")
         }
+    }
+
+    /// The folder of the shared library libclang, out of the package of that name.
+    pub(crate) fn libclang(&self) -> Result<PathBuf> {
+        let output = self
+            .python()
+            .args(["-c", "import clang, pathlib; print(pathlib.Path(clang.__path__[0]) / 'native')"])
+            .output()
+            .context("cannot start the environment's Python")?;
+        ensure!(output.status.success(), "the Python package libclang is not installed in {}", self.folder.display());
+        Ok(String::from_utf8_lossy(&output.stdout).trim().into())
     }
 
     /// A command that runs the environment's interpreter.
@@ -72,12 +80,24 @@ struct HostPython {
 /// What the environment depends on: a run with the same text can reuse it.
 fn stamp(project: &Project, host: &HostPython) -> Result<String> {
     let mut text = format!("Python {}\n", host.version);
-    for file in REQUIREMENTS {
-        let path = project.root.join(file);
-        let requirements = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
-        text += &format!("{file}\n{requirements}");
+    for path in requirements(project)? {
+        let pinned = fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        text += &format!("{}\n{pinned}", path.display());
     }
     Ok(text)
+}
+
+/// The files of pinned packages: that of `tests` and those of its folders.
+fn requirements(project: &Project) -> Result<Vec<PathBuf>> {
+    let tests = project.root.join("tests");
+    let unreadable = || format!("cannot read the folder {}", tests.display());
+    let mut files = vec![tests.join("requirements.txt")];
+    for entry in fs::read_dir(&tests).with_context(unreadable)? {
+        files.push(entry.with_context(unreadable)?.path().join("requirements.txt"));
+    }
+    files.retain(|file| file.is_file());
+    files.sort();
+    Ok(files)
 }
 
 /// The interpreter named by `PYTHON`, else the first on the path that is new enough.

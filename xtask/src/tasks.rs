@@ -1,7 +1,11 @@
 //! What each task runs.
 
-use anyhow::Result;
+use std::fs;
+use std::path::Path;
 
+use anyhow::{Context, Result};
+
+use crate::importers;
 use crate::licences;
 use crate::project::Project;
 use crate::python::Environment;
@@ -24,7 +28,21 @@ pub(crate) fn test(extent: Extent) -> Result<()> {
     lints(&mut runner, &project, &environment, extent)?;
     // One profile for lints, documentation, tests and the command: dependencies compile once.
     runner.step("Rust tests", || run(project.cargo().args(["test", "--release", "--locked", "--workspace"])))?;
-    runner.step("the cdpr command", || run(project.cargo().args(["build", "--release", "--locked"])))?;
+    build_command(&mut runner, &project)?;
+    let controller = project.target.join("fmu").join("WinchController.fmu");
+    runner.step("the controller's FMU", || pack_controller(&project, &controller))?;
+    runner.step("tests seen from outside", || {
+        let mut pytest = environment.python();
+        pytest
+            .args(["-m", "pytest"])
+            .current_dir(&project.root)
+            .env("CDPR_BIN", project.binary("cdpr"))
+            .env("CDPR_CONTROLLER_FMU", &controller);
+        run(&mut pytest)
+    })?;
+    if extent == Extent::Whole {
+        importers::test(&mut runner, &project, &environment)?;
+    }
     runner.summary("cargo xtask test");
     Ok(())
 }
@@ -44,7 +62,7 @@ pub(crate) fn score(arguments: &[&str]) -> Result<()> {
     let project = Project::find()?;
     let mut runner = Runner::new();
     let environment = runner.step("Python environment", || Environment::prepare(&project))?;
-    runner.step("the cdpr command", || run(project.cargo().args(["build", "--release", "--locked"])))?;
+    build_command(&mut runner, &project)?;
     runner.step("discovery suite", || {
         run(environment
             .python()
@@ -54,6 +72,18 @@ pub(crate) fn score(arguments: &[&str]) -> Result<()> {
             .env("PYTHONPATH", project.root.join("tests"))
             .env("CDPR_BIN", project.binary("cdpr")))
     })
+}
+
+fn build_command(runner: &mut Runner, project: &Project) -> Result<()> {
+    runner.step("the cdpr command", || run(project.cargo().args(["build", "--release", "--locked"])))
+}
+
+/// Packs the example's FMU, the plant's partner in the coupled tests.
+fn pack_controller(project: &Project, file: &Path) -> Result<()> {
+    let folder = file.parent().context("the FMU has a folder")?;
+    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    let example = ["run", "--quiet", "--release", "--locked", "--package", "winch-controller", "--example", "pack"];
+    run(project.cargo().args(example).arg("--").arg(file))
 }
 
 /// `cargo xtask venv`
