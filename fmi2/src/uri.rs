@@ -2,6 +2,18 @@
 
 use std::path::PathBuf;
 
+/// Why a resource location gives no folder.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum LocationError {
+    /// Nothing unusual: an FMU need not have a `resources` folder, and hosts name it all the same.
+    #[error("resource location `{0}`: no such folder")]
+    Missing(String),
+    #[error("resource location `{location}`: expected a `file:` location, found `{scheme}:`")]
+    Scheme { location: String, scheme: String },
+    #[error("resource location `{location}` is on another host, `{host}`")]
+    Host { location: String, host: String },
+}
+
 /// The folder that `fmuResourceLocation` names.
 ///
 /// Taken as found in masters: `file:/p`, `file:///p`, `file:////p`, `file://localhost/p`, Windows
@@ -10,7 +22,7 @@ use std::path::PathBuf;
 ///
 /// # Errors
 /// Why the location cannot be used: another scheme, another host, or no such folder.
-pub(crate) fn resource_folder(location: &str) -> Result<PathBuf, String> {
+pub(crate) fn resource_folder(location: &str) -> Result<PathBuf, LocationError> {
     let raw = local_part(location)?;
     // A master that does not encode may send a `%41` that is meant as it stands.
     let candidates = if raw.len() == location.len() {
@@ -18,14 +30,11 @@ pub(crate) fn resource_folder(location: &str) -> Result<PathBuf, String> {
     } else {
         vec![PathBuf::from(percent_decoded(&raw)), PathBuf::from(&raw)]
     };
-    candidates
-        .into_iter()
-        .find(|path| path.is_dir())
-        .ok_or_else(|| format!("resource location `{location}`: no such folder"))
+    candidates.into_iter().find(|path| path.is_dir()).ok_or_else(|| LocationError::Missing(location.to_owned()))
 }
 
 /// The path in a location: scheme and host taken off, still percent-encoded.
-fn local_part(location: &str) -> Result<String, String> {
+fn local_part(location: &str) -> Result<String, LocationError> {
     let Some(rest) = strip_scheme(location)? else {
         return Ok(location.to_owned());
     };
@@ -42,7 +51,7 @@ fn local_part(location: &str) -> Result<String, String> {
             } else if cfg!(windows) {
                 format!("//{host}{path}")
             } else {
-                return Err(format!("resource location `{location}` is on another host, `{host}`"));
+                return Err(LocationError::Host { location: location.to_owned(), host: host.to_owned() });
             }
         }
     };
@@ -50,7 +59,7 @@ fn local_part(location: &str) -> Result<String, String> {
 }
 
 /// What follows `file:`; `None` for a plain path.
-fn strip_scheme(location: &str) -> Result<Option<&str>, String> {
+fn strip_scheme(location: &str) -> Result<Option<&str>, LocationError> {
     let Some((scheme, rest)) = location.split_once(':') else {
         return Ok(None);
     };
@@ -58,7 +67,7 @@ fn strip_scheme(location: &str) -> Result<Option<&str>, String> {
     if scheme.eq_ignore_ascii_case("file") {
         Ok(Some(rest))
     } else if is_scheme && rest.starts_with("//") {
-        Err(format!("resource location `{location}`: expected a `file:` location, found `{scheme}:`"))
+        Err(LocationError::Scheme { location: location.to_owned(), scheme: scheme.to_owned() })
     } else {
         Ok(None)
     }
@@ -130,10 +139,10 @@ mod tests {
 
     #[test]
     fn foreign_locations_are_named() {
-        let problem = local_part("https://a.example/resources").unwrap_err();
+        let problem = local_part("https://a.example/resources").unwrap_err().to_string();
         assert!(problem.contains("`https:`"), "{problem}");
         if !cfg!(windows) {
-            let problem = local_part("file://server/share").unwrap_err();
+            let problem = local_part("file://server/share").unwrap_err().to_string();
             assert!(problem.contains("`server`"), "{problem}");
         }
     }

@@ -10,7 +10,7 @@ use crate::failure::{Failure, Outcome};
 use crate::instance::{Instance, panic_text};
 use crate::log::Message;
 use crate::model::{Model, Status};
-use crate::uri::resource_folder;
+use crate::uri::{LocationError, resource_folder};
 
 const CO_SIMULATION: Enumeration = 1;
 
@@ -46,16 +46,16 @@ pub unsafe fn instantiate<M: Model>(
         // SAFETY: the caller's promise.
         let guid = unsafe { arguments::text("fmuGUID", guid) }?;
         // SAFETY: the caller's promise.
-        let (folder, warning) = unsafe { resources(resource_location) };
+        let (folder, message) = unsafe { resources(resource_location) };
         let instance = Instance::new(folder.as_deref(), guid, logging_on != 0)?;
-        Ok((instance, warning))
+        Ok((instance, message))
     };
     let outcome =
         catch_unwind(AssertUnwindSafe(build)).unwrap_or_else(|panic| Err(Failure::Broken(panic_text(panic.as_ref()))));
     match outcome {
-        Ok((instance, warning)) => {
-            let warning = warning.filter(|message| instance.wants(message));
-            host.deliver(warning.as_slice());
+        Ok((instance, message)) => {
+            let message = message.filter(|message| instance.wants(message));
+            host.deliver(message.as_slice());
             handles::insert(handles::Slot::new(host, instance))
         }
         Err(failure) => {
@@ -74,27 +74,25 @@ unsafe fn resources(location: FmiString) -> (Option<PathBuf>, Option<Message>) {
     if location.is_null() {
         return (None, None);
     }
-    // SAFETY: the caller's promise.
-    let text = unsafe { arguments::text("fmuResourceLocation", location) };
-    let found = match text {
-        Ok("") => return (None, None),
-        Ok(text) => resource_folder(text),
-        Err(failure) => Err(failure.to_string()),
+    let message = |status, problem: String| {
+        let text = format!("fmi2Instantiate: {problem}");
+        (None, Some(Message::of_layer(status, text)))
     };
-    match found {
+    // SAFETY: the caller's promise.
+    let text = match unsafe { arguments::text("fmuResourceLocation", location) } {
+        Ok("") => return (None, None),
+        Ok(text) => text,
+        Err(failure) => return message(Status::Warning, failure.to_string()),
+    };
+    match resource_folder(text) {
         Ok(folder) => (Some(folder), None),
-        Err(problem) => {
-            let text = format!("fmi2Instantiate: {problem}");
-            (None, Some(Message::of_layer(Status::Warning, text)))
-        }
+        Err(missing @ LocationError::Missing(_)) => message(Status::Ok, missing.to_string()),
+        Err(unusable) => message(Status::Warning, unusable.to_string()),
     }
 }
 
 /// `fmi2FreeInstance`. Null, and what is no live instance, is ignored.
-///
-/// # Safety
-/// None is needed: the handle is looked up, not followed.
-pub unsafe fn free_instance<M: Model>(component: Component) {
+pub fn free_instance<M: Model>(component: Component) {
     let slot = handles::remove::<M>(component);
     // A model may panic while it is dropped; there is nobody left to tell.
     let _ = catch_unwind(AssertUnwindSafe(|| drop(slot)));

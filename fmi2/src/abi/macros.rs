@@ -98,9 +98,8 @@ macro_rules! __export_functions {
             }
 
             #[unsafe(no_mangle)]
-            pub unsafe extern "C" fn fmi2FreeInstance(component: Component) {
-                // SAFETY: as FMI 2.0 has it.
-                unsafe { free_instance::<$model>(component) }
+            pub extern "C" fn fmi2FreeInstance(component: Component) {
+                free_instance::<$model>(component)
             }
 
             $(
