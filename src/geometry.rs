@@ -72,6 +72,17 @@ impl Geometry {
     }
 }
 
+impl Geometry {
+    /// Whether every attachment point lies inside the polygon of the anchors at `pose` (m, rad).
+    pub fn holds(&self, pose: &[f64; 3]) -> bool {
+        let hull = convex_hull(&self.anchor);
+        let [sin, cos] = [pose[2].sin(), pose[2].cos()];
+        self.attachment
+            .iter()
+            .all(|b| strictly_inside(&hull, [pose[0] + cos * b[0] - sin * b[1], pose[1] + sin * b[0] + cos * b[1]]))
+    }
+}
+
 fn cross(o: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
 }

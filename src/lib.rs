@@ -6,6 +6,7 @@
 
 pub mod dynamics;
 pub mod effect;
+pub mod fmi2;
 pub mod formula;
 pub mod geometry;
 pub mod integrator;
@@ -13,5 +14,6 @@ pub mod kinematics;
 pub mod model_file;
 pub mod parameters;
 pub mod plant;
+pub mod release;
 pub mod scalar;
 pub mod simulation;

@@ -11,7 +11,7 @@ use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
 use crate::parameters::{CABLES, CableInertia, CableModel, Initialization, ParameterError, Parameters};
 use crate::plant::{Plant, PlantError};
-use crate::simulation::{DEFAULT_TOLERANCE, Start};
+use crate::simulation::{DEFAULT_TOLERANCE, Simulation, Start, StartError};
 
 /// A model: what `model.toml` says.
 #[derive(Clone, Debug, PartialEq)]
@@ -145,7 +145,7 @@ impl Model {
                 ModelError::Plant(PlantError::Parameter(e)) | ModelError::Value(e) => line_of_key(text, &e.key),
                 ModelError::Plant(PlantError::Effect(e)) => line_of_effect(&model, &lines, &e.id),
                 ModelError::Plant(PlantError::Twice { id, .. }) => line_of_effect(&model, &lines, id),
-                ModelError::Plant(PlantError::TooManyStates { .. }) => None,
+                ModelError::Plant(PlantError::TooManyStates { .. }) | ModelError::Start(_) => None,
             },
             message: error.to_string(),
         })?;
@@ -177,7 +177,17 @@ impl Model {
             }
         }
         let plant = Plant::new(self.parameters.clone(), self.effects.clone())?;
-        plant.geometry().check_pose(&s.pose)?;
+        let start = s.behind_sensors(&plant);
+        plant.geometry().check_pose(&start.pose)?;
+        if s.initialization == Initialization::FromStates {
+            for i in (0..CABLES).filter(|i| plant.unstretched_index(*i).is_some()) {
+                if start.unstretched_length[i] <= 0.0 {
+                    let found = s.unstretched_length[i];
+                    let expected = "lengths greater than 0 where `initialization` is \"from_states\"";
+                    return Err(ParameterError::new("unstretched_length", found, expected).into());
+                }
+            }
+        }
         Ok(())
     }
 
@@ -187,6 +197,16 @@ impl Model {
     /// See [`Plant::new`].
     pub fn plant(&self) -> Result<Arc<Plant>, PlantError> {
         Plant::new(self.parameters.clone(), self.effects.clone()).map(Arc::new)
+    }
+
+    /// A simulation of this model from its start, whose values are what the sensors show.
+    ///
+    /// # Errors
+    /// The plant cannot be built, or there is no start state.
+    pub fn simulation(&self) -> Result<Simulation, ModelError> {
+        let plant = self.plant()?;
+        let start = self.start.behind_sensors(&plant);
+        Ok(Simulation::new(plant, &start, self.relative_tolerance)?)
     }
 
     /// The text of a `model.toml` that reads back as this model, with every unit in a comment.
@@ -276,6 +296,9 @@ pub enum ModelError {
     /// A start value or setting is out of range.
     #[error(transparent)]
     Value(#[from] ParameterError),
+    /// There is no start state.
+    #[error(transparent)]
+    Start(#[from] StartError),
 }
 
 fn snake_case(name: &str) -> String {

@@ -54,6 +54,21 @@ pub(crate) struct CableEffects {
     pub(crate) length_sensor: (f64, f64),
 }
 
+/// Where an effect keeps its own states on one cable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EffectStates {
+    /// Index among the plant's effects.
+    pub effect: usize,
+    /// Where it acts on the cable.
+    pub stage: Stage,
+    /// The cable (0 to 3).
+    pub cable: usize,
+    /// First of its states within [`Plant::effect_states`] of that cable.
+    pub first: usize,
+    /// Number of its states there.
+    pub count: usize,
+}
+
 /// Parameters and effects, checked and ready to be evaluated. Immutable; shared by any number of simulations.
 #[derive(Clone, Debug)]
 pub struct Plant {
@@ -64,6 +79,7 @@ pub struct Plant {
     pub(crate) wrench: Vec<EffectKind>,
     pub(crate) pose_bias: [f64; 3],
     pub(crate) pose_delay: f64,
+    states_of_effects: Vec<EffectStates>,
     /// Index of each cable's first state.
     pub(crate) offset: [usize; CABLES],
     dimension: usize,
@@ -87,13 +103,19 @@ impl Plant {
         });
         let (mut wrench, mut pose_bias, mut pose_delay) = (Vec::new(), [0.0; 3], 0.0);
         // `cable_elasticity` sets what other effects scale, so it comes first whatever the order in the file.
-        let mut order: Vec<&EffectSpec> = effects.iter().collect();
-        order.sort_by_key(|spec| spec.id != "cable_elasticity");
-        for spec in order {
+        let mut order: Vec<(usize, &EffectSpec)> = effects.iter().enumerate().collect();
+        order.sort_by_key(|(_, spec)| spec.id != "cable_elasticity");
+        let mut states_of_effects = Vec::new();
+        for (effect, spec) in order {
             spec.check()?;
             let kind = EffectKind::new(spec)?;
             let on = acts_on(spec.cable);
             let cables = || (0..CABLES).filter(move |i| on[*i]);
+            if kind.states() > 0 {
+                let (stage, count) = (kind.stage(), kind.states());
+                let place = |i: usize| EffectStates { effect, stage, cable: i, first: cable[i].states, count };
+                states_of_effects.extend(cables().map(place));
+            }
             match kind.stage() {
                 Stage::Parameters => kind.change(&mut data, on),
                 Stage::CommandDelay => cables().for_each(|i| cable[i].delay += kind.delay()),
@@ -151,7 +173,19 @@ impl Plant {
             return Err(PlantError::TooManyStates { cable: i + 1, found: cable[i].states });
         }
         let needs_context = !wrench.is_empty() || cable.iter().any(|c| !c.pull.is_empty());
-        Ok(Self { parameters, effects, data, cable, wrench, pose_bias, pose_delay, offset, dimension, needs_context })
+        Ok(Self {
+            parameters,
+            effects,
+            data,
+            cable,
+            wrench,
+            pose_bias,
+            pose_delay,
+            states_of_effects,
+            offset,
+            dimension,
+            needs_context,
+        })
     }
 
     /// The parameters it was built from.
@@ -193,6 +227,11 @@ impl Plant {
     pub fn effect_states(&self, cable: usize) -> std::ops::Range<usize> {
         let start = self.offset[cable] + axial_states(self.data.cables[cable].model);
         start..start + self.cable[cable].states
+    }
+
+    /// The states that belong to effects, in the order of the effects.
+    pub fn states_of_effects(&self) -> &[EffectStates] {
+        &self.states_of_effects
     }
 
     /// A size for each state, by which errors are weighed: 1 m, 0.1 rad, 1 m/s, 0.1 rad/s, and for effect states the

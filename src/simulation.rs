@@ -5,16 +5,19 @@ mod pose_history;
 mod snapshot;
 mod start;
 mod system;
+mod tangent;
 
 use std::sync::Arc;
 
 pub use snapshot::SnapshotError;
 pub use start::{Start, StartError, static_equilibrium, wrench_at_rest};
+pub use tangent::{Direction, Tangent};
 
 use crate::dynamics::{Evaluation, Inputs};
 use crate::integrator::{Radau, RadauError, Statistics};
 use crate::parameters::CABLES;
 use crate::plant::Plant;
+use crate::scalar::Real;
 use command::CommandHistory;
 use pose_history::PoseHistory;
 use system::{InputSegment, PlantSystem, Workspace};
@@ -27,23 +30,23 @@ const HISTORY_STEP: f64 = 0.02;
 
 /// What the sensors show at one instant. SI units, radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outputs {
+pub struct Outputs<S = f64> {
     /// Measured pose `[x, y, φ]`.
-    pub pose: [f64; 3],
+    pub pose: [S; 3],
     /// Twist `[vx, vy, φ̇]`.
-    pub twist: [f64; 3],
+    pub twist: [S; 3],
     /// Measured geometric cable lengths, equation (4).
-    pub cable_length: [f64; CABLES],
+    pub cable_length: [S; CABLES],
     /// Measured unstretched lengths.
-    pub unstretched_length: [f64; CABLES],
-    /// Rates of the unstretched lengths.
-    pub unstretched_length_rate: [f64; CABLES],
+    pub unstretched_length: [S; CABLES],
+    /// Rates of the unstretched lengths, by the same sensors.
+    pub unstretched_length_rate: [S; CABLES],
     /// Tensions.
-    pub tension: [f64; CABLES],
+    pub tension: [S; CABLES],
     /// Strains `(L - l)/l`.
-    pub strain: [f64; CABLES],
+    pub strain: [S; CABLES],
     /// Cable angles `α`, equation (5).
-    pub cable_angle: [f64; CABLES],
+    pub cable_angle: [S; CABLES],
     /// Whether each cable is slack.
     pub slack: [bool; CABLES],
 }
@@ -151,6 +154,9 @@ impl Simulation {
         self.input_slopes = slopes;
         self.input_time = self.time;
         self.commands.push(self.time, inputs.winch_force, slopes.winch_force);
+        if self.work.tension_follows_inputs {
+            self.slack = self.plant.slack_cables(self.time, &self.y, &self.inputs_felt().at(self.time));
+        }
     }
 
     /// Replaces the states, as after a correction by measurements; the integrator starts afresh.
@@ -247,15 +253,22 @@ impl Simulation {
 
     /// What the sensors show, from an evaluation of this instant.
     pub fn outputs_of(&self, e: &Evaluation) -> Outputs {
+        let y = &self.y;
+        let pose = self.poses.at(self.time - self.plant.pose_delay).unwrap_or([y[0], y[1], y[2]]);
+        self.sensed(pose, [y[3], y[4], y[5]], e)
+    }
+
+    /// What the sensors make of a pose (their own delay behind it), a twist and an evaluation.
+    fn sensed<S: Real>(&self, pose: [S; 3], twist: [S; 3], e: &Evaluation<S>) -> Outputs<S> {
         let plant = &*self.plant;
-        let pose = self.poses.at(self.time - plant.pose_delay).unwrap_or([self.y[0], self.y[1], self.y[2]]);
-        let sensed = |value: f64, (factor, bias): (f64, f64)| factor * value + bias;
+        let scaled = |value: S, (factor, bias): (f64, f64)| value * factor + bias;
+        let cable = |i: usize| &plant.cable[i];
         Outputs {
             pose: std::array::from_fn(|k| pose[k] + plant.pose_bias[k]),
-            twist: [self.y[3], self.y[4], self.y[5]],
-            cable_length: std::array::from_fn(|i| sensed(e.kinematics[i].length, plant.cable[i].length_sensor)),
-            unstretched_length: std::array::from_fn(|i| sensed(e.unstretched[i], plant.cable[i].unstretched_sensor)),
-            unstretched_length_rate: e.unstretched_rate,
+            twist,
+            cable_length: std::array::from_fn(|i| scaled(e.kinematics[i].length, cable(i).length_sensor)),
+            unstretched_length: std::array::from_fn(|i| scaled(e.unstretched[i], cable(i).unstretched_sensor)),
+            unstretched_length_rate: std::array::from_fn(|i| e.unstretched_rate[i] * cable(i).unstretched_sensor.0),
             tension: e.tension,
             strain: std::array::from_fn(|i| (e.kinematics[i].length - e.unstretched[i]) / e.unstretched[i]),
             cable_angle: std::array::from_fn(|i| e.kinematics[i].angle()),

@@ -69,9 +69,13 @@ pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S
             break;
         }
     }
-    // One Newton step in the given number type carries the derivative by the implicit function theorem.
+    // A Newton step in the given number type carries the derivative by the implicit function theorem, a second one that
+    // of second order.
     let (_, df) = slope(elastic);
-    let refined = S::from(elastic) - misfit(S::from(elastic), strain, chord) / df;
+    let mut refined = S::from(elastic);
+    for _ in 0..2 {
+        refined -= misfit(refined, strain, chord) / df;
+    }
     straight_tension(data, laws, refined)
 }
 

@@ -46,6 +46,19 @@ pub enum StartError {
     /// A pose or length out of its range.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+    /// The cable's law has no unstretched length under the winch's pull.
+    #[error(
+        "cable {cable} would need an unstretched length of {found} m to carry {pull} N at rest; the effects on it do \
+         not hold at this tension"
+    )]
+    NoLength {
+        /// Cable 1 to 4.
+        cable: usize,
+        /// Pull of the winch (N).
+        pull: f64,
+        /// Length found (m).
+        found: f64,
+    },
     /// No pose at rest near the given one.
     #[error(
         "no static equilibrium found from the pose given: {reason} (last pose [{:.6}, {:.6}, {:.6}], unbalanced \
@@ -63,6 +76,20 @@ pub enum StartError {
 }
 
 impl Start {
+    /// These values taken as what the sensors of `plant` show at the start: the true ones behind them.
+    ///
+    /// A biased or scaled sensor shows another value than the true one; a delayed pose sensor shows the start pose.
+    #[must_use]
+    pub fn behind_sensors(&self, plant: &Plant) -> Self {
+        let sensor = |i: usize| plant.cable[i].unstretched_sensor;
+        Self {
+            pose: std::array::from_fn(|k| self.pose[k] - plant.pose_bias[k]),
+            unstretched_length: std::array::from_fn(|i| (self.unstretched_length[i] - sensor(i).1) / sensor(i).0),
+            unstretched_length_rate: std::array::from_fn(|i| self.unstretched_length_rate[i] / sensor(i).0),
+            ..*self
+        }
+    }
+
     /// The start states of `plant`.
     ///
     /// # Errors
@@ -96,7 +123,11 @@ impl Start {
                     }
                     length
                 } else {
-                    plant.unstretched_length_for(i, self.time, cables[i].length, pulls[i], &states)
+                    let length = plant.unstretched_length_for(i, self.time, cables[i].length, pulls[i], &states);
+                    if !(length.is_finite() && length > 0.0) {
+                        return Err(StartError::NoLength { cable: i + 1, pull: pulls[i], found: length });
+                    }
+                    length
                 };
             }
             if let Some(at) = plant.rate_index(i) {

@@ -1,0 +1,193 @@
+//! What each output and derivative depends on: the union over all cable models.
+
+use fmi2_export::description::{Dependency, DependencyKind};
+
+use super::parameters::REALS;
+use super::role::{Choice, Role, State};
+use super::table::Table;
+use crate::effect::Stage;
+use crate::model_file::Model;
+use crate::parameters::CABLES;
+use crate::plant::Plant;
+
+/// Writes the dependencies into the table.
+pub(super) fn declare(table: &mut Table, model: &Model, plant: &Plant) {
+    let knowns = Knowns::new(table, model, plant);
+    for index in 0..table.roles.len() {
+        let role = table.roles[index];
+        let variable = &mut table.description.variables[index];
+        variable.dependencies = knowns.of(role).map(sorted);
+        variable.initial_dependencies = knowns.initially(role).map(sorted);
+    }
+}
+
+fn sorted(mut list: Vec<Dependency>) -> Vec<Dependency> {
+    list.sort_by_key(|d| d.index);
+    list
+}
+
+/// Indices of the knowns, by what they are, and what this model's effects let depend on what.
+struct Knowns {
+    pose: [usize; 3],
+    twist: [usize; 3],
+    length: [usize; CABLES],
+    rate: [usize; CABLES],
+    force: [usize; CABLES],
+    disturbance: [usize; 3],
+    effects: Vec<EffectState>,
+    initialization: usize,
+    /// Parameters that the pose at rest depends on: geometry, effects, the way of initialisation.
+    rest: Vec<usize>,
+    /// Time, where something depends on it.
+    time: Option<usize>,
+    /// Everything on one cable can depend on the axial states of the others.
+    coupled: bool,
+    /// The shown pose is not the present one.
+    late_pose: bool,
+}
+
+struct EffectState {
+    index: usize,
+    state: State,
+    cable: usize,
+    /// The winch's command passes through the effect.
+    command: bool,
+}
+
+impl Knowns {
+    fn new(table: &Table, model: &Model, plant: &Plant) -> Self {
+        let at = |role: Role| table.find(role).expect("the table has every state and input");
+        let has = |id: &str| model.effects.iter().any(|effect| effect.id == id);
+        let effects = plant.states_of_effects().iter().flat_map(|place| {
+            (0..place.count).map(move |k| {
+                let state = State::Effect(place.cable, place.first + k);
+                let command = matches!(place.stage, Stage::Command(_));
+                EffectState { index: at(Role::State(state)), state, cable: place.cable, command }
+            })
+        });
+        let rest = table.roles.iter().enumerate().filter(|(_, role)| match role {
+            Role::Parameter(place, _) => REALS[*place].unit == "m" || REALS[*place].unit == "rad",
+            Role::EffectParameter(..) | Role::Choice(Choice::Initialization) => true,
+            _ => false,
+        });
+        // An expression may name time and any length. A drum's inertia can leave one cable lumped beside massless ones.
+        let expression = has("expression");
+        let in_time = expression || has("cable_thermal_expansion") || has("periodic_gust");
+        Self {
+            pose: std::array::from_fn(|k| at(Role::State(State::Pose(k)))),
+            twist: std::array::from_fn(|k| at(Role::State(State::Twist(k)))),
+            length: std::array::from_fn(|i| at(Role::State(State::UnstretchedLength(i)))),
+            rate: std::array::from_fn(|i| at(Role::State(State::UnstretchedRate(i)))),
+            force: std::array::from_fn(|i| at(Role::WinchForce(i))),
+            disturbance: std::array::from_fn(|k| at(Role::Disturbance(k))),
+            effects: effects.collect(),
+            initialization: at(Role::Choice(Choice::Initialization)),
+            rest: rest.map(|(index, _)| index).collect(),
+            time: in_time.then(|| at(Role::Time)),
+            coupled: expression || has("winch_drum_inertia"),
+            late_pose: has("pose_sensor_delay"),
+        }
+    }
+
+    /// At communication points; `None` for what is no unknown.
+    fn of(&self, role: Role) -> Option<Vec<Dependency>> {
+        Some(match role {
+            Role::State(State::Pose(_)) if self.late_pose => Vec::new(),
+            Role::State(State::Pose(k)) => vec![constant(self.pose[k])],
+            Role::State(State::Twist(k)) => vec![constant(self.twist[k])],
+            // In rigid cables the length follows from the pose, in the others it is a state.
+            Role::State(State::UnstretchedLength(i)) => {
+                let mut list = on(&self.pose);
+                list.push(Dependency::of_kind(self.length[i], DependencyKind::Fixed));
+                list
+            }
+            Role::State(State::Effect(..)) => return None,
+            Role::CableLength(_) | Role::CableAngle(_) => on(&self.pose),
+            Role::Strain(i) => {
+                let mut list = on(&self.pose);
+                list.push(Dependency::on(self.length[i]));
+                list
+            }
+            Role::State(State::UnstretchedRate(i))
+            | Role::Rate(State::UnstretchedLength(i) | State::UnstretchedRate(i))
+            | Role::Tension(i)
+            | Role::Slack(i) => self.along_cable(i),
+            Role::Rate(State::Pose(k)) => vec![constant(self.twist[k])],
+            Role::Rate(State::Twist(_)) => self.everything(),
+            Role::Rate(state @ State::Effect(i, _)) => {
+                let command = self.effects.iter().any(|e| e.state == state && e.command);
+                if command { self.along_command(i) } else { self.along_cable(i) }
+            }
+            Role::Time
+            | Role::WinchForce(_)
+            | Role::Disturbance(_)
+            | Role::Parameter(..)
+            | Role::EffectParameter(..)
+            | Role::Choice(_) => return None,
+        })
+    }
+
+    fn everything(&self) -> Vec<Dependency> {
+        let mut list = self.platform_and_inputs();
+        list.extend(on(&self.length));
+        list.extend(on(&self.rate));
+        list.extend(self.effects_where(|_| true));
+        list
+    }
+
+    /// What tension and winch speed depend on: in rigid cables on the accelerations, hence on all inputs; but on the
+    /// axial states of this cable only.
+    fn along_cable(&self, i: usize) -> Vec<Dependency> {
+        if self.coupled {
+            return self.everything();
+        }
+        let mut list = self.platform_and_inputs();
+        list.extend(on(&[self.length[i], self.rate[i]]));
+        list.extend(self.effects_where(|e| e.command || e.cable == i));
+        list
+    }
+
+    /// What a transformation of the winch's command depends on.
+    fn along_command(&self, i: usize) -> Vec<Dependency> {
+        let mut list = on(&[self.force[i]]);
+        list.extend(self.effects_where(|e| e.command && e.cable == i));
+        list
+    }
+
+    fn platform_and_inputs(&self) -> Vec<Dependency> {
+        let mut list = on(&self.pose);
+        list.extend(on(&self.twist));
+        list.extend(on(&self.force));
+        list.extend(on(&self.disturbance));
+        list.extend(self.time.map(Dependency::on));
+        list
+    }
+
+    fn effects_where(&self, keep: impl Fn(&EffectState) -> bool) -> impl Iterator<Item = Dependency> {
+        self.effects.iter().filter(move |e| keep(e)).map(|e| Dependency::on(e.index))
+    }
+
+    /// In initialisation mode, where it is less than everything; `static_equilibrium` moves the start pose.
+    fn initially(&self, role: Role) -> Option<Vec<Dependency>> {
+        match role {
+            Role::Rate(State::Pose(k)) => Some(on(&[self.twist[k], self.initialization])),
+            Role::CableLength(_) | Role::CableAngle(_) => {
+                let mut list = on(&self.pose);
+                list.extend(on(&self.force));
+                list.extend(on(&self.disturbance));
+                list.extend(on(&self.rest));
+                list.extend(self.time.map(Dependency::on));
+                Some(list)
+            }
+            _ => None,
+        }
+    }
+}
+
+fn on(indices: &[usize]) -> Vec<Dependency> {
+    indices.iter().copied().map(Dependency::on).collect()
+}
+
+fn constant(index: usize) -> Dependency {
+    Dependency::of_kind(index, DependencyKind::Constant)
+}

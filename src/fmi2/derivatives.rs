@@ -1,0 +1,91 @@
+//! Directional derivatives and output derivatives, exact by dual numbers.
+
+use fmi2_export::ModelError;
+
+use super::role::Instant;
+use super::values::input_field;
+use super::{CablePlatform, Role, State};
+use crate::dynamics::Inputs;
+use crate::plant::Plant;
+use crate::simulation::{Direction, Simulation};
+
+impl CablePlatform {
+    /// `out = d(unknowns)/d(knowns) * seed`.
+    pub(super) fn along(
+        &mut self,
+        unknowns: &[usize],
+        knowns: &[usize],
+        seed: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), ModelError> {
+        let table = &self.table;
+        let roles = |indices: &[usize]| -> Vec<Role> { indices.iter().map(|index| table.roles[*index]).collect() };
+        let (unknowns, knowns) = (roles(unknowns), roles(knowns));
+        let simulation = self.running()?;
+        let plant = simulation.plant();
+        let mut states = vec![0.0; plant.dimension()];
+        let (mut time, mut inputs) = (0.0, Inputs::default());
+        for (role, seed) in knowns.into_iter().zip(seed) {
+            match role {
+                Role::Time => time += seed,
+                Role::WinchForce(_) | Role::Disturbance(_) => {
+                    if let Some(field) = input_field(&mut inputs, role) {
+                        *field += seed;
+                    }
+                }
+                Role::State(state) => {
+                    if let Some((index, scale)) = place(plant, state) {
+                        states[index] += seed / scale;
+                    }
+                }
+                _ => return Err(ModelError::new("derivatives are with respect to inputs, states and time")),
+            }
+        }
+        derivatives(simulation, &Direction { time, states: &states, inputs }, &unknowns, out)
+    }
+
+    /// The rate of an output along the motion.
+    pub(super) fn rate(&mut self, role: Role) -> Result<f64, ModelError> {
+        let simulation = self.running()?;
+        let (states, inputs) = (simulation.rates(), simulation.input_slopes());
+        let mut rate = [0.0];
+        derivatives(simulation, &Direction { time: 1.0, states: &states, inputs }, &[role], &mut rate)?;
+        Ok(rate[0])
+    }
+}
+
+/// Where a state is kept, and what the sensor multiplies it by; `None` where it is no state of this plant.
+fn place(plant: &Plant, state: State) -> Option<(usize, f64)> {
+    Some(match state {
+        State::Pose(k) => (k, 1.0),
+        State::Twist(k) => (3 + k, 1.0),
+        State::UnstretchedLength(i) => (plant.unstretched_index(i)?, plant.cable[i].unstretched_sensor.0),
+        State::UnstretchedRate(i) => (plant.rate_index(i)?, plant.cable[i].unstretched_sensor.0),
+        State::Effect(i, k) => (plant.effect_states(i).start + k, 1.0),
+    })
+}
+
+fn derivatives(
+    simulation: &Simulation,
+    direction: &Direction<'_>,
+    unknowns: &[Role],
+    out: &mut [f64],
+) -> Result<(), ModelError> {
+    let plant = simulation.plant();
+    let tangent = simulation.tangent(direction);
+    let instant = Instant {
+        outputs: &tangent.outputs,
+        states: &tangent.states,
+        rates: &tangent.rates,
+        acceleration: tangent.unstretched_acceleration,
+        scale: plant.cable.each_ref().map(|c| c.unstretched_sensor.0),
+        effects: std::array::from_fn(|i| plant.effect_states(i).start),
+    };
+    for (role, out) in unknowns.iter().zip(out) {
+        let value = instant
+            .real(*role)
+            .ok_or_else(|| ModelError::new("derivatives are of real outputs and derivatives of states"))?;
+        *out = value.eps;
+    }
+    Ok(())
+}

@@ -1,0 +1,363 @@
+//! The plant as an FMI 2.0 co-simulation model: [`CablePlatform`].
+//!
+//! One table ([`table`](self)) says what there is; every file here reads it. What is worth knowing beyond the standard:
+//!
+//! - The model is data: `resources/model.toml` is read when an instance is made.
+//! - Outputs show what the sensors show. Setting `x` or `unstretched_length[1]` sets what they show at the start; the
+//!   true value follows by taking the sensor's bias and scale off.
+//! - `unstretched_length` and its rate are variables whatever the cable model. In rigid cables they follow from the
+//!   pose; then their starts are not used, and a directional derivative with respect to them is zero.
+//! - A directional derivative with respect to an output that is a state is with respect to the state as the sensor
+//!   shows it. What a dead time holds back does not depend on present states and inputs: with `pose_sensor_delay` the
+//!   outputs `x`, `y`, `phi`, with `winch_delay` everything with respect to that winch's force. `der(x)` is the present
+//!   rate all the same.
+
+mod dependencies;
+mod derivatives;
+mod parameters;
+mod role;
+mod saved;
+mod table;
+#[cfg(test)]
+mod tests;
+mod units;
+mod values;
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use fmi2_export::description::ModelDescription;
+use fmi2_export::{Experiment, LogEntry, Model as FmiModel, ModelError, Status, StepError, Value};
+
+use crate::dynamics::{Evaluation, Inputs};
+use crate::kinematics;
+use crate::model_file::Model;
+use crate::parameters::{CABLES, CableModel, Initialization};
+use crate::simulation::{Outputs, Simulation, Start};
+use role::{Role, State};
+use table::{LOG_EVENTS, LOG_SOLVER, Table};
+
+/// Name of the model and of the binary.
+const IDENTIFIER: &str = "CablePlatform";
+
+/// The file in `resources` that holds the model.
+const MODEL_FILE: &str = "model.toml";
+
+/// Tolerances that the integrator works with.
+const TOLERANCES: (f64, f64) = (1e-13, 1e-3);
+
+/// Communication steps between two lines of statistics in the log.
+const STEPS_PER_STATISTICS: u32 = 1000;
+
+/// Changes between slack and taut that are logged, lest a chattering cable fill the host's log.
+const LOGGED_EVENTS: u32 = 100;
+
+/// The plant as an FMI model. See the module's documentation.
+pub struct CablePlatform {
+    table: Table,
+    original: Model,
+    settings: Settings,
+    phase: Phase,
+    /// Running: the simulation. Before: a trial from the start values as they stand, made when it is asked for.
+    simulation: Option<Simulation>,
+    /// What was computed for the present instant; dropped whenever something changes.
+    now: Option<Box<Now>>,
+    log: Vec<LogEntry>,
+    steps: u32,
+    events: u32,
+    /// Slack cables, as last logged.
+    slack: [bool; CABLES],
+}
+
+/// What the host can set before the simulation runs.
+#[derive(Clone, Debug, PartialEq)]
+struct Settings {
+    model: Model,
+    /// Slopes of the inputs, until the simulation runs.
+    slopes: Inputs,
+    /// The host set `relative_tolerance`.
+    own_tolerance: bool,
+    /// The host set an unstretched length or its rate.
+    own_lengths: bool,
+}
+
+impl Settings {
+    fn new(model: &Model) -> Self {
+        Self { model: model.clone(), slopes: Inputs::default(), own_tolerance: false, own_lengths: false }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    Instantiated,
+    Initialising(Experiment),
+    /// With the tolerance that the integrator was made with.
+    Running {
+        tolerance: f64,
+    },
+}
+
+/// One instant, evaluated.
+struct Now {
+    evaluation: Evaluation,
+    outputs: Outputs,
+    rates: Vec<f64>,
+}
+
+impl CablePlatform {
+    /// An instance of `model`.
+    ///
+    /// # Errors
+    /// The plant cannot be built, or a start value is out of its bounds.
+    pub fn new(mut model: Model) -> Result<Self, ModelError> {
+        let failed = |error: &dyn std::fmt::Display| ModelError::new(error.to_string());
+        model.check().map_err(|e| failed(&e))?;
+        let plant = model.plant().map_err(|e| failed(&e))?;
+        if model.start.initialization != Initialization::FromStates {
+            // Lengths in the table are then guesses: under the winch forces or, where these are beyond the cable's
+            // law, without them. To a micrometre, so that machines agree on the digits.
+            let start = Start { initialization: Initialization::FromWinchForces, ..model.start };
+            let (lengths, rates) = match (Model { start, ..model.clone() }).simulation() {
+                Ok(trial) => {
+                    let outputs = trial.outputs();
+                    (outputs.unstretched_length, outputs.unstretched_length_rate)
+                }
+                Err(_) => {
+                    let cables = kinematics::cables(plant.geometry(), &start.pose, &start.twist);
+                    (cables.map(|cable| cable.length), cables.map(|cable| cable.speed))
+                }
+            };
+            let rounded = |value: f64| (value * 1e6).round() / 1e6;
+            model.start.unstretched_length = lengths.map(rounded);
+            model.start.unstretched_length_rate = rates.map(rounded);
+        }
+        let table = Table::new(&model, &plant)?;
+        Ok(Self {
+            table,
+            settings: Settings::new(&model),
+            original: model,
+            phase: Phase::Instantiated,
+            simulation: None,
+            now: None,
+            log: Vec::new(),
+            steps: 0,
+            events: 0,
+            slack: [false; CABLES],
+        })
+    }
+
+    fn note(&mut self, category: &'static str, status: Status, message: String) {
+        self.log.push(LogEntry { category: category.into(), status, message });
+    }
+
+    fn warn(&mut self, message: String) {
+        self.note("logStatusWarning", Status::Warning, message);
+    }
+
+    fn running(&mut self) -> Result<&mut Simulation, ModelError> {
+        match (&self.phase, &mut self.simulation) {
+            (Phase::Running { .. }, Some(simulation)) => Ok(simulation),
+            _ => Err(ModelError::new("the simulation has not been initialised")),
+        }
+    }
+
+    /// The model to be simulated, its tolerance and start time settled.
+    fn settled(&self, experiment: Experiment) -> Model {
+        let mut model = self.settings.model.clone();
+        model.start.time = experiment.start_time;
+        if let (false, Some(tolerance)) = (self.settings.own_tolerance, experiment.tolerance) {
+            model.relative_tolerance = tolerance.clamp(TOLERANCES.0, TOLERANCES.1);
+        }
+        model
+    }
+
+    /// The simulation now; before the run a trial from the start values as they stand.
+    fn present(&mut self) -> Result<&Simulation, ModelError> {
+        if self.simulation.is_none() {
+            let model = match self.phase {
+                Phase::Initialising(experiment) => self.settled(experiment),
+                _ => self.settings.model.clone(),
+            };
+            self.simulation = Some(model.simulation().map_err(|e| ModelError::new(e.to_string()))?);
+        }
+        Ok(self.simulation.as_ref().expect("it has just been made"))
+    }
+
+    /// Something changed that values follow from.
+    fn changed(&mut self) {
+        self.now = None;
+        if !matches!(self.phase, Phase::Running { .. }) {
+            self.simulation = None;
+        }
+    }
+
+    fn log_slack(&mut self, after: [bool; CABLES], time: f64) {
+        let before = std::mem::replace(&mut self.slack, after);
+        for i in (0..CABLES).filter(|i| before[*i] != after[*i]) {
+            if self.events == 0 && after[i] && self.settings.model.parameters.cable_model == CableModel::Rigid {
+                self.warn(format!(
+                    "cable {} went slack before t = {time} s; a rigid cable that becomes taut again takes up no speed",
+                    i + 1
+                ));
+            }
+            self.events += 1;
+            if self.events <= LOGGED_EVENTS {
+                let what = if after[i] { "slack" } else { "taut" };
+                let last = if self.events == LOGGED_EVENTS { "; later changes are not logged" } else { "" };
+                self.note(LOG_EVENTS, Status::Ok, format!("cable {} is {what} at t = {time} s{last}", i + 1));
+            }
+        }
+    }
+
+    fn log_statistics(&mut self) {
+        if let Some(simulation) = &self.simulation {
+            let (time, s) = (simulation.time(), simulation.statistics());
+            let text = format!(
+                "t = {time} s: {} steps, {} rejected, {} given up, {} Newton iterations, {} evaluations, {} Jacobians, \
+                 {} factorisations, {} switches",
+                s.steps,
+                s.rejections,
+                s.newton_failures,
+                s.newton_iterations,
+                s.evaluations,
+                s.jacobians,
+                s.factorisations,
+                s.switches
+            );
+            self.note(LOG_SOLVER, Status::Ok, text);
+        }
+    }
+}
+
+impl FmiModel for CablePlatform {
+    const MODEL_IDENTIFIER: &'static str = IDENTIFIER;
+
+    /// The model of `resources/model.toml`; without such a file, or without resources, the default model.
+    fn instantiate(resources: Option<&Path>) -> Result<Self, ModelError> {
+        let Some(folder) = resources else { return Self::new(Model::default()) };
+        let path = folder.join(MODEL_FILE);
+        match fs::read_to_string(&path) {
+            Ok(text) => {
+                let named = |message: String| ModelError::new(format!("{}: {message}", path.display()));
+                let model = Model::from_toml(&text).map_err(|e| named(e.to_string()))?;
+                Self::new(model).map_err(|e| named(e.message))
+            }
+            Err(error) if error.kind() == ErrorKind::NotFound && folder.is_dir() => {
+                let mut platform = Self::new(Model::default())?;
+                platform.warn(format!("{} is missing; this is the default model", path.display()));
+                Ok(platform)
+            }
+            Err(error) => Err(ModelError::new(format!("{}: {error}", path.display()))),
+        }
+    }
+
+    fn description(&self) -> &ModelDescription {
+        &self.table.description
+    }
+
+    fn get(&mut self, index: usize) -> Result<Value, ModelError> {
+        self.value(self.table.roles[index])
+    }
+
+    fn set(&mut self, index: usize, value: Value) -> Result<(), ModelError> {
+        self.set_value(self.table.roles[index], &value)
+    }
+
+    fn enter_initialisation(&mut self, experiment: Experiment) -> Result<(), ModelError> {
+        self.phase = Phase::Initialising(experiment);
+        self.changed();
+        Ok(())
+    }
+
+    fn initialise(&mut self, experiment: Experiment) -> Result<(), ModelError> {
+        let failed = |error: &dyn std::fmt::Display| ModelError::new(error.to_string());
+        let model = self.settled(experiment);
+        model.check().map_err(|e| failed(&e))?;
+        let mut simulation = model.simulation().map_err(|e| failed(&e))?;
+        simulation.set_inputs_with_slopes(model.start.inputs, self.settings.slopes);
+        let slack = simulation.slack();
+        let time = simulation.time();
+        self.phase = Phase::Running { tolerance: model.relative_tolerance };
+        self.simulation = Some(simulation);
+        self.now = None;
+        if let (false, Some(wanted)) = (self.settings.own_tolerance, experiment.tolerance)
+            && wanted < TOLERANCES.0
+        {
+            self.warn(format!("the tolerance {wanted} is below what rounding allows; {} is used", TOLERANCES.0));
+        }
+        if self.settings.own_lengths && model.start.initialization != Initialization::FromStates {
+            self.warn(
+                "unstretched lengths were set, but are computed: `initialization` is not `from_states`".to_owned(),
+            );
+        }
+        self.log_slack(slack, time);
+        Ok(())
+    }
+
+    fn step(&mut self, time: f64, step: f64) -> Result<(), StepError> {
+        let stopped = |reached: f64, message: String, terminate: bool| StepError { reached, message, terminate };
+        let simulation = self.running().map_err(|e| stopped(time, e.message, false))?;
+        let end = time + step;
+        let advanced = simulation.advance(end - simulation.time());
+        let (reached, after) = (simulation.time(), simulation.slack());
+        let y = simulation.states();
+        let inside = simulation.plant().geometry().holds(&[y[0], y[1], y[2]]);
+        self.now = None;
+        self.steps += 1;
+        self.log_slack(after, reached);
+        if advanced.is_err() || self.steps.is_multiple_of(STEPS_PER_STATISTICS) {
+            self.log_statistics();
+        }
+        advanced.map_err(|error| stopped(reached, error.to_string(), false))?;
+        if !inside {
+            return Err(stopped(reached, "the platform has left the space between the anchors".to_owned(), true));
+        }
+        Ok(())
+    }
+
+    fn set_input_derivative(&mut self, index: usize, order: u32, value: f64) -> Result<(), ModelError> {
+        if order != 1 {
+            return Err(ModelError::new(format!("inputs have derivatives of order 1, not {order}")));
+        }
+        self.set_slope(self.table.roles[index], value)
+    }
+
+    fn output_derivative(&mut self, index: usize, order: u32) -> Result<f64, ModelError> {
+        if order != 1 {
+            return Err(ModelError::new(format!("outputs have derivatives of order 1, not {order}")));
+        }
+        self.rate(self.table.roles[index])
+    }
+
+    fn directional_derivative(
+        &mut self,
+        unknowns: &[usize],
+        knowns: &[usize],
+        seed: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), ModelError> {
+        self.along(unknowns, knowns, seed, out)
+    }
+
+    fn save(&self, out: &mut Vec<u8>) {
+        self.write_state(out);
+    }
+
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
+        self.read_state(bytes)
+    }
+
+    fn reset(&mut self) {
+        self.settings = Settings::new(&self.original);
+        self.phase = Phase::Instantiated;
+        self.simulation = None;
+        self.now = None;
+        self.log.clear();
+        (self.steps, self.events, self.slack) = (0, 0, [false; CABLES]);
+    }
+
+    fn take_log(&mut self) -> Vec<LogEntry> {
+        std::mem::take(&mut self.log)
+    }
+}

@@ -1,0 +1,106 @@
+//! What each variable of the table stands for, and where its value is found.
+
+use crate::parameters::CABLES;
+use crate::scalar::Real;
+use crate::simulation::Outputs;
+
+/// What a variable stands for. Cables count from 0; `[x, y, φ]` are the axes 0 to 2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Time itself; the FMI layer answers for it.
+    Time,
+    /// Force of a winch.
+    WinchForce(usize),
+    /// Force or torque from outside, by axis.
+    Disturbance(usize),
+    /// A state, as the sensors show it.
+    State(State),
+    /// The time derivative of a state as shown.
+    Rate(State),
+    /// Geometric length of a cable.
+    CableLength(usize),
+    /// Tension.
+    Tension(usize),
+    /// Strain.
+    Strain(usize),
+    /// Angle of a cable.
+    CableAngle(usize),
+    /// Whether a cable is slack.
+    Slack(usize),
+    /// A real parameter: place in [`super::parameters::REALS`] and index.
+    Parameter(usize, usize),
+    /// A parameter of an effect: the effect and the parameter within it.
+    EffectParameter(usize, usize),
+    /// An enumeration.
+    Choice(Choice),
+}
+
+/// A state of the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    /// `x`, `y`, `phi`.
+    Pose(usize),
+    /// `vx`, `vy`, `omega`.
+    Twist(usize),
+    /// Unstretched length of a cable; follows from the pose where cables are rigid.
+    UnstretchedLength(usize),
+    /// Its rate; a state of its own with lumped masses only.
+    UnstretchedRate(usize),
+    /// A state of an effect: cable, and index among the effect states of that cable.
+    Effect(usize, usize),
+}
+
+/// A parameter with named values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Choice {
+    /// `cable_model`.
+    CableModel,
+    /// `cable_inertia`.
+    CableInertia,
+    /// `initialization`.
+    Initialization,
+}
+
+/// The plant at one instant, as values or as duals with derivatives.
+pub(super) struct Instant<'a, S> {
+    pub(super) outputs: &'a Outputs<S>,
+    pub(super) states: &'a [S],
+    pub(super) rates: &'a [S],
+    /// Of the true unstretched lengths.
+    pub(super) acceleration: [S; CABLES],
+    /// Scale of each sensor of the unstretched length.
+    pub(super) scale: [f64; CABLES],
+    /// Where the effect states of each cable begin.
+    pub(super) effects: [usize; CABLES],
+}
+
+impl<S: Real> Instant<'_, S> {
+    /// The real quantity behind `role`; `None` where it does not follow from the plant's state.
+    pub(super) fn real(&self, role: Role) -> Option<S> {
+        let out = self.outputs;
+        Some(match role {
+            Role::State(State::Pose(k)) => out.pose[k],
+            Role::State(State::Twist(k)) => out.twist[k],
+            Role::State(State::UnstretchedLength(i)) => out.unstretched_length[i],
+            Role::State(State::UnstretchedRate(i)) | Role::Rate(State::UnstretchedLength(i)) => {
+                out.unstretched_length_rate[i]
+            }
+            Role::State(State::Effect(i, k)) => self.states[self.effects[i] + k],
+            Role::Rate(State::Pose(k)) => self.rates[k],
+            Role::Rate(State::Twist(k)) => self.rates[3 + k],
+            Role::Rate(State::UnstretchedRate(i)) => self.acceleration[i] * self.scale[i],
+            Role::Rate(State::Effect(i, k)) => self.rates[self.effects[i] + k],
+            Role::CableLength(i) => out.cable_length[i],
+            Role::Tension(i) => out.tension[i],
+            Role::Strain(i) => out.strain[i],
+            Role::CableAngle(i) => out.cable_angle[i],
+            Role::Time
+            | Role::WinchForce(_)
+            | Role::Disturbance(_)
+            | Role::Slack(_)
+            | Role::Parameter(..)
+            | Role::EffectParameter(..)
+            | Role::Choice(_) => return None,
+        })
+    }
+}

@@ -1,0 +1,153 @@
+//! The state as bytes: everything that was set, and the simulation.
+
+use fmi2_export::{Experiment, ModelError};
+
+use super::role::Choice;
+use super::{CablePlatform, Phase, Settings};
+use crate::dynamics::Inputs;
+use crate::model_file::Model;
+use crate::simulation::Simulation;
+
+const CHOICES: [Choice; 3] = [Choice::CableModel, Choice::CableInertia, Choice::Initialization];
+
+impl CablePlatform {
+    /// Appends everything that a bit-identical continuation needs.
+    pub(super) fn write_state(&self, out: &mut Vec<u8>) {
+        let mut settings = self.settings.clone();
+        out.extend([u8::from(settings.own_tolerance), u8::from(settings.own_lengths)]);
+        for choice in CHOICES {
+            out.extend(choice.get(&settings.model).to_le_bytes());
+        }
+        for number in numbers(&mut settings) {
+            out.extend(number.to_le_bytes());
+        }
+        match (self.phase, &self.simulation) {
+            (Phase::Running { tolerance }, Some(simulation)) => {
+                out.push(2);
+                out.extend(tolerance.to_le_bytes());
+                simulation.save(out);
+            }
+            (Phase::Initialising(experiment), _) => {
+                out.push(1);
+                let absent_as_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
+                let Experiment { start_time, stop_time, tolerance } = experiment;
+                for number in [start_time, absent_as_nan(stop_time), absent_as_nan(tolerance)] {
+                    out.extend(number.to_le_bytes());
+                }
+            }
+            _ => out.push(0),
+        }
+    }
+
+    /// Takes up what [`Self::write_state`] wrote; unchanged on error.
+    pub(super) fn read_state(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
+        let mut reader = Reader(bytes);
+        let mut settings = Settings::new(&self.original);
+        let [own_tolerance, own_lengths] = reader.take()?;
+        (settings.own_tolerance, settings.own_lengths) = (own_tolerance != 0, own_lengths != 0);
+        for choice in CHOICES {
+            let number = i32::from_le_bytes(reader.take()?);
+            choice.set(&mut settings.model, number).ok_or_else(broken)?;
+        }
+        for number in numbers(&mut settings) {
+            *number = reader.number()?;
+        }
+        let [phase] = reader.take()?;
+        match phase {
+            0 | 1 => {
+                let phase = match phase {
+                    0 => Phase::Instantiated,
+                    _ => {
+                        let [start_time, stop_time, tolerance] = [reader.number()?, reader.number()?, reader.number()?];
+                        let there = |value: f64| (!value.is_nan()).then_some(value);
+                        let (stop_time, tolerance) = (there(stop_time), there(tolerance));
+                        Phase::Initialising(Experiment { start_time, stop_time, tolerance })
+                    }
+                };
+                if !reader.0.is_empty() {
+                    return Err(broken());
+                }
+                self.phase = phase;
+                self.simulation = None;
+            }
+            2 => {
+                let tolerance = reader.number()?;
+                let simulation = self.restored(&settings.model, tolerance, reader.0)?;
+                self.phase = Phase::Running { tolerance };
+                self.simulation = Some(simulation);
+            }
+            _ => return Err(broken()),
+        }
+        self.settings = settings;
+        self.now = None;
+        Ok(())
+    }
+
+    /// A simulation of `model` in the saved state. The present one serves where it is of the same plant.
+    fn restored(&mut self, model: &Model, tolerance: f64, bytes: &[u8]) -> Result<Simulation, ModelError> {
+        let failed = |error: &dyn std::fmt::Display| ModelError::new(error.to_string());
+        let same = |simulation: &Simulation| {
+            let plant = simulation.plant();
+            *plant.parameters() == model.parameters && plant.effects() == model.effects
+        };
+        let mut simulation = match (self.phase, &self.simulation) {
+            (Phase::Running { tolerance: present }, Some(simulation)) if present == tolerance && same(simulation) => {
+                simulation.clone()
+            }
+            _ => {
+                let plant = model.plant().map_err(|e| failed(&e))?;
+                let start = model.start.behind_sensors(&plant);
+                let mut y = vec![1.0; plant.dimension()];
+                y[..3].copy_from_slice(&start.pose);
+                Simulation::from_states(plant, start.time, y, start.inputs, tolerance)
+            }
+        };
+        simulation.restore(bytes).map_err(|e| failed(&e))?;
+        Ok(simulation)
+    }
+}
+
+/// Every number among the settings, in a fixed order.
+fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
+    let Settings { model, slopes, .. } = settings;
+    let Model { parameters: p, relative_tolerance, start, effects } = model;
+    let mut list: Vec<&mut f64> = Vec::with_capacity(64);
+    list.extend([
+        &mut p.platform_mass,
+        &mut p.platform_inertia,
+        &mut p.anchor_radius,
+        &mut p.attachment_radius,
+        &mut p.cable_density,
+        &mut p.youngs_modulus,
+        &mut p.cable_area,
+        &mut p.cable_damping,
+        relative_tolerance,
+        &mut start.time,
+    ]);
+    list.extend(p.anchor_angle.iter_mut().chain(&mut p.attachment_angle));
+    list.extend(start.pose.iter_mut().chain(&mut start.twist));
+    list.extend(start.unstretched_length.iter_mut().chain(&mut start.unstretched_length_rate));
+    for Inputs { winch_force, disturbance } in [&mut start.inputs, slopes] {
+        list.extend(winch_force.iter_mut().chain(disturbance));
+    }
+    list.extend(effects.iter_mut().flat_map(|effect| &mut effect.values));
+    list
+}
+
+struct Reader<'a>(&'a [u8]);
+
+impl Reader<'_> {
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], ModelError> {
+        let (head, tail) = self.0.split_first_chunk::<N>().ok_or_else(broken)?;
+        self.0 = tail;
+        Ok(*head)
+    }
+
+    fn number(&mut self) -> Result<f64, ModelError> {
+        Ok(f64::from_le_bytes(self.take()?))
+    }
+}
+
+fn broken() -> ModelError {
+    ModelError::new("the saved state is not of this model")
+}

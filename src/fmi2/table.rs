@@ -1,0 +1,369 @@
+//! The one table of variables: names, value references, units, causality, start values.
+//!
+//! Value references are fixed: time 0, inputs from 1, outputs from 10, derivatives from 50, parameters from 100,
+//! parameters of effects from 1000, states of effects from 2000. The table does not change with the cable model, so
+//! that the model can be chosen by a parameter.
+
+use std::collections::BTreeSet;
+
+use fmi2_export::description::{
+    DefaultExperiment, Enumeration, Initial, Kind, LogCategory, ModelDescription, Variable,
+};
+use fmi2_export::{ModelError, Value};
+
+use super::parameters::{REALS, RealParameter};
+use super::role::{Choice, Role, State};
+use super::{IDENTIFIER, dependencies, units};
+use crate::effect::{EffectSpec, Stage};
+use crate::model_file::Model;
+use crate::parameters::CABLES;
+use crate::plant::Plant;
+
+/// Category of the integrator's statistics.
+pub(super) const LOG_SOLVER: &str = "logSolver";
+/// Category of cables that go slack or taut.
+pub(super) const LOG_EVENTS: &str = "logEvents";
+
+/// The description, and what each of its variables stands for.
+#[derive(Clone, Debug)]
+pub(super) struct Table {
+    pub(super) description: ModelDescription,
+    pub(super) roles: Vec<Role>,
+}
+
+impl Table {
+    /// The table of `model`, whose start values are final; `plant` is its plant.
+    ///
+    /// # Errors
+    /// The table breaks a rule of FMI, as where a start value is beyond its bounds.
+    pub(super) fn new(model: &Model, plant: &Plant) -> Result<Self, ModelError> {
+        let mut table = Self { description: header(model), roles: Vec::new() };
+        table.inputs(model);
+        table.outputs(model);
+        table.rates();
+        table.effect_states(model, plant);
+        table.parameters(model);
+        table.effect_parameters(model);
+        table.units();
+        dependencies::declare(&mut table, model, plant);
+        table.description.validate().map_err(|error| ModelError::new(error.to_string()))?;
+        Ok(table)
+    }
+
+    /// Index of the variable that stands for `role`.
+    pub(super) fn find(&self, role: Role) -> Option<usize> {
+        self.roles.iter().position(|r| *r == role)
+    }
+
+    fn add(&mut self, role: Role, variable: Variable) {
+        self.description.add(variable);
+        self.roles.push(role);
+    }
+
+    fn inputs(&mut self, model: &Model) {
+        let start = model.start.inputs;
+        let time = Variable::real("time", 0).independent().unit("s").quantity("Time").described("Time");
+        self.add(Role::Time, time);
+        for i in 0..CABLES {
+            let variable = real(&indexed("winch_force", i), 1 + i as u32, "N", "Force", 1e3)
+                .input()
+                .start(start.winch_force[i])
+                .described(format!("Force of winch {} on its cable, positive when pulling", i + 1));
+            self.add(Role::WinchForce(i), variable);
+        }
+        let disturbances = [
+            ("disturbance_force_x", "N", "Force", 1e2, "Force on the platform from outside, along x"),
+            ("disturbance_force_y", "N", "Force", 1e2, "Force on the platform from outside, along y"),
+            ("disturbance_torque", "N.m", "Torque", 1e3, "Torque on the platform from outside"),
+        ];
+        for (k, (name, unit, quantity, nominal, text)) in disturbances.into_iter().enumerate() {
+            let variable =
+                real(name, 5 + k as u32, unit, quantity, nominal).input().start(start.disturbance[k]).described(text);
+            self.add(Role::Disturbance(k), variable);
+        }
+    }
+
+    fn outputs(&mut self, model: &Model) {
+        let start = &model.start;
+        let motion = [
+            ("x", "m", "Length", 1.0, "Position of the platform along x"),
+            ("y", "m", "Length", 1.0, "Position of the platform along y"),
+            ("phi", "rad", "Angle", 0.1, "Orientation of the platform"),
+            ("vx", "m/s", "Velocity", 1.0, "Velocity of the platform along x"),
+            ("vy", "m/s", "Velocity", 1.0, "Velocity of the platform along y"),
+            ("omega", "rad/s", "AngularVelocity", 0.1, "Angular velocity of the platform"),
+        ];
+        for (k, (name, unit, quantity, nominal, text)) in motion.into_iter().enumerate() {
+            let (state, value) =
+                if k < 3 { (State::Pose(k), start.pose[k]) } else { (State::Twist(k - 3), start.twist[k - 3]) };
+            let variable = real(name, 10 + k as u32, unit, quantity, nominal)
+                .output()
+                .initial(Initial::Exact)
+                .start(value)
+                .described(text);
+            self.add(Role::State(state), variable);
+        }
+        self.per_cable(Role::CableLength, |i| {
+            real(&indexed("cable_length", i), 20 + i as u32, "m", "Length", 1e3)
+                .min(0.0)
+                .described(format!("Distance from anchor to attachment point of cable {}", i + 1))
+        });
+        self.per_cable(
+            |i| Role::State(State::UnstretchedLength(i)),
+            |i| {
+                let text = format!("Unstretched, paid-out length of cable {}; its start is used by from_states", i + 1);
+                real(&indexed("unstretched_length", i), 24 + i as u32, "m", "Length", 1e3)
+                    .min(0.0)
+                    .initial(Initial::Approx)
+                    .start(start.unstretched_length[i])
+                    .described(text)
+            },
+        );
+        self.per_cable(
+            |i| Role::State(State::UnstretchedRate(i)),
+            |i| {
+                let text = format!("Rate at which cable {} is paid out; its start is used by from_states", i + 1);
+                real(&indexed("unstretched_length_rate", i), 28 + i as u32, "m/s", "Velocity", 1.0)
+                    .initial(Initial::Approx)
+                    .start(start.unstretched_length_rate[i])
+                    .described(text)
+            },
+        );
+        self.per_cable(Role::Tension, |i| {
+            real(&indexed("tension", i), 32 + i as u32, "N", "Force", 1e3)
+                .described(format!("Tension of cable {}, zero where it is slack", i + 1))
+        });
+        self.per_cable(Role::Strain, |i| {
+            real(&indexed("strain", i), 36 + i as u32, "1", "Strain", 1e-4)
+                .min(-1.0)
+                .described(format!("Strain of cable {}: elongation over unstretched length", i + 1))
+        });
+        self.per_cable(Role::CableAngle, |i| {
+            real(&indexed("cable_angle", i), 40 + i as u32, "rad", "Angle", 1.0)
+                .min(-std::f64::consts::PI)
+                .max(std::f64::consts::PI)
+                .described(format!("Angle of cable {} from anchor to attachment point against the x axis", i + 1))
+        });
+        self.per_cable(Role::Slack, |i| {
+            Variable::boolean(indexed("slack", i), i as u32).described(format!("Cable {} carries nothing", i + 1))
+        });
+    }
+
+    fn per_cable(&mut self, role: impl Fn(usize) -> Role, variable: impl Fn(usize) -> Variable) {
+        for i in 0..CABLES {
+            self.add(role(i), variable(i).output());
+        }
+    }
+
+    /// The derivative of each state among the outputs.
+    fn rates(&mut self) {
+        let states: Vec<(usize, State)> = self.states().collect();
+        for (k, (index, state)) in states.into_iter().enumerate() {
+            self.add_rate(index, state, 50 + k as u32);
+        }
+    }
+
+    fn states(&self) -> impl Iterator<Item = (usize, State)> + '_ {
+        self.roles.iter().enumerate().filter_map(|(index, role)| match role {
+            Role::State(state) => Some((index, *state)),
+            _ => None,
+        })
+    }
+
+    fn add_rate(&mut self, index: usize, state: State, reference: u32) {
+        let of = &self.description.variables[index];
+        let name = format!("der({})", of.name);
+        let text = format!("Time derivative of {}", of.name);
+        let (unit, nominal) = match &of.kind {
+            Kind::Real(real) => (real.unit.clone().unwrap_or_default(), real.nominal.unwrap_or(1.0)),
+            _ => (String::new(), 1.0),
+        };
+        let unit = match unit.strip_suffix("/s") {
+            Some(first) => format!("{first}/s2"),
+            None => format!("{unit}/s"),
+        };
+        let variable = real(&name, reference, &unit, "", nominal).derivative_of_state(index).described(text);
+        self.add(Role::Rate(state), variable);
+    }
+
+    fn effect_states(&mut self, model: &Model, plant: &Plant) {
+        let mut reference = 2000;
+        for place in plant.states_of_effects() {
+            let spec = &model.effects[place.effect];
+            let (unit, nominal) = match place.stage {
+                Stage::Command(_) => ("N", 1e3),
+                _ => ("1", 1e-4),
+            };
+            for k in 0..place.count {
+                let mut name = format!("effect.{}[{}].state", spec.id, place.cable + 1);
+                if place.count > 1 {
+                    name = indexed(&name, k);
+                }
+                let state = State::Effect(place.cable, place.first + k);
+                let text = format!("State of effect {} on cable {}", spec.id, place.cable + 1);
+                self.add(Role::State(state), real(&name, reference, unit, "", nominal).described(text));
+                self.add_rate(self.roles.len() - 1, state, reference + 1);
+                reference += 2;
+            }
+        }
+    }
+
+    fn parameters(&mut self, model: &Model) {
+        // The accessors of the list lend mutably.
+        let mut model = model.clone();
+        for (place, parameter) in REALS.iter().enumerate() {
+            for i in 0..parameter.count() {
+                let start = *(parameter.field)(&mut model, i);
+                self.add(Role::Parameter(place, i), real_parameter(parameter, i, start));
+            }
+        }
+        let choices = [Choice::CableModel, Choice::CableInertia, Choice::Initialization];
+        for (reference, (choice, enumeration)) in (0..).zip(choices.into_iter().zip(enumerations())) {
+            let variable = Variable::enumeration(choice.variable(), reference, &enumeration.name)
+                .parameter()
+                .start_value(Value::Integer(choice.get(&model)))
+                .described(enumeration.description.unwrap_or_default());
+            self.add(Role::Choice(choice), variable);
+        }
+    }
+
+    fn effect_parameters(&mut self, model: &Model) {
+        let mut reference = 1000;
+        for (effect, spec) in model.effects.iter().enumerate() {
+            let Ok(info) = spec.info() else { continue };
+            for (k, parameter) in info.parameters.iter().enumerate() {
+                let name = self.free_name(spec, k);
+                let nominal = 0.5 * (parameter.typical.0.abs() + parameter.typical.1.abs());
+                let mut variable = real(&name, reference, parameter.unit, "", nominal)
+                    .parameter()
+                    .start(spec.values[k])
+                    .described(format!("{}: {}", info.title, parameter.description));
+                if parameter.min.is_finite() {
+                    variable = variable.min(parameter.min);
+                }
+                if parameter.max.is_finite() {
+                    variable = variable.max(parameter.max);
+                }
+                self.add(Role::EffectParameter(effect, k), variable);
+                reference += 1;
+            }
+        }
+    }
+
+    /// The effect's variable name; with the channel in it where one sensor effect has both channels.
+    fn free_name(&self, spec: &EffectSpec, parameter: usize) -> String {
+        let name = spec.variable_name(parameter).unwrap_or_default();
+        let taken = self.description.find(&name).is_some();
+        match (taken, &spec.channel, name.rsplit_once('.')) {
+            (true, Some(channel), Some((before, after))) => format!("{before}.{channel}.{after}"),
+            _ => name,
+        }
+    }
+
+    /// Every unit that a variable names, once.
+    fn units(&mut self) {
+        let names: BTreeSet<&str> = self
+            .description
+            .variables
+            .iter()
+            .filter_map(|variable| match &variable.kind {
+                Kind::Real(real) => real.unit.as_deref(),
+                _ => None,
+            })
+            .collect();
+        self.description.units = names.into_iter().filter_map(units::unit).collect();
+    }
+}
+
+fn header(model: &Model) -> ModelDescription {
+    let mut description = ModelDescription::new(IDENTIFIER, IDENTIFIER);
+    description.description = Some("Planar cable-driven parallel robot with four elastic cables".into());
+    description.author = Some("The cdpr authors".into());
+    description.version = Some(env!("CARGO_PKG_VERSION").into());
+    description.copyright = Some("Copyright (c) 2026 The cdpr authors".into());
+    description.license = Some("MIT OR Apache-2.0".into());
+    description.generation_tool = Some(concat!("cdpr ", env!("CARGO_PKG_VERSION")).into());
+    description.enumerations = enumerations().into();
+    description.log_categories = vec![
+        LogCategory { name: LOG_SOLVER.into(), description: "What the integration has cost so far".into() },
+        LogCategory { name: LOG_EVENTS.into(), description: "Cables that go slack or taut".into() },
+    ];
+    description.default_experiment = Some(DefaultExperiment {
+        start_time: Some(0.0),
+        stop_time: Some(60.0),
+        tolerance: Some(model.relative_tolerance),
+        step_size: Some(0.01),
+    });
+    description
+}
+
+/// In the order of the value references.
+fn enumerations() -> [Enumeration; 3] {
+    let named = |name: &str, text: &str, items: [(&str, &str); 3]| Enumeration {
+        description: Some(text.into()),
+        ..Enumeration::new(name, items)
+    };
+    [
+        named(
+            "CableModel",
+            "Axial behaviour of the cables",
+            [
+                ("rigid", "Inextensible"),
+                ("massless_spring", "Spring and damper without a mass of their own"),
+                ("lumped_mass", "Mass on the winch side of spring and damper"),
+            ],
+        ),
+        named(
+            "CableInertia",
+            "How the mass of the cables enters",
+            [
+                ("paper", "A rod that stretches and gains mass"),
+                ("reeled", "A cable reeled out at constant density"),
+                ("none", "Cables without mass"),
+            ],
+        ),
+        named(
+            "Initialization",
+            "How the states get their start values",
+            [
+                ("from_winch_forces", "Pose and velocities as set; every spring starts carrying its winch force"),
+                ("from_states", "Every state as set"),
+                ("static_equilibrium", "The pose at rest under the forces as set, searched from the pose as set"),
+            ],
+        ),
+    ]
+}
+
+fn indexed(name: &str, i: usize) -> String {
+    format!("{name}[{}]", i + 1)
+}
+
+fn real(name: &str, reference: u32, unit: &str, quantity: &str, nominal: f64) -> Variable {
+    let mut variable = Variable::real(name, reference).unit(unit).nominal(nominal);
+    if !quantity.is_empty() {
+        variable = variable.quantity(quantity);
+    }
+    match units::display(unit) {
+        Some(display) => variable.display_unit(display),
+        None => variable,
+    }
+}
+
+fn real_parameter(parameter: &RealParameter, index: usize, start: f64) -> Variable {
+    let name = parameter.variable(index);
+    let mut variable =
+        real(&name, parameter.reference + index as u32, parameter.unit, parameter.quantity, parameter.nominal)
+            .parameter()
+            .start(start);
+    variable = match parameter.per_cable {
+        true => variable.described(format!("{}, cable {}", parameter.description, index + 1)),
+        false => variable.described(parameter.description),
+    };
+    if let Some(min) = parameter.range.0 {
+        variable = variable.min(min);
+    }
+    if let Some(max) = parameter.range.1 {
+        variable = variable.max(max);
+    }
+    variable
+}

@@ -1,0 +1,62 @@
+//! The table and the XML made of it.
+
+use std::path::Path;
+
+use fmi2_export::Model as _;
+use fmi2_export::description::Causality;
+
+use super::*;
+
+/// The description of the default model is kept in the repository, so that a change of the interface is seen in
+/// review. `CDPR_WRITE_GOLDEN=1 cargo test golden` rewrites it.
+#[test]
+fn golden_description_is_up_to_date() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("modelDescription/CablePlatform.xml");
+    let xml = CablePlatform::instantiate(None).unwrap().description().to_xml();
+    if std::env::var_os("CDPR_WRITE_GOLDEN").is_some() {
+        std::fs::write(&path, &xml).unwrap();
+    }
+    // A checkout may have turned the line ends.
+    let golden = std::fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
+    let differs = golden.lines().zip(xml.lines()).position(|(a, b)| a != b);
+    assert!(
+        golden == xml,
+        "{} is not what the table says (first difference in line {}); see this test for how to rewrite it",
+        path.display(),
+        differs.map_or(golden.lines().count().min(xml.lines().count()), |line| line + 1)
+    );
+}
+
+#[test]
+fn every_effect_fits_the_table() {
+    for spec in one_of_each() {
+        let model = Model { effects: vec![spec.clone()], ..Model::default() };
+        let platform = CablePlatform::new(model).unwrap_or_else(|e| panic!("{}: {e}", spec.id));
+        for k in 0..spec.values.len() {
+            let name = spec.variable_name(k).unwrap();
+            let variable = &platform.description().variables[index(&platform, &name)];
+            assert_eq!(variable.causality, Causality::Parameter, "{name}");
+            assert_eq!(variable.start_of(), Some(Value::Real(spec.values[k])), "{name}");
+        }
+    }
+}
+
+#[test]
+fn value_references_do_not_move_when_effects_come() {
+    let plain = CablePlatform::new(Model::default()).unwrap();
+    let full = CablePlatform::new(Model { effects: one_of_each(), ..Model::default() }).unwrap();
+    for variable in &plain.description().variables {
+        let same = &full.description().variables[index(&full, &variable.name)];
+        assert_eq!(same.value_reference, variable.value_reference, "{}", variable.name);
+    }
+}
+
+#[test]
+fn one_sensor_effect_on_both_channels_has_two_names() {
+    let mut other = EffectSpec::new("length_sensor_bias", Some(1), &[0.2]).unwrap();
+    other.channel = Some("cable_length".to_owned());
+    let effects = vec![EffectSpec::new("length_sensor_bias", Some(1), &[0.1]).unwrap(), other];
+    let mut platform = CablePlatform::new(Model { effects, ..Model::default() }).unwrap();
+    assert_eq!(get(&mut platform, "effect.length_sensor_bias[1].bias"), 0.1);
+    assert_eq!(get(&mut platform, "effect.length_sensor_bias[1].cable_length.bias"), 0.2);
+}
