@@ -1,22 +1,33 @@
-"""`python -m discovery_suite generate|score|list`: see the package's own text."""
+"""`python -m discovery_suite generate|measure|score|list`: see the package's own text."""
 
 import argparse
 import sys
+from functools import partial
 
-from . import generate, suite
+from . import generate, score, suite
 
 
 def main(argv=None):
-    """Run the command line; returns the exit code (0 done, 2 wrong use)."""
+    """Run the command line; returns the exit code (0 done, 1 a run failed, 2 wrong use)."""
     parser = argparse.ArgumentParser(prog="discovery_suite", description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     make = commands.add_parser("generate", help="write cases as CSV files with their truth")
     listing = commands.add_parser("list", help="print the names of the cases")
-    for sub in (make, listing):
+    measure = commands.add_parser(
+        "measure", help="print how far the data prefer the truth to nothing and to its rivals"
+    )
+    scoring = commands.add_parser("score", help="run a cdpr binary on cases and print the score")
+    scoring.add_argument("--cdpr", required=True, metavar="PATH", help="the binary")
+    scoring.add_argument("--out", required=True, metavar="DIR")
+    scoring.add_argument("--data", metavar="DIR", help="generated cases (default: DIR/data)")
+    scoring.add_argument("--jobs", type=int, default=1, metavar="N", help="runs at once")
+    scoring.add_argument("--timeout", type=float, default=600.0, metavar="S", help="for one run")
+    for sub in (make, measure):
+        sub.add_argument("--jobs", type=int, metavar="N", help="processes (default: all cores)")
+    for sub in (make, listing, measure, scoring):
         sub.add_argument("--case", nargs="+", metavar="NAME", help="only these cases")
         sub.add_argument("--small", action="store_true", help="the small subset")
     make.add_argument("--out", required=True, metavar="DIR")
-    make.add_argument("--jobs", type=int, metavar="N", help="processes (default: all cores)")
     args = parser.parse_args(argv)
     try:
         cases = suite.select(args.case, args.small)
@@ -26,8 +37,15 @@ def main(argv=None):
     if args.command == "list":
         for case in cases:
             print(f"{case.name:28s} {case.group}")
+    elif args.command == "score":
+        options = {"data": args.data, "jobs": args.jobs, "timeout": args.timeout}
+        table, rows = score.score_cases(cases, args.cdpr, args.out, **options)
+        print(score.markdown(table, rows), end="")
+        return 1 if table["failed"] else 0
+    elif args.command == "measure":
+        generate.each_case(generate.measure_case, cases, args.jobs)
     else:
-        generate.write_cases(cases, args.out, args.jobs)
+        generate.each_case(partial(generate.write_case, folder=args.out), cases, args.jobs)
     return 0
 
 

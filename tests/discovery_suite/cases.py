@@ -28,6 +28,7 @@ class Case:
     data_model: str = "lumped_mass"  # cable model of the plant that made the data
     ambiguous: str = "no"
     alternatives: tuple = ()
+    rivals: tuple = ()  # (rival effect, its free parameters), for `measure`
     note: str = ""
 
 
@@ -47,9 +48,9 @@ def effect(kind, cable=None, law=None, compare=None, extra=None, **values):
     return made
 
 
-def outside(law, **values):
+def outside(law, cable=None, **values):
     """A law outside the catalogue."""
-    return effect("outside", law=law, compare=(), **values)
+    return effect("outside", cable, law=law, compare=(), **values)
 
 
 def seed(name, trial):
@@ -78,16 +79,20 @@ def standard(name, second_pretension=None, holdout_pretension=None, **changes):
     return (first, second), holdout
 
 
-def case(name, group, effects, trials=None, ambiguous="no", alternatives=(), note="", **changes):
-    """A case on standard trials with these settings changed."""
-    train, holdout = trials or standard(name, **changes)
-    return Case(
-        name,
-        group,
-        tuple(effects),
-        train,
-        holdout,
-        ambiguous=ambiguous,
-        alternatives=tuple(alternatives),
-        note=note,
-    )
+def local(name, **changes):
+    """Two training trials and a hold-out around the centre, for laws that grow with distance."""
+    (first, second), holdout = standard(name, **changes)
+    return (first, second.but(centre=(0.5, -0.5, 0.03))), holdout.but(centre=(-0.5, 0.5, -0.02))
+
+
+def single_trial(name, **changes):
+    """One training trial and a hold-out alike, at one pretension and place."""
+    first = Settings(seed=seed(name, 1), lead_in=12.0).but(**changes)
+    return (first,), first.but(seed=seed(name, 3), duration=0.8 * first.duration)
+
+
+def case(name, group, effects, trials=None, **changes):
+    """A case on standard trials; `changes` go to its own field of that name, else to the trials."""
+    own = {key: changes.pop(key) for key in list(changes) if key in Case.__dataclass_fields__}
+    train, holdout = (trials or standard)(name, **changes)
+    return Case(name, group, tuple(effects), train, holdout, **own)

@@ -18,7 +18,7 @@ SINGLES = [
     case(
         "creep_3",
         "single",
-        [effect("cable_creep", 3, axial_stiffness=100e6, time_constant=18.0)],
+        [effect("cable_creep", 3, axial_stiffness=300e6, time_constant=18.0)],
         pretension_step=6e3,
     ),
     case("stiffening_all", "single", [effect("cable_stiffening", coefficient=2e4)]),
@@ -48,7 +48,7 @@ SINGLES = [
     case(
         "coulomb_4_arctan",
         "single",
-        [effect("winch_coulomb_friction", 4, law="arctan", force=300.0, transition_speed=0.002)],
+        [effect("winch_coulomb_friction", 4, law="arctan", force=200.0, transition_speed=0.002)],
         pose_noise=2e-3,
         length_noise=1e-3,
     ),
@@ -61,10 +61,10 @@ SINGLES = [
             effect(
                 "winch_stribeck_friction",
                 2,
-                coulomb=150.0,
-                static=400.0,
+                coulomb=100.0,
+                static=260.0,
                 stribeck_speed=0.12,
-                viscous=60.0,
+                viscous=40.0,
                 extra={"smoothing_speed": 0.005},
             )
         ],
@@ -75,7 +75,7 @@ SINGLES = [
     case(
         "capstan_4",
         "single",
-        [effect("pulley_capstan_loss", 4, loss=0.015, extra={"smoothing_speed": 0.01})],
+        [effect("pulley_capstan_loss", 4, loss=0.01, extra={"smoothing_speed": 0.01})],
     ),
     case(
         "capstan_all",
@@ -83,9 +83,9 @@ SINGLES = [
         [effect("pulley_capstan_loss", loss=0.01, extra={"smoothing_speed": 0.005})],
         rate=25.0,
     ),
-    case("gain_2", "single", [effect("winch_force_gain", 2, factor=-0.02)]),
+    case("gain_2", "single", [effect("winch_force_gain", 2, factor=-0.01)]),
     case("gain_all", "single", [effect("winch_force_gain", factor=0.03)], rate=20.0),
-    case("bias_1", "single", [effect("winch_force_bias", 1, bias=180.0)]),
+    case("bias_1", "single", [effect("winch_force_bias", 1, bias=90.0)]),
     case("lag_all", "single", [effect("winch_lag", time_constant=0.12)], dither=150.0),
     case("lag_3", "single", [effect("winch_lag", 3, time_constant=0.25)], dither=150.0),
     case("delay_all", "single", [effect("winch_delay", delay=0.13)], dither=150.0),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from . import trial
 from .parameters import OUTSIDE
-from .strength import strength
+from .strength import evidence, strength
 
 # Where each effect may rightly be located. `{i}` is the cable; an effect on all cables may be found
 # on any of them. A cable's law shows through its winch and the reverse, so both are accepted there.
@@ -41,7 +41,7 @@ def places(effect):
     """The `where` strings under which finding this effect counts as located."""
     if effect["id"] == "outside":
         targets = OUTSIDE[effect["law"]][2]
-        return [t.replace("[cable]", f"[{effect['parameters'].get('cable')}]") for t in targets]
+        return [t.replace("[cable]", f"[{effect['cable']}]") for t in targets]
     default = _ON_CABLE if effect["id"].startswith("cable") else _ON_WINCH
     patterns = PLACES.get(effect["id"], default)
     cables = range(1, 5) if effect["cable"] is None else [effect["cable"]]
@@ -54,7 +54,7 @@ def truth(case, strengths, noise):
     effects, terms = [], []
     for item in case.effects:
         if item["id"] == "outside":
-            _, _, targets, expression = OUTSIDE[item["law"]]
+            _, _, _targets, expression = OUTSIDE[item["law"]]
             terms.append(
                 {"targets": places(item), "expression": expression, "values": item["parameters"]}
             )
@@ -84,20 +84,26 @@ def write_case(case, folder):
         record = trial.run(settings, case.effects, case.data_model)
         trial.write_csv(record, folder / f"{name}.csv")
         noise[name] = record.noise
-        if case.data_model == case.model and case.effects:
-            strengths[name], _ = strength(record, record.clean, case.model)
+        if case.effects:
+            strengths[name] = strength(record, case.model)
     (folder / "model.toml").write_text(f'cable_model = "{case.model}"\n', encoding="utf-8")
     text = json.dumps(truth(case, strengths, noise), indent=1)
     (folder / "truth.json").write_text(text + "\n", encoding="utf-8")
     return case.name, strengths
 
 
-def write_cases(cases, folder, jobs=None):
-    """Write these cases with `jobs` processes (all cores unless told), printing each when done."""
-    jobs = jobs or os.cpu_count() or 1
-    with ProcessPoolExecutor(max_workers=jobs) as pool:
-        futures = [pool.submit(write_case, case, folder) for case in cases]
-        for future in futures:
-            name, strengths = future.result()
-            shown = "  ".join(f"{k} {v:.3g}" for k, v in strengths.items())
+def measure_case(case):
+    """Chi-square of no effect and of each rival on the first training trial (see `strength`)."""
+    record = trial.run(case.train[0], case.effects, case.data_model)
+    found = {"none": evidence(record)}
+    for rival, free in case.rivals:
+        found[rival["id"]] = evidence(record, rival, free)
+    return case.name, found
+
+
+def each_case(function, cases, jobs=None):
+    """Run `function` on these cases in `jobs` processes (all cores unless told), and print."""
+    with ProcessPoolExecutor(max_workers=jobs or os.cpu_count() or 1) as pool:
+        for name, numbers in pool.map(function, cases):
+            shown = "  ".join(f"{key} {value:.3g}" for key, value in numbers.items())
             print(f"{name:28s} {shown}", flush=True)

@@ -224,7 +224,7 @@ def apply_effect(values, effect):
             code, names, _, _ = OUTSIDE[effect["law"]]
             values["outside"] = float(code)
             for slot, name in enumerate(names):
-                values["outside_coefficients"][slot] = p[name]
+                values["outside_coefficients"][slot] = p[name] if name != "cable" else cable
         case _:
             raise ValueError(f"effect id: found {kind!r}, expected an id of the catalogue")
 

@@ -293,7 +293,7 @@ def advance(p, t, span, steps, y, command, d0, d1, s0, s1, work):
 @njit(cache=True, error_model="numpy")
 def split_delay(delay, dt):
     """A delay as whole sample intervals and the rest of one (s)."""
-    whole = int(math.floor(delay / dt + 1e-9))
+    whole = math.floor(delay / dt + 1e-9)
     rest = delay - whole * dt
     return whole, (rest if rest > 1e-9 else 0.0)
 
@@ -334,7 +334,7 @@ def interval(p, k, t, dt, h, y, commands, recorded, hidden, tap_at, tap, work):
                 whole, rest = split_delay(p.delay[i], dt)
                 source = k - whole - (1 if middle < rest else 0)
                 command[i] = commands[max(source, 0), i]
-            steps = int(math.ceil((end - start) / h - 1e-9))
+            steps = math.ceil((end - start) / h - 1e-9)
             advance(
                 p, t + start, end - start, steps, y, command, d0, d1, start / dt, end / dt, work
             )

@@ -1,69 +1,154 @@
-"""How strongly the hidden effect shows: the size that decides whether a case is fair.
+"""How strongly the hidden effect shows: the numbers that decide whether a case is fair.
 
-The plant without the effect is replayed under the recorded inputs, restarted every `horizon`
-seconds from the true state. The root mean square of its distance from the effect's readings, in
-standard deviations of the sensor noise, is the effect's strength; a model without the effect then
-shows a gap of about `sqrt(1 + strength^2)`. An estimator of the state sees somewhat less.
+`strength` replays the plant without the effect under the recorded inputs, restarted every few
+seconds from the true state: the root mean square of its distance from the readings, in standard
+deviations of the sensor noise. A model without the effect shows a gap of about
+`sqrt(1 + strength^2)`.
+
+`evidence` lets the state at each start be fitted, as a workflow has to, and the parameters of a
+rival effect too. What is left is a chi-square: about twice the log likelihood ratio by which the
+data prefer the truth to the rival (or to no effect). Near ten and below nothing can be told.
 """
 
+import copy
+
 import numpy as np
+from numba import njit
 
 from . import parameters
-from .plant import derivative, lengths, replay
+from .plant import CREEP, LAGGED, derivative, lengths, replay
+
+COLUMNS = ["x", "y", "phi"] + [
+    f"{name}[{i}]"
+    for name in ("cable_length", "unstretched_length", "tension")
+    for i in range(1, 5)
+]
+# State entries that a workflow estimates, and steps for their sensitivities (m, rad, s).
+FREE = np.arange(14)
+STEPS = np.array([1e-3, 1e-3, 1e-5, 1e-4, 1e-4, 1e-6] + [1e-3] * 4 + [1e-3] * 4)
 
 
-def readings(record, params, states, forces, recorded, hidden):
-    """Noise-free readings of the record's channels in these states, by column name."""
+@njit(cache=True, error_model="numpy")
+def observe(p, states, forces, wrench):
+    """Noise-free readings (n, 15) of all sensors, in the order of `COLUMNS`."""
     n = len(states)
-    chords, tensions = np.empty((n, 4)), np.empty((n, 4))
+    out = np.empty((n, 15))
     rate = np.zeros(states.shape[1])
     for k in range(n):
-        lengths(params, states[k], chords[k])
-        derivative(params, 0.0, states[k], forces[k], recorded[k] + hidden[k], rate, tensions[k])
-    out = {"x": states[:, 0], "y": states[:, 1], "phi": states[:, 2]}
-    unstretched = chords if params.rigid else states[:, 6:10]
-    for i in range(4):
-        out[f"cable_length[{i + 1}]"] = chords[:, i]
-        out[f"unstretched_length[{i + 1}]"] = unstretched[:, i]
-        out[f"tension[{i + 1}]"] = tensions[:, i]
-    return {name: out[name] for name in record.columns}
+        out[k, :3] = states[k, :3]
+        lengths(p, states[k], out[k, 3:7])
+        out[k, 7:11] = out[k, 3:7] if p.rigid else states[k, 6:10]
+        derivative(p, 0.0, states[k], forces[k], wrench[k], rate, out[k, 11:15])
+    return out
 
 
-def strength(record, clean, cable_model="lumped_mass", horizon=5.0):
-    """Root mean square of (nominal model - effect's readings) / noise, overall and by channel.
-
-    `clean` holds the same trial's readings without noise, gaps and outliers.
-    """
-    nominal = parameters.build((), cable_model)
-    size = max(int(round(horizon / record.dt)), 1)
+def _windows(record, span):
+    """First and last sample of each window of `span` seconds."""
+    size = max(round(span / record.dt), 1)
     n = len(record.states)
-    total = {name: 0.0 for name in record.columns}
-    count = 0
-    for first in range(0, n - 1, size):
-        last = min(first + size, n - 1)
-        states = replay(
-            nominal,
-            0.0,
-            record.dt,
-            1e-3,
-            record.states[first],
-            first,
-            last,
-            record.forces,
-            record.recorded,
-            record.hidden,
-        )
-        window = slice(first, last + 1)
-        found = readings(
-            record,
-            nominal,
-            states,
-            record.forces[window],
-            record.recorded[window],
-            record.hidden[window],
-        )
-        for name, values in found.items():
-            total[name] += np.sum(((values - clean[name][window]) / record.noise[name]) ** 2)
-        count += last - first + 1
-    channels = {name: float(np.sqrt(value / count)) for name, value in total.items()}
-    return float(np.sqrt(np.mean(np.square(list(channels.values()))))), channels
+    return [(first, min(first + size, n - 1)) for first in range(0, n - 1, size)]
+
+
+def _start(record, candidate, first):
+    """True state at a sample, without memory that the candidate does not have."""
+    state = record.states[first].copy()
+    if not candidate.creep_ea.any():
+        state[CREEP : CREEP + 4] = 0.0
+    if not record.params.lag.any():
+        state[LAGGED : LAGGED + 4] = record.forces[first]
+    return state
+
+
+def _residual(record, candidate, sensor_error, start, first, last):
+    """(candidate - readings without noise) / noise, (samples, channels), over one window."""
+    h = min(parameters.step_size(candidate), 1e-3)
+    inputs = record.forces, record.recorded, record.hidden
+    states = replay(candidate, 0.0, record.dt, h, start, first, last, *inputs)
+    window = slice(first, last + 1)
+    wrench = record.recorded[window] + record.hidden[window]
+    found = observe(candidate, states, record.forces[window], wrench)
+    columns = []
+    for name in record.columns:
+        scale, bias = sensor_error.get(name, (0.0, 0.0))
+        reading = found[:, COLUMNS.index(name)] * (1.0 + scale) + bias
+        columns.append((reading - record.clean[name][window]) / record.noise[name])
+    return np.column_stack(columns)
+
+
+def strength(record, cable_model="lumped_mass", horizon=5.0):
+    """Root mean square distance of the plant without effects, in noise units (see above)."""
+    nominal = parameters.build((), cable_model)
+    pieces = [
+        _residual(record, nominal, {}, _start(record, nominal, first), first, last)
+        for first, last in _windows(record, horizon)
+    ]
+    return float(np.sqrt(np.mean(np.concatenate(pieces) ** 2)))
+
+
+def _candidate(rival, free, values, cable_model):
+    """Plant and sensor errors of the rival with these values of its free parameters."""
+    if rival is None:
+        return parameters.build((), cable_model), {}
+    made = copy.deepcopy(rival)
+    made["parameters"].update(zip(free, map(float, values), strict=True))
+    errors = {}
+    if made["id"].startswith("length_sensor"):
+        p = made["parameters"]
+        name = f"{made.get('channel', 'unstretched_length')}[{made['cable']}]"
+        errors[name] = (p.get("factor", 0.0), p.get("bias", 0.0))
+    return parameters.build([made], cable_model), errors
+
+
+def evidence(record, rival=None, free=(), cable_model="lumped_mass", window=20.0, rounds=3):
+    """Chi-square by which the truth beats the best fit of `rival` (none: of no effect).
+
+    Gauss-Newton on the rival's `free` parameters and on the state at the start of each window; the
+    states are projected out window by window.
+    """
+    values = np.array([rival["parameters"][name] for name in free]) if rival else np.empty(0)
+    scale = np.abs(values)
+    windows = _windows(record, window)
+    base, _ = _candidate(rival, free, values, cable_model)
+    starts = [_start(record, base, first) for first, _ in windows]
+    best = np.inf
+    for _ in range(rounds):
+        plant, errors = _candidate(rival, free, values, cable_model)
+        count = len(values)
+        normal, right, total, parts = np.zeros((count, count)), np.zeros(count), 0.0, []
+        for (first, last), start in zip(windows, starts, strict=True):
+            r = _residual(record, plant, errors, start, first, last).ravel()
+            by_state = np.empty((r.size, FREE.size))
+            for j, step in zip(FREE, STEPS, strict=True):
+                moved = start.copy()
+                moved[j] += step
+                shifted = _residual(record, plant, errors, moved, first, last).ravel()
+                by_state[:, j] = shifted - r
+            by_value = np.empty((r.size, count))
+            for j in range(count):
+                nudged = values.copy()
+                nudged[j] += 1e-3 * scale[j]
+                other = _candidate(rival, free, nudged, cable_model)
+                shifted = _residual(record, *other, start, first, last).ravel()
+                by_value[:, j] = (shifted - r) / 1e-3
+            q, upper = np.linalg.qr(by_state)
+            r_free = r - q @ (q.T @ r)
+            v_free = by_value - q @ (q.T @ by_value)
+            normal += v_free.T @ v_free
+            right -= v_free.T @ r_free
+            total += r_free @ r_free
+            parts.append((q, upper, r, by_value))
+        step = np.linalg.lstsq(normal, right, rcond=None)[0] if count else np.empty(0)
+        best = min(best, total - right @ step)
+        values = values + step * scale
+        starts = [
+            _moved(start, np.linalg.solve(upper, -q.T @ (r + by_value @ step)))
+            for start, (q, upper, r, by_value) in zip(starts, parts, strict=True)
+        ]
+    return float(best)
+
+
+def _moved(start, steps):
+    """A start state moved by these multiples of `STEPS`."""
+    state = start.copy()
+    state[FREE] += steps * STEPS
+    return state

@@ -1,8 +1,19 @@
 """The whole suite in one list, and its small subset."""
 
+from .cases_hard import ELASTICITY, LOOK_ALIKES, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
+from .cases_pair import PAIRS, TRIPLES
 from .cases_single import SINGLES
 
-SUITE = [*SINGLES]
+SUITE = [
+    *SINGLES,
+    *PAIRS,
+    *TRIPLES,
+    *NEAR_THRESHOLD,
+    *LOOK_ALIKES,
+    *OUTSIDE_CASES,
+    *ELASTICITY,
+    *NULLS,
+]
 _BY_NAME = {case.name: case for case in SUITE}
 if len(_BY_NAME) != len(SUITE):
     raise ValueError("the suite holds two cases of one name")
@@ -21,4 +32,11 @@ def select(names=None, small=False):
 
 
 # Two singles, a pair, a null, one outside the catalogue, and the paper's own story.
-SMALL = ("quadratic_drag", "coulomb_1_tanh")
+SMALL = (
+    "quadratic_drag",
+    "coulomb_1_tanh",
+    "lag_and_gain",
+    "null_00",
+    "outside_skew_stiffness",
+    "elasticity_plain",
+)

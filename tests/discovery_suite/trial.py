@@ -152,8 +152,8 @@ def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
     r_ref, r_dist, r_noise, r_dither, r_pre, r_loss = map(np.random.default_rng, streams)
 
     dt = 1.0 / settings.rate
-    lead = int(round(settings.lead_in * settings.rate))
-    n = lead + int(round(settings.duration * settings.rate)) + 1
+    lead = round(settings.lead_in * settings.rate)
+    n = lead + round(settings.duration * settings.rate) + 1
     t = dt * (np.arange(n) - lead)
     recorded, hidden = disturbances(r_dist, settings, t, dt)
     pose_sigma = np.array([settings.pose_noise, settings.pose_noise, settings.angle_noise])

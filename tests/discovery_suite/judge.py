@@ -1,0 +1,147 @@
+"""One answer of `cdpr discover` against the truth of its case."""
+
+import math
+from itertools import permutations
+
+ANGLES = {"phase", "direction"}
+
+
+def names(effects):
+    """Effects as a set of (id, cable); the same id on all four cables is (id, None)."""
+    found = {(item["id"], item.get("cable")) for item in effects}
+    for kind in {kind for kind, _ in found}:
+        four = {(kind, i) for i in range(1, 5)}
+        if four <= found:
+            found = (found - four) | {(kind, None)}
+    return found
+
+
+def listed(answer, truth):
+    """Whether every true effect stands in an `ambiguous` answer, each in a place of its own."""
+    options = []
+    for item in answer["effects"]:
+        rivals = item.get("indistinguishable_from", [])
+        options.append({(e["id"], e.get("cable")) for e in [item, *rivals]})
+    wanted = sorted(names(truth["effects"]), key=str)
+    if len(options) != len(wanted):
+        return False
+    return any(
+        all(name in choice for name, choice in zip(wanted, order, strict=True))
+        for order in permutations(options)
+    )
+
+
+def located(answer, truth):
+    """Share of the true effects and terms for which a right place is among those reported."""
+    reported = {item["where"] for item in answer["located"]}
+    wanted = [item["located"] for item in truth["effects"]]
+    wanted += [item["targets"] for item in truth["terms"]]
+    if not wanted:
+        return None
+    return sum(bool(reported & set(good)) for good in wanted) / len(wanted)
+
+
+def _aligned(values, target):
+    """Gust parameters with phase and direction turned together to lie next to the truth."""
+    if "direction" in target:
+        turn = math.remainder(values["direction"]["value"] - target["direction"], 2.0 * math.pi)
+        if abs(turn) > 0.5 * math.pi:
+            values = {key: dict(value) for key, value in values.items()}
+            values["direction"]["value"] += math.pi
+            values["phase"]["value"] += math.pi
+    return values
+
+
+def parameter_errors(answer, truth):
+    """Errors in standard errors of all compared parameters of effects that were named right."""
+    rows = []
+    for item in truth["effects"]:
+        for found in answer["effects"]:
+            if (found["id"], found.get("cable")) != (item["id"], item["cable"]):
+                continue
+            values = _aligned(found["parameters"], item["parameters"])
+            for name in item["compare"]:
+                target = item["parameters"][name]
+                entry = values.get(name)
+                if entry is None:
+                    rows.append({"parameter": name, "z": None, "form": item["form"]})
+                    continue
+                error = entry["value"] - target
+                if name in ANGLES:
+                    error = math.remainder(error, 2.0 * math.pi)
+                deviation = entry.get("standard_error")
+                rows.append(
+                    {
+                        "parameter": f"{item['id']}.{name}",
+                        "truth": target,
+                        "found": entry["value"],
+                        "z": error / deviation if deviation else None,
+                        "relative": error / target if target else None,
+                        "form": item["form"],
+                    }
+                )
+    return rows
+
+
+def judge(answer, truth, seconds):
+    """One row of the score."""
+    found, wanted = names(answer["effects"]), names(truth["effects"])
+    terms = answer.get("terms", [])
+    verdict = answer["verdict"]
+    exact = found == wanted and bool(terms) == bool(truth["terms"])
+    correct = exact or (verdict == "ambiguous" and listed(answer, truth))
+    gap = answer["gap"]["holdout"]
+    row = {
+        "case": truth["case"],
+        "group": truth["group"],
+        "verdict": verdict,
+        "truth": sorted(_text(name) for name in wanted),
+        "found": sorted(_text(name) for name in found),
+        "terms": [f"{term['target']}: {term['expression']}" for term in terms],
+        "exact": exact,
+        "correct": correct,
+        "located": located(answer, truth),
+        "parameters": parameter_errors(answer, truth),
+        "ambiguous_truth": truth["ambiguous"],
+        "gap_before": gap["before"],
+        "gap_after": gap["after"],
+        "seconds": seconds,
+    }
+    if truth["group"] in ("null", "outside", "moordyn"):
+        # Nothing of the catalogue is there to be named.
+        row["false_alarms"] = len(answer["effects"]) + (0 if truth["terms"] else len(terms))
+        row["correct"] = row["false_alarms"] == 0
+    if truth["group"] == "outside":
+        row["halved"] = gap["after"] <= max(0.5 * gap["before"], 1.1)
+        row["exact"] = row["correct"] and verdict == "unnamed"
+    if truth["group"] == "near_threshold":
+        silent = not found and not terms
+        row["correct"] = correct or silent
+    return row
+
+
+def failed(truth, seconds, reason):
+    """The row of a case on which the program failed."""
+    return {
+        "case": truth["case"],
+        "group": truth["group"],
+        "verdict": f"failed: {reason}",
+        "truth": sorted(_text(name) for name in names(truth["effects"])),
+        "found": [],
+        "terms": [],
+        "exact": False,
+        "correct": False,
+        "located": 0.0,
+        "parameters": [],
+        "ambiguous_truth": truth["ambiguous"],
+        "gap_before": None,
+        "gap_after": None,
+        "seconds": seconds,
+        "halved": False,
+        "false_alarms": None,
+    }
+
+
+def _text(name):
+    kind, cable = name
+    return kind if cable is None else f"{kind}[{cable}]"
