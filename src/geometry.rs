@@ -31,7 +31,7 @@ impl Geometry {
         self.attachment.iter().map(|b| b[0].hypot(b[1])).fold(1e-3 * self.size(), f64::max)
     }
 
-    /// Checks a pose: the platform inside the anchors, no cable through another attachment point's side of the platform.
+    /// Checks a pose: the attachment points inside the anchors' polygon, no cable through the platform.
     ///
     /// # Errors
     /// Names the coordinate or cable, what was found and what was expected.

@@ -28,24 +28,6 @@ pub struct CableKinematics<S = f64> {
 }
 
 impl<S: Real> CableKinematics<S> {
-    /// Kinematics of the cable from `anchor` (m, fixed frame) to `attachment` (m, body frame).
-    ///
-    /// `pose` is `[x, y, φ]` with `rotation = [cos φ, sin φ]`, `twist` is `[vx, vy, φ̇]`.
-    #[inline]
-    pub fn new(anchor: [f64; 2], attachment: [f64; 2], pose: &[S; 3], rotation: [S; 2], twist: &[S; 3]) -> Self {
-        let [cos, sin] = rotation;
-        let arm = [cos * attachment[0] - sin * attachment[1], sin * attachment[0] + cos * attachment[1]];
-        let d = [pose[0] + arm[0] - anchor[0], pose[1] + arm[1] - anchor[1]];
-        let length = (d[0] * d[0] + d[1] * d[1]).sqrt();
-        let inverse = length.recip();
-        let direction = [d[0] * inverse, d[1] * inverse];
-        let arm_cross_direction = arm[0] * direction[1] - arm[1] * direction[0];
-        let arm_dot_direction = arm[0] * direction[0] + arm[1] * direction[1];
-        let speed = direction[0] * twist[0] + direction[1] * twist[1] + arm_cross_direction * twist[2];
-        let angular_rate = (direction[0] * twist[1] - direction[1] * twist[0] + arm_dot_direction * twist[2]) * inverse;
-        Self { arm, direction, length, speed, angular_rate, arm_cross_direction, arm_dot_direction }
-    }
-
     /// Row of `J_M`, equation (8): `L̇ = J_M [vx, vy, φ̇]`. Units: 1, 1, m.
     #[inline]
     pub fn jacobian_row(&self) -> [S; 3] {
@@ -85,10 +67,81 @@ impl<S: Real> CableKinematics<S> {
     }
 }
 
+/// The same for all cables, one array per quantity, so that the processor works on several cables at once.
+///
+/// Fields as in [`CableKinematics`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CableArrays<S> {
+    pub(crate) arm_x: [S; CABLES],
+    pub(crate) arm_y: [S; CABLES],
+    pub(crate) direction_x: [S; CABLES],
+    pub(crate) direction_y: [S; CABLES],
+    pub(crate) length: [S; CABLES],
+    pub(crate) speed: [S; CABLES],
+    pub(crate) angular_rate: [S; CABLES],
+    pub(crate) arm_cross_direction: [S; CABLES],
+    pub(crate) arm_dot_direction: [S; CABLES],
+}
+
+impl<S: Real> CableArrays<S> {
+    /// Kinematics of the cables at `pose` `[x, y, φ]` with `rotation = [cos φ, sin φ]` and `twist` `[vx, vy, φ̇]`.
+    #[inline]
+    pub(crate) fn new(geometry: &Geometry, pose: &[S; 3], rotation: [S; 2], twist: &[S; 3]) -> Self {
+        let zeros = [S::from(0.0); CABLES];
+        let [cos, sin] = rotation;
+        let mut k = Self {
+            arm_x: zeros,
+            arm_y: zeros,
+            direction_x: zeros,
+            direction_y: zeros,
+            length: zeros,
+            speed: zeros,
+            angular_rate: zeros,
+            arm_cross_direction: zeros,
+            arm_dot_direction: zeros,
+        };
+        for i in 0..CABLES {
+            let ([anchor_x, anchor_y], [body_x, body_y]) = (geometry.anchor[i], geometry.attachment[i]);
+            let (arm_x, arm_y) = (cos * body_x - sin * body_y, sin * body_x + cos * body_y);
+            let (x, y) = (pose[0] + arm_x - anchor_x, pose[1] + arm_y - anchor_y);
+            let length = (x * x + y * y).sqrt();
+            let inverse = length.recip();
+            let (direction_x, direction_y) = (x * inverse, y * inverse);
+            let cross = arm_x * direction_y - arm_y * direction_x;
+            let dot = arm_x * direction_x + arm_y * direction_y;
+            k.arm_x[i] = arm_x;
+            k.arm_y[i] = arm_y;
+            k.direction_x[i] = direction_x;
+            k.direction_y[i] = direction_y;
+            k.length[i] = length;
+            k.speed[i] = direction_x * twist[0] + direction_y * twist[1] + cross * twist[2];
+            k.angular_rate[i] = (direction_x * twist[1] - direction_y * twist[0] + dot * twist[2]) * inverse;
+            k.arm_cross_direction[i] = cross;
+            k.arm_dot_direction[i] = dot;
+        }
+        k
+    }
+
+    /// One cable's part.
+    #[inline]
+    pub(crate) fn cable(&self, i: usize) -> CableKinematics<S> {
+        CableKinematics {
+            arm: [self.arm_x[i], self.arm_y[i]],
+            direction: [self.direction_x[i], self.direction_y[i]],
+            length: self.length[i],
+            speed: self.speed[i],
+            angular_rate: self.angular_rate[i],
+            arm_cross_direction: self.arm_cross_direction[i],
+            arm_dot_direction: self.arm_dot_direction[i],
+        }
+    }
+}
+
 /// Kinematics of all cables at `pose` `[x, y, φ]` (m, rad) and `twist` `[vx, vy, φ̇]` (m/s, rad/s).
 pub fn cables<S: Real>(geometry: &Geometry, pose: &[S; 3], twist: &[S; 3]) -> [CableKinematics<S>; CABLES] {
-    let rotation = [pose[2].cos(), pose[2].sin()];
-    std::array::from_fn(|i| CableKinematics::new(geometry.anchor[i], geometry.attachment[i], pose, rotation, twist))
+    let (sin, cos) = pose[2].sin_cos();
+    let arrays = CableArrays::new(geometry, pose, [cos, sin], twist);
+    std::array::from_fn(|i| arrays.cable(i))
 }
 
 /// Inverse kinematics: the four cable lengths (m) at `pose`, equation (4).
@@ -126,15 +179,23 @@ pub fn accelerations(
 /// Why forward kinematics has no answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ForwardKinematicsError {
+    /// A length is no length.
+    #[error("length of cable {cable} is {found} m, expected a finite number greater than 0")]
+    BadLength {
+        /// Cable 1 to 4.
+        cable: usize,
+        /// What was found (m).
+        found: f64,
+    },
     /// Gauss-Newton did not settle.
-    #[error("forward kinematics did not converge in {iterations} iterations (last step {last_step:e} m or rad)")]
+    #[error("forward kinematics did not converge in {iterations} iterations (last step {last_step:e} m)")]
     NotConverged {
         /// Iterations done.
         iterations: usize,
-        /// Size of the last step.
+        /// Size of the last step (m; an angle counts by the platform's largest arm).
         last_step: f64,
     },
-    /// The four lengths contradict each other beyond the tolerance: no pose has them.
+    /// The four lengths contradict each other beyond the tolerance: no pose nearby has them.
     #[error("no pose has these cable lengths: the best one misses them by {residual:e} m (tolerance {tolerance:e} m)")]
     Inconsistent {
         /// Root mean square misfit of the lengths (m).
@@ -146,10 +207,12 @@ pub enum ForwardKinematicsError {
 
 /// Forward kinematics: the pose whose four cable lengths fit `lengths` (m) best, by Gauss-Newton from `guess`.
 ///
-/// Four lengths for three unknowns: redundant, so the misfit tells whether the lengths belong together.
+/// Four lengths for three unknowns: redundant, so the misfit tells whether the lengths belong together. Of several poses
+/// with the same lengths (the mirror images of the platform) the iteration takes the one that `guess` leads to.
 ///
 /// # Errors
-/// When the iteration does not settle, or the root mean square misfit of the result is above `tolerance` (m).
+/// When a length is not positive, the iteration does not settle, or the root mean square misfit of the result is above
+/// `tolerance` (m).
 pub fn forward_kinematics(
     geometry: &Geometry,
     lengths: &[f64; CABLES],
@@ -157,22 +220,26 @@ pub fn forward_kinematics(
     tolerance: f64,
 ) -> Result<[f64; 3], ForwardKinematicsError> {
     const ITERATIONS: usize = 50;
+    if let Some(i) = (0..CABLES).find(|i| !(lengths[*i] > 0.0 && lengths[*i].is_finite())) {
+        return Err(ForwardKinematicsError::BadLength { cable: i + 1, found: lengths[i] });
+    }
     let target = SVector::<f64, CABLES>::from(*lengths);
+    // The arm turns the angle into a length, so that one step limit serves all three.
+    let arm = geometry.attachment_scale();
     let mut pose = guess;
-    let mut last_step = f64::INFINITY;
-    for _ in 0..ITERATIONS {
+    let (mut iterations, mut last_step) = (0, f64::NAN);
+    while iterations < ITERATIONS {
+        iterations += 1;
         let misfit = target - cable_lengths(geometry, &pose);
         let j = jacobian(geometry, &pose);
-        // The arm scales the angle to a length, so that one step limit serves all three.
         let Some(step) = (j.transpose() * j).cholesky().map(|c| c.solve(&(j.transpose() * misfit))) else { break };
-        let arm = geometry.attachment_scale();
         last_step = step[0].abs().max(step[1].abs()).max(step[2].abs() * arm);
-        let damping = (0.5 * arm / last_step).min(1.0).max(0.05);
-        for k in 0..3 {
-            pose[k] += damping * step[k];
-        }
         if !last_step.is_finite() {
             break;
+        }
+        let damping = if last_step > 0.0 { (0.5 * arm / last_step).clamp(0.05, 1.0) } else { 1.0 };
+        for k in 0..3 {
+            pose[k] += damping * step[k];
         }
         if last_step < 1e-11 * geometry.size() {
             let residual = (target - cable_lengths(geometry, &pose)).norm() / (CABLES as f64).sqrt();
@@ -182,5 +249,5 @@ pub fn forward_kinematics(
             return Ok(pose);
         }
     }
-    Err(ForwardKinematicsError::NotConverged { iterations: ITERATIONS, last_step })
+    Err(ForwardKinematicsError::NotConverged { iterations, last_step })
 }

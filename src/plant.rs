@@ -1,9 +1,11 @@
 //! The plant: parameters and effects put together, with the layout of its states.
 
-use crate::dynamics::{MAX_EFFECT_STATES, PlantData};
-use crate::effect::{EffectKind, EffectSpec, SpecError, Stage, acts_on};
+use std::sync::OnceLock;
+
+use crate::dynamics::{CableConstants, Inputs, MAX_EFFECT_STATES, PlantData};
+use crate::effect::{EffectKind, EffectSpec, PlatformContext, SpecError, Stage, WinchContext, acts_on};
 use crate::parameters::{CABLES, CableModel, ParameterError, Parameters};
-use crate::{dynamics, geometry};
+use crate::{dynamics, geometry, kinematics};
 
 /// Largest number of states: pose, twist, and on each cable `l`, its rate and effect states.
 pub const MAX_STATES: usize = 6 + CABLES * (2 + MAX_EFFECT_STATES);
@@ -83,8 +85,20 @@ pub struct Plant {
     /// Index of each cable's first state.
     pub(crate) offset: [usize; CABLES],
     dimension: usize,
-    /// Some effect needs the platform-side context (lengths and speeds of all cables).
-    pub(crate) needs_context: bool,
+    pub(crate) constants: CableConstants,
+    pub(crate) has: Has,
+    fingerprint: OnceLock<u64>,
+}
+
+/// What there is to compute, so that an evaluation passes over the rest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Has {
+    /// Effects that add a wrench on the platform or a force on a cable.
+    pub(crate) force: bool,
+    /// Effects on an elastic law.
+    pub(crate) law: bool,
+    /// Cables whose tension depends on the platform's acceleration (rigid, massless spring).
+    pub(crate) platform_side: bool,
 }
 
 impl Plant {
@@ -172,7 +186,15 @@ impl Plant {
         if let Some(i) = (0..CABLES).find(|i| cable[*i].states > MAX_EFFECT_STATES) {
             return Err(PlantError::TooManyStates { cable: i + 1, found: cable[i].states });
         }
-        let needs_context = !wrench.is_empty() || cable.iter().any(|c| !c.pull.is_empty());
+        let on_cable = |c: &CableEffects| {
+            !(c.command.is_empty() && c.loss.is_empty() && c.pull.is_empty() && c.transverse.is_empty())
+        };
+        let has = Has {
+            force: !wrench.is_empty() || cable.iter().any(on_cable),
+            law: cable.iter().any(|c| !c.law.is_empty()),
+            platform_side: data.cables.iter().any(|c| c.model != CableModel::LumpedMass),
+        };
+        let constants = CableConstants::new(&data.cables);
         Ok(Self {
             parameters,
             effects,
@@ -184,7 +206,9 @@ impl Plant {
             states_of_effects,
             offset,
             dimension,
-            needs_context,
+            constants,
+            has,
+            fingerprint: OnceLock::new(),
         })
     }
 
@@ -211,6 +235,16 @@ impl Plant {
     /// Number of states.
     pub fn dimension(&self) -> usize {
         self.dimension
+    }
+
+    /// A number that differs between plants of different parameters or effects: which plant a saved state belongs to.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        // FNV-1a over the text of the model; written once, so that saving stays cheap.
+        *self.fingerprint.get_or_init(|| {
+            let text = format!("{:?} {:?}", self.parameters, self.effects);
+            text.bytes()
+                .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+        })
     }
 
     /// Index of the unstretched length of `cable` (0 to 3) among the states; `None` for a rigid cable.
@@ -256,7 +290,7 @@ impl Plant {
         let mut force = command;
         for (kind, at) in &effects.command {
             kind.start_command(force, &mut states[*at..]);
-            let context = crate::effect::WinchContext { time: 0.0, speed: 0.0 };
+            let context = WinchContext { time: 0.0, speed: 0.0 };
             force = kind.command(force, &states[*at..], &mut [0.0; MAX_EFFECT_STATES], &context);
         }
         for (kind, at) in &effects.law {
@@ -264,19 +298,43 @@ impl Plant {
         }
     }
 
-    /// Pull (N) that the winch holds on `cable` at rest under a constant command.
-    pub(crate) fn pull_at_rest(&self, cable: usize, command: f64, time: f64) -> f64 {
-        let mut states = [0.0; MAX_EFFECT_STATES];
-        self.start_effect_states(cable, command, 0.0, &mut states);
-        let context = crate::effect::WinchContext { time, speed: 0.0 };
-        let mut force = command;
-        for (kind, at) in &self.cable[cable].command {
-            force = kind.command(force, &states[*at..], &mut [0.0; MAX_EFFECT_STATES], &context);
-        }
-        self.cable[cable].loss.iter().fold(force, |sum, kind| sum + kind.loss(force, &context))
+    /// What platform-side effects see of the plant at rest at `pose`, handed to `look`.
+    pub(crate) fn at_rest<R>(
+        &self,
+        time: f64,
+        pose: &[f64; 3],
+        inputs: &Inputs,
+        look: impl FnOnce(&PlatformContext<'_, f64>) -> R,
+    ) -> R {
+        let lengths = kinematics::cables(&self.data.geometry, pose, &[0.0; 3]).map(|c| c.length);
+        let zero = [0.0; CABLES];
+        look(&PlatformContext {
+            time,
+            pose,
+            twist: &[0.0; 3],
+            inputs,
+            cable_length: &lengths,
+            cable_speed: &zero,
+            unstretched_length: &lengths,
+            unstretched_rate: &zero,
+        })
     }
 
-    /// The unstretched length (m) of `cable` (0 to 3) at which it carries `tension` (N) at rest, at this chord (m).
+    /// Pulls (N) that the winches hold on their cables at rest under constant commands, all effects included.
+    pub(crate) fn pulls_at_rest(&self, context: &PlatformContext<'_, f64>) -> [f64; CABLES] {
+        std::array::from_fn(|i| {
+            let effects = &self.cable[i];
+            let mut states = [0.0; MAX_EFFECT_STATES];
+            let command = context.inputs.winch_force[i];
+            self.start_effect_states(i, command, 0.0, &mut states);
+            let added = effects.pull.iter().map(|kind| kind.pull(context)).sum();
+            let winch = WinchContext { time: context.time, speed: 0.0 };
+            dynamics::winch_pull(self, i, command, added, &winch, &states, &mut [0.0; MAX_EFFECT_STATES])
+        })
+    }
+
+    /// The unstretched length (m) of `cable` (0 to 3) at which it carries `tension` (N) at rest, at this chord (m) and
+    /// these effect states. Not positive where no length does: a sagging cable needs a tension.
     pub fn unstretched_length_for(&self, cable: usize, time: f64, chord: f64, tension: f64, states: &[f64]) -> f64 {
         dynamics::unstretched_length(&self.data.cables[cable], &self.cable[cable].law, time, chord, tension, states)
     }

@@ -56,7 +56,10 @@ pub struct Outputs<S = f64> {
 pub struct Simulation {
     plant: Arc<Plant>,
     time: f64,
+    /// What rounding has left out of `time` (s), so that an hour of steps of 1 ms ends after an hour.
+    time_carry: f64,
     y: Vec<f64>,
+    /// Which cables the equations in force take as slack.
     slack: [bool; CABLES],
     /// Inputs at `input_time` and their slopes, as commanded.
     inputs: Inputs,
@@ -90,6 +93,7 @@ impl Simulation {
         let mut simulation = Self {
             plant,
             time,
+            time_carry: 0.0,
             y,
             slack: [false; CABLES],
             inputs,
@@ -122,7 +126,13 @@ impl Simulation {
 
     /// Which cables carry nothing.
     pub fn slack(&self) -> [bool; CABLES] {
-        self.slack
+        self.slack_under(&self.inputs_felt().at(self.time))
+    }
+
+    /// Which cables carry nothing under these inputs. Where tension follows the inputs directly, it may have changed with
+    /// them since the last step.
+    fn slack_under(&self, inputs: &Inputs) -> [bool; CABLES] {
+        if self.plant.has.platform_side { self.plant.slack_cables(self.time, &self.y, inputs) } else { self.slack }
     }
 
     /// Inputs as commanded now.
@@ -154,9 +164,6 @@ impl Simulation {
         self.input_slopes = slopes;
         self.input_time = self.time;
         self.commands.push(self.time, inputs.winch_force, slopes.winch_force);
-        if self.work.tension_follows_inputs {
-            self.slack = self.plant.slack_cables(self.time, &self.y, &self.inputs_felt().at(self.time));
-        }
     }
 
     /// Replaces the states, as after a correction by measurements; the integrator starts afresh.
@@ -181,12 +188,32 @@ impl Simulation {
         self.radau.statistics()
     }
 
-    /// Advances by `duration` (s) under the inputs as set.
+    /// Advances by `duration` (s) under the inputs as set. Times add up without drift.
     ///
     /// # Errors
-    /// When the integrator cannot go on; the simulation then stands at the time named in the error.
+    /// When the duration is negative or not finite, or the integrator cannot go on; the simulation then stands at the
+    /// time named in the error, with the state there.
     pub fn advance(&mut self, duration: f64) -> Result<(), RadauError> {
-        let end = self.time + duration;
+        let (end, carry) = two_sum(self.time, duration + self.time_carry);
+        self.advance_stretches(end, duration)?;
+        self.time_carry = carry;
+        Ok(())
+    }
+
+    /// Advances to `end` (s) under the inputs as set: for callers that keep the time themselves.
+    ///
+    /// # Errors
+    /// As [`Simulation::advance`].
+    pub fn advance_to(&mut self, end: f64) -> Result<(), RadauError> {
+        self.advance_stretches(end, end - self.time)
+    }
+
+    /// Advances by `duration` to what is then called `end`, one stretch of steady inputs after the other.
+    fn advance_stretches(&mut self, end: f64, duration: f64) -> Result<(), RadauError> {
+        if !(duration >= 0.0 && duration.is_finite()) {
+            return Err(RadauError::Duration { duration, time: self.time });
+        }
+        self.time_carry = 0.0;
         let mut left = duration;
         while left > 0.0 {
             let mut part = left;
@@ -196,28 +223,24 @@ impl Simulation {
             if self.poses.active() {
                 part = part.min(HISTORY_STEP);
             }
-            let last = part >= left;
-            self.advance_part(part)?;
-            if last {
-                self.time = end;
-                left = 0.0;
-            } else {
-                left = end - self.time;
-            }
+            let last = part >= left - 4.0 * f64::EPSILON * end.abs();
+            let (stop, part) = if last { (end, left) } else { (self.time + part, part) };
+            self.advance_stretch(stop, part)?;
+            left = if last { 0.0 } else { end - self.time };
         }
         Ok(())
     }
 
-    /// Advances over a stretch in which every input is linear in time.
-    fn advance_part(&mut self, duration: f64) -> Result<(), RadauError> {
+    /// Advances by `duration` to `stop`, over which every input is linear in time.
+    fn advance_stretch(&mut self, stop: f64, duration: f64) -> Result<(), RadauError> {
         let inputs = self.inputs_felt();
-        if self.work.tension_follows_inputs {
+        if self.plant.has.platform_side {
             self.slack = self.plant.slack_cables(self.time, &self.y, &inputs.at(self.time));
         }
         let mut system = PlantSystem { plant: &self.plant, inputs, slack: &mut self.slack, work: &mut self.work };
         let result = self.radau.advance(&mut system, self.time, &mut self.y, duration);
         self.time = match &result {
-            Ok(()) => self.time + duration,
+            Ok(()) => stop,
             Err(error) => error.time(),
         };
         self.poses.push(self.time, &self.y);
@@ -236,13 +259,15 @@ impl Simulation {
 
     /// Everything known of the plant now.
     pub fn evaluate(&self) -> Evaluation {
-        self.plant.evaluate(self.time, &self.y, &self.inputs_felt().at(self.time), self.slack)
+        let inputs = self.inputs_felt().at(self.time);
+        self.plant.evaluate(self.time, &self.y, &inputs, self.slack_under(&inputs))
     }
 
     /// Rates of the states now.
     pub fn rates(&self) -> Vec<f64> {
         let mut rates = vec![0.0; self.y.len()];
-        self.plant.rates(self.time, &self.y, &self.inputs_felt().at(self.time), self.slack, &mut rates);
+        let inputs = self.inputs_felt().at(self.time);
+        self.plant.rates(self.time, &self.y, &inputs, self.slack_under(&inputs), &mut rates);
         rates
     }
 
@@ -272,7 +297,14 @@ impl Simulation {
             tension: e.tension,
             strain: std::array::from_fn(|i| (e.kinematics[i].length - e.unstretched[i]) / e.unstretched[i]),
             cable_angle: std::array::from_fn(|i| e.kinematics[i].angle()),
-            slack: self.slack,
+            slack: e.slack,
         }
     }
+}
+
+/// The rounded sum of two numbers and what rounding took from it (D. E. Knuth).
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let b_part = sum - a;
+    (sum, (a - (sum - b_part)) + (b - b_part))
 }

@@ -1,5 +1,7 @@
 //! The elastic law of a cable, (32) and (33), with the effects that change it.
 
+use num_dual::Dual64;
+
 use crate::effect::EffectKind;
 use crate::scalar::Real;
 
@@ -48,21 +50,15 @@ pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S
     if !laws.iter().any(|(law, _)| law.has_chord_strain()) {
         return straight_tension(data, laws, strain);
     }
-    let misfit = |elastic: S, strain: S, chord: S| {
-        elastic + chord_strain(laws, straight_tension(data, laws, elastic), chord) - strain
-    };
-    // The misfit rises monotonically from minus infinity at zero; Newton from the left climbs without overshoot, and
-    // from the right lands on the left, where a quarter of the last value bounds it away from zero.
+    // The misfit rises monotonically from minus infinity at zero and is hollow downwards: Newton from the left climbs
+    // without overshoot, and from the right lands on the left, where a quarter of the last value bounds it away from
+    // zero.
     let (strain_re, chord_re) = (strain.re(), chord.re());
-    let slope = |elastic: f64| {
-        let h = 1e-6 * elastic;
-        let f = |e: f64| misfit(S::from(e), S::from(strain_re), S::from(chord_re)).re();
-        (f(elastic), (f(elastic + h) - f(elastic - h)) / (2.0 * h))
-    };
+    let at = |elastic: f64| misfit(data, laws, Dual64::new(elastic, 1.0), strain_re.into(), chord_re.into());
     let mut elastic = strain_re.max(1e-3 / data.axial_stiffness);
     for _ in 0..100 {
-        let (f, df) = slope(elastic);
-        let next = (elastic - f / df).max(0.25 * elastic);
+        let f = at(elastic);
+        let next = (elastic - f.re / f.eps).max(0.25 * elastic);
         let done = (next - elastic).abs() <= 1e-14 * elastic;
         elastic = next;
         if done {
@@ -71,12 +67,17 @@ pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S
     }
     // A Newton step in the given number type carries the derivative by the implicit function theorem, a second one that
     // of second order.
-    let (_, df) = slope(elastic);
+    let slope = at(elastic).eps;
     let mut refined = S::from(elastic);
     for _ in 0..2 {
-        refined -= misfit(refined, strain, chord) / df;
+        refined -= misfit(data, laws, refined, strain, chord) / slope;
     }
     straight_tension(data, laws, refined)
+}
+
+/// How far the strain at this elastic strain, with the chord strain of its tension, is from `strain`.
+fn misfit<S: Real>(data: &CableData, laws: &[Law], elastic: S, strain: S, chord: S) -> S {
+    elastic + chord_strain(laws, straight_tension(data, laws, elastic), chord) - strain
 }
 
 /// The unstretched length (m) at which a cable at rest with this chord (m) carries `tension` (N); the inverse of
@@ -92,10 +93,8 @@ pub(crate) fn unstretched_length(
     let wanted = tension_wanted.max(0.0);
     let mut elastic = wanted / data.axial_stiffness;
     for _ in 0..100 {
-        let f = straight_tension(data, laws, elastic) - wanted;
-        let h = 1e-6 * elastic.max(1e-9);
-        let df = (straight_tension(data, laws, elastic + h) - straight_tension(data, laws, elastic - h)) / (2.0 * h);
-        let step = f / df;
+        let tension = straight_tension(data, laws, Dual64::new(elastic, 1.0));
+        let step = (tension.re - wanted) / tension.eps;
         elastic -= step;
         if step.abs() <= 1e-15 * elastic.abs() {
             break;

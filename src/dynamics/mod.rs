@@ -2,13 +2,17 @@
 
 mod elastic;
 mod evaluation;
+mod factors;
+mod instant;
+mod linearisation;
 mod matrix3;
-mod newton_matrix;
 mod residual;
 
 pub(crate) use elastic::unstretched_length;
 pub use evaluation::Evaluation;
-pub(crate) use newton_matrix::{Factors, Linearisation};
+pub(crate) use factors::Factors;
+pub(crate) use instant::winch_pull;
+pub(crate) use linearisation::Linearisation;
 
 use crate::geometry::Geometry;
 use crate::parameters::{CABLES, CableInertia, CableModel, Parameters};
@@ -87,6 +91,49 @@ impl CableData {
     #[inline]
     pub(crate) fn axial_mass<S: Real>(&self, length: S) -> S {
         length * (self.density * self.axial_share()) + self.drum_mass
+    }
+}
+
+/// The cables' numbers, one array per quantity and with the products that every evaluation needs.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CableConstants {
+    pub(crate) axial_stiffness: [f64; CABLES],
+    pub(crate) damping: [f64; CABLES],
+    /// `ρ/3` (kg/m), zero where the cable's mass is left out.
+    pub(crate) third_density: [f64; CABLES],
+    /// Axial mass per length (kg/m): `ρ/2` or `ρ`.
+    axial_density: [f64; CABLES],
+    drum_mass: [f64; CABLES],
+    /// Factor of `rate²` in the axial bias (kg/m).
+    rate_square: [f64; CABLES],
+    /// Factor of `-(l α̇)²` in the axial bias (kg/m).
+    turning_square: [f64; CABLES],
+}
+
+impl CableConstants {
+    pub(crate) fn new(cables: &[CableData; CABLES]) -> Self {
+        let each = |f: &dyn Fn(&CableData) -> f64| std::array::from_fn(|i| f(&cables[i]));
+        Self {
+            axial_stiffness: each(&|c| c.axial_stiffness),
+            damping: each(&|c| c.damping),
+            third_density: each(&|c| c.acting_density() / 3.0),
+            axial_density: each(&|c| c.density * c.axial_share()),
+            drum_mass: each(&|c| c.drum_mass),
+            rate_square: each(&|c| if c.inertia == CableInertia::Paper { 0.5 * c.density } else { 0.0 }),
+            turning_square: each(&|c| 0.5 * c.acting_density()),
+        }
+    }
+
+    /// As [`CableData::axial_mass`].
+    #[inline]
+    pub(crate) fn axial_mass<S: Real>(&self, i: usize, length: S) -> S {
+        length * self.axial_density[i] + self.drum_mass[i]
+    }
+
+    /// As [`CableData::axial_bias`], from the speed across the cable's end (m/s) in place of its angular rate.
+    #[inline]
+    pub(crate) fn axial_bias<S: Real>(&self, i: usize, rate: S, turning: S) -> S {
+        rate * rate * self.rate_square[i] - turning * turning * self.turning_square[i]
     }
 }
 

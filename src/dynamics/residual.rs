@@ -1,12 +1,12 @@
 //! The implicit system `F(t, y, ẏ, u, F_D) = 0`: the physics as the paper states it.
 
 use crate::effect::{PlatformContext, WinchContext};
-use crate::kinematics::CableKinematics;
+use crate::kinematics;
 use crate::parameters::{CABLES, CableModel};
 use crate::plant::Plant;
 use crate::scalar::Real;
 
-use super::evaluation::winch_pull;
+use super::instant::winch_pull;
 use super::{Inputs, MAX_EFFECT_STATES, elastic};
 
 impl Plant {
@@ -29,14 +29,10 @@ impl Plant {
         let twist = [y[3], y[4], y[5]];
         let acceleration = [rates[3], rates[4], rates[5]];
         let (omega, omega_rate) = (twist[2], acceleration[2]);
-        let rotation = [pose[2].cos(), pose[2].sin()];
-        let kinematics: [CableKinematics<S>; CABLES] = std::array::from_fn(|i| {
-            let g = &self.data.geometry;
-            CableKinematics::new(g.anchor[i], g.attachment[i], &pose, rotation, &twist)
-        });
+        let cables = kinematics::cables(&self.data.geometry, &pose, &twist);
         let unstretched: [[S; 2]; CABLES] = std::array::from_fn(|i| match self.data.cables[i].model {
-            CableModel::Rigid => [kinematics[i].length, kinematics[i].speed],
-            CableModel::MasslessSpring => [y[self.offset[i]], kinematics[i].speed],
+            CableModel::Rigid => [cables[i].length, cables[i].speed],
+            CableModel::MasslessSpring => [y[self.offset[i]], cables[i].speed],
             CableModel::LumpedMass => [y[self.offset[i]], y[self.offset[i] + 1]],
         });
         let context = PlatformContext {
@@ -44,8 +40,8 @@ impl Plant {
             pose: &pose,
             twist: &twist,
             inputs: u,
-            cable_length: &kinematics.map(|k| k.length),
-            cable_speed: &kinematics.map(|k| k.speed),
+            cable_length: &cables.map(|k| k.length),
+            cable_speed: &cables.map(|k| k.speed),
             unstretched_length: &unstretched.map(|l| l[0]),
             unstretched_rate: &unstretched.map(|l| l[1]),
         };
@@ -59,7 +55,7 @@ impl Plant {
         for i in 0..CABLES {
             let cable = &self.data.cables[i];
             let effects = &self.cable[i];
-            let k = &kinematics[i];
+            let k = &cables[i];
             let [s, n] = [k.direction, [-k.direction[1], k.direction[0]]];
             // (12) and (14)
             let length_acceleration =
@@ -74,8 +70,8 @@ impl Plant {
             let states = self.gather_effect_states(i, y);
             let mut effect_rates = [zero; MAX_EFFECT_STATES];
             let winch = WinchContext { time, speed: unstretched[i][1] };
-            let pull = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context))
-                + winch_pull(self, i, u.winch_force[i], &winch, &states, &mut effect_rates);
+            let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context));
+            let pull = winch_pull(self, i, u.winch_force[i], added, &winch, &states, &mut effect_rates);
             let at = self.offset[i];
             // (23): tension from the motion of the end of the cable.
             let from_motion = |length: S, rate: S, acceleration: S| {
@@ -118,7 +114,7 @@ impl Plant {
             }
         }
         // (26), (27) with the centre of mass at G + c
-        let [cx, cy] = self.com_arm(rotation);
+        let [cx, cy] = self.com_arm([pose[2].cos(), pose[2].sin()]);
         let centre = [
             acceleration[0] - omega_rate * cy - omega * omega * cx,
             acceleration[1] + omega_rate * cx - omega * omega * cy,

@@ -17,18 +17,29 @@ pub(super) const BETA: f64 = 3.050_430_199_247_410_7;
 /// Weights of the error estimate, `-(13 + 7√6)/3`, `(-13 + 7√6)/3`, `-1/3`.
 pub(super) const E: [f64; 3] = [-10.048_809_399_827_414, 1.382_142_733_160_748_8, -1.0 / 3.0];
 
+/// Weights of the stage increments in `h` times the rates at the end of the step: the last row of the inverse of the
+/// Runge-Kutta matrix.
+pub(super) const END_RATES: [f64; 3] = [5.531_972_647_421_809, -7.531_972_647_421_809, 5.0];
+
 /// Transformation `Z = T W`.
 pub(super) const T: [[f64; 3]; 3] = [
     [0.091_232_394_870_892_94, -0.141_255_295_020_954_2, -0.030_029_194_105_147_424],
-    [0.241_717_932_707_107, 0.204_129_352_293_799_93, 0.382_942_112_757_261_94],
-    [0.966_048_182_615_092_9, 1.0, 0.0],
+    [0.241_717_932_707_107, 0.204_129_352_293_799_93, 0.382_942_112_757_261_9],
+    [0.966_048_182_615_093, 1.0, 0.0],
 ];
 
 /// Its inverse, `W = T⁻¹ Z`.
 pub(super) const T_INVERSE: [[f64; 3]; 3] = [
     [4.325_579_890_063_155, 0.339_199_251_815_809_87, 0.541_770_539_935_874_9],
     [-4.178_718_591_551_905, -0.327_682_820_761_062_4, 0.476_623_554_500_550_43],
-    [-0.502_872_634_945_786_9, 2.571_926_949_855_605_4, -0.596_039_204_828_224_9],
+    [-0.502_872_634_945_787, 2.571_926_949_855_605, -0.596_039_204_828_224_9],
+];
+
+/// `T⁻¹ [1, 1, 1]`: what the same value in all stages becomes.
+pub(super) const T_INVERSE_SUM: [f64; 3] = [
+    T_INVERSE[0][0] + T_INVERSE[0][1] + T_INVERSE[0][2],
+    T_INVERSE[1][0] + T_INVERSE[1][1] + T_INVERSE[1][2],
+    T_INVERSE[2][0] + T_INVERSE[2][1] + T_INVERSE[2][2],
 ];
 
 #[cfg(test)]
@@ -61,6 +72,8 @@ mod tests {
                 assert!((unit[r][c] - f64::from(u8::from(r == c))).abs() < 1e-14, "{unit:?}");
             }
             assert!((a[r].iter().sum::<f64>() - C[r]).abs() < 1e-15);
+            let last: f64 = (0..3).map(|k| END_RATES[k] * a[k][r]).sum();
+            assert!((last - f64::from(u8::from(r == 2))).abs() < 1e-14, "{last}");
         }
     }
 }

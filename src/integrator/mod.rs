@@ -1,10 +1,20 @@
 //! Radau IIA of order 5 for stiff and implicit systems.
+//!
+//! A one-step method on purpose: inputs jump at every communication point, and saving the integrator is saving the
+//! state, the last step sizes and the point of the last Jacobian ([`Memory`]).
+//!
+//! The method and its control follow E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., 1996,
+//! sections IV.5 and IV.8; the step size control is K. Gustafsson's, *ACM Trans. Math. Softw.* 20 (1994).
 
 mod coefficients;
+mod outcome;
 mod radau;
+mod step;
+mod switching;
 
 pub use num_complex::Complex64;
-pub use radau::{Memory, Radau, RadauError, Statistics};
+pub use outcome::{RadauError, Statistics};
+pub use radau::{Memory, Radau};
 
 /// A system `ẏ = f(t, y)` that knows how to solve with its own Newton matrix, and where its equations switch.
 pub trait System {
@@ -44,4 +54,9 @@ pub trait System {
 
     /// Changes over to the equations that hold from this point on.
     fn switch(&mut self, _time: f64, _y: &[f64]) {}
+
+    /// Why the equations do not hold at this state, if they do not; asked after every step.
+    fn out_of_bounds(&self, _y: &[f64]) -> Option<&'static str> {
+        None
+    }
 }

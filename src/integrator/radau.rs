@@ -1,87 +1,15 @@
-//! The method: simplified Newton in the transformed stages, error estimate, step control, switches.
+//! The integrator: its memory, and the way from one communication point to the next.
 
-use super::coefficients::{ALPHA, BETA, C, E, GAMMA, T, T_INVERSE};
-use super::{Complex64, System};
-
-/// Most Newton iterations of one step.
-const NEWTON_LIMIT: u32 = 8;
-/// Contraction above which the Jacobian is taken anew before the next step.
-const FRESH_CONTRACTION: f64 = 0.02;
-/// Relative change of step size up to which the factors are kept.
-const SAME_STEP: f64 = 1e-6;
-/// Most switches within one call, against endless chatter.
-const SWITCH_LIMIT: u64 = 10_000;
-
-/// What the integration has cost so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Statistics {
-    /// Steps accepted.
-    pub steps: u64,
-    /// Steps rejected by the error estimate.
-    pub rejections: u64,
-    /// Steps given up because Newton's method did not converge.
-    pub newton_failures: u64,
-    /// Newton iterations.
-    pub newton_iterations: u64,
-    /// Evaluations of the right-hand side.
-    pub evaluations: u64,
-    /// Jacobians.
-    pub jacobians: u64,
-    /// Factorisations (one real and one complex together).
-    pub factorisations: u64,
-    /// Switches located.
-    pub switches: u64,
-}
-
-/// Why the integration stopped, with the time reached; the state handed in is the one at that time.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RadauError {
-    /// The step size became too small.
-    #[error("{reason} down to a step of {step:e} s at t = {time} s; state {state:?}")]
-    StepTooSmall {
-        /// What failed at the smallest step.
-        reason: &'static str,
-        /// Last step size tried (s).
-        step: f64,
-        /// Time reached (s).
-        time: f64,
-        /// State there.
-        state: Vec<f64>,
-    },
-    /// The equations give no finite rates.
-    #[error("the equations give no finite rates at t = {time} s; state {state:?}")]
-    NotFinite {
-        /// Time reached (s).
-        time: f64,
-        /// State there.
-        state: Vec<f64>,
-    },
-    /// Switches follow each other without end.
-    #[error("more than {SWITCH_LIMIT} switches up to t = {time} s; state {state:?}")]
-    Chatter {
-        /// Time reached (s).
-        time: f64,
-        /// State there.
-        state: Vec<f64>,
-    },
-}
-
-impl RadauError {
-    /// Time reached (s).
-    pub fn time(&self) -> f64 {
-        match self {
-            Self::StepTooSmall { time, .. } | Self::NotFinite { time, .. } | Self::Chatter { time, .. } => *time,
-        }
-    }
-}
+use super::coefficients::END_RATES;
+use super::outcome::SWITCH_LIMIT;
+use super::step::Outcome;
+use super::{Complex64, RadauError, Statistics, System};
 
 /// What must be kept between calls for a continuation to be bit for bit the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory {
     /// Step size the error estimate asks for (s); 0 before the first step.
     pub next_step: f64,
-    /// Contraction `θ/(1-θ)` of the last Newton iteration.
-    pub contraction: f64,
     /// Step size that the factors are for (s); 0 where there are none.
     pub factored_step: f64,
     /// Point `(t, y)` that the Jacobian was taken at; empty where there is none.
@@ -95,35 +23,30 @@ pub struct Memory {
 /// The integrator: workspace and memory. No allocation after [`Radau::new`] but in errors.
 #[derive(Clone, Debug)]
 pub struct Radau {
-    n: usize,
-    tolerance: f64,
-    newton_tolerance: f64,
-    next_step: f64,
-    contraction: f64,
-    factored_step: f64,
-    jacobian_time: f64,
-    jacobian_state: Vec<f64>,
-    has_jacobian: bool,
+    pub(super) tolerance: f64,
+    pub(super) newton_tolerance: f64,
+    pub(super) next_step: f64,
+    pub(super) factored_step: f64,
+    pub(super) jacobian_time: f64,
+    pub(super) jacobian_state: Vec<f64>,
+    pub(super) has_jacobian: bool,
     /// The last Newton iteration contracted too slowly.
-    stale: bool,
-    last: (f64, f64),
-    scale: Vec<f64>,
-    rates: Vec<f64>,
-    z: [Vec<f64>; 3],
-    w: [Vec<f64>; 3],
-    f: [Vec<f64>; 3],
-    complex: Vec<Complex64>,
-    stage: Vec<f64>,
-    error: Vec<f64>,
-    switch_values: Vec<f64>,
-    switch_end: Vec<f64>,
-    statistics: Statistics,
-}
-
-enum Outcome {
-    Accepted,
-    TooInaccurate(f64),
-    NotConverged,
+    pub(super) stale: bool,
+    pub(super) last: (f64, f64),
+    /// What an error in each state weighs: one over its scale and the tolerance.
+    pub(super) weight: Vec<f64>,
+    /// Rates at the start of the step.
+    pub(super) rates: Vec<f64>,
+    /// Stage increments `Y_s - y`, and the same transformed.
+    pub(super) z: [Vec<f64>; 3],
+    pub(super) w: [Vec<f64>; 3],
+    pub(super) f: [Vec<f64>; 3],
+    pub(super) complex: Vec<Complex64>,
+    pub(super) stage: Vec<f64>,
+    pub(super) error: Vec<f64>,
+    pub(super) switch_values: Vec<f64>,
+    pub(super) switch_start: Vec<f64>,
+    pub(super) statistics: Statistics,
 }
 
 impl Radau {
@@ -134,18 +57,16 @@ impl Radau {
     pub fn new(dimension: usize, switches: usize, relative_tolerance: f64) -> Self {
         let zeros = || vec![0.0; dimension];
         let mut radau = Self {
-            n: dimension,
             tolerance: 0.0,
             newton_tolerance: 0.0,
             next_step: 0.0,
-            contraction: 1.0,
             factored_step: 0.0,
             jacobian_time: 0.0,
             jacobian_state: zeros(),
             has_jacobian: false,
             stale: false,
             last: (0.0, 0.0),
-            scale: zeros(),
+            weight: zeros(),
             rates: zeros(),
             z: std::array::from_fn(|_| zeros()),
             w: std::array::from_fn(|_| zeros()),
@@ -154,7 +75,7 @@ impl Radau {
             stage: zeros(),
             error: zeros(),
             switch_values: vec![0.0; switches],
-            switch_end: vec![0.0; switches],
+            switch_start: vec![0.0; switches],
             statistics: Statistics::default(),
         };
         radau.set_tolerance(relative_tolerance);
@@ -178,9 +99,9 @@ impl Radau {
     /// Forgets step size and Jacobian.
     pub fn restart(&mut self) {
         self.next_step = 0.0;
-        self.contraction = 1.0;
         self.factored_step = 0.0;
         self.has_jacobian = false;
+        self.stale = false;
         self.last = (0.0, 0.0);
     }
 
@@ -188,7 +109,6 @@ impl Radau {
     pub fn memory(&self) -> Memory {
         Memory {
             next_step: self.next_step,
-            contraction: self.contraction,
             factored_step: self.factored_step,
             jacobian_time: self.jacobian_time,
             jacobian_state: if self.has_jacobian { self.jacobian_state.clone() } else { Vec::new() },
@@ -198,17 +118,18 @@ impl Radau {
 
     /// Takes up a memory; the system must be set to the equations that were in force at the Jacobian's point.
     pub fn restore(&mut self, memory: &Memory, system: &mut impl System) {
+        let n = self.jacobian_state.len();
         self.next_step = memory.next_step;
-        self.contraction = memory.contraction;
         self.last = memory.last;
+        self.stale = false;
         self.factored_step = memory.factored_step;
         self.jacobian_time = memory.jacobian_time;
-        self.has_jacobian = memory.jacobian_state.len() == self.n && self.n > 0;
+        self.has_jacobian = memory.jacobian_state.len() == n && n > 0;
         if self.has_jacobian {
             self.jacobian_state.copy_from_slice(&memory.jacobian_state);
             system.linearise(self.jacobian_time, &self.jacobian_state);
             if self.factored_step != 0.0 {
-                factor(system, self.factored_step);
+                super::step::factor(system, self.factored_step);
             }
         }
     }
@@ -216,7 +137,7 @@ impl Radau {
     /// Advances `y` from `time` by `duration`, locating switches on the way.
     ///
     /// # Errors
-    /// When no step size gives convergence, or the rates are not finite. `y` is then the state at the time in the error.
+    /// When no step size gives convergence, or the equations do not hold. `y` is then the state at the time in the error.
     pub fn advance(
         &mut self,
         system: &mut impl System,
@@ -224,14 +145,23 @@ impl Radau {
         y: &mut [f64],
         duration: f64,
     ) -> Result<(), RadauError> {
+        if !(duration >= 0.0 && duration.is_finite()) {
+            return Err(RadauError::Duration { duration, time });
+        }
         let end = time + duration;
         let mut t = time;
         let mut remaining = duration;
         let switches_before = self.statistics.switches;
         let smallest = 1e-13 * duration.max(1e-3) + 4.0 * f64::EPSILON * end.abs();
-        system.scale(y, &mut self.scale);
+        system.scale(y, &mut self.weight);
+        for weight in &mut self.weight {
+            *weight = 1.0 / (*weight * self.tolerance);
+        }
+        self.stale = false;
         let mut rates_known = false;
         let mut rejected = false;
+        // Where a switch was seen: a step is made to end there before the switch is believed.
+        let mut limit = f64::INFINITY;
         while remaining > 0.0 {
             if !rates_known {
                 system.rates(t, y, &mut self.rates);
@@ -244,13 +174,9 @@ impl Radau {
             if self.next_step <= 0.0 {
                 self.next_step = self.first_step(remaining);
             }
-            // A last step a little longer than asked for is better than a tiny one after it.
-            let mut h = if self.next_step >= 0.9 * remaining { remaining } else { self.next_step };
-            if h < 0.5 * remaining && 2.0 * h > remaining {
-                h = 0.5 * remaining;
-            }
-            let outcome = self.step(system, t, y, h, rejected);
-            match outcome {
+            let planned = self.next_step;
+            let h = step_size(planned, remaining).min(limit);
+            match self.step(system, t, y, h, rejected) {
                 Outcome::NotConverged => {
                     self.statistics.newton_failures += 1;
                     if self.has_jacobian && self.jacobian_time == t && self.jacobian_state == *y {
@@ -274,6 +200,21 @@ impl Radau {
                 }
                 Outcome::Accepted => {
                     let crossing = self.first_crossing(system, t, y, h);
+                    if let Some(fraction) = crossing
+                        && (1e-3..0.999).contains(&fraction)
+                        && h * fraction > smallest
+                    {
+                        // Between its nodes the dense output is two orders less accurate than the step.
+                        limit = fraction * h;
+                        continue;
+                    }
+                    self.statistics.steps += 1;
+                    if h < planned && !rejected {
+                        // Cut short by the end or a switch: no reason to plan shorter steps.
+                        self.next_step = self.next_step.max(planned);
+                    }
+                    limit = f64::INFINITY;
+                    rejected = false;
                     if let Some(fraction) = crossing {
                         self.statistics.switches += 1;
                         if self.statistics.switches - switches_before > SWITCH_LIMIT {
@@ -287,19 +228,23 @@ impl Radau {
                         system.switch(t, y);
                         self.has_jacobian = false;
                         self.last = (0.0, 0.0);
+                        rates_known = false;
                     } else {
-                        for (value, z) in y.iter_mut().zip(&self.z[2]) {
-                            *value += z;
+                        let [z0, z1, z2] = &self.z;
+                        for (k, value) in y.iter_mut().enumerate() {
+                            *value += z2[k];
+                            // The collocation polynomial's slope there, which is what Newton's method made of the rates.
+                            self.rates[k] = (END_RATES[0] * z0[k] + END_RATES[1] * z1[k] + END_RATES[2] * z2[k]) / h;
                         }
-                        self.statistics.steps += 1;
                         remaining = if h == remaining { 0.0 } else { remaining - h };
                         t = if remaining == 0.0 { end } else { end - remaining };
                     }
                     if std::mem::take(&mut self.stale) {
                         self.has_jacobian = false;
                     }
-                    rates_known = false;
-                    rejected = false;
+                    if let Some(reason) = system.out_of_bounds(y) {
+                        return Err(RadauError::OutOfBounds { reason, time: t, state: y.to_vec() });
+                    }
                 }
             }
         }
@@ -308,224 +253,27 @@ impl Radau {
 
     /// A careful first step from the size of the rates.
     fn first_step(&self, remaining: f64) -> f64 {
-        let speed = norm(&self.rates, &self.scale);
-        let guess = if speed > 0.0 { 0.1 * self.tolerance.powf(0.25) / speed.max(1e-300) } else { remaining };
+        // In units of the tolerance per second; the step may change the state by 0.1 tol^(1/4) of its scale.
+        let speed = self.tolerance * self.norm(&self.rates);
+        let guess = if speed > 0.0 { 0.1 * self.tolerance.sqrt().sqrt() / speed } else { remaining };
         // The first error estimate corrects a guess that is too long at the price of one step.
         guess.max(0.01).min(remaining)
     }
 
-    fn prepare(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
-        if !self.has_jacobian {
-            system.linearise(t, y);
-            self.statistics.jacobians += 1;
-            self.jacobian_time = t;
-            self.jacobian_state.copy_from_slice(y);
-            self.has_jacobian = true;
-            self.factored_step = 0.0;
-        }
-        if (h - self.factored_step).abs() > SAME_STEP * h {
-            factor(system, h);
-            self.statistics.factorisations += 1;
-            self.factored_step = h;
-        }
-    }
-
-    /// One step attempt; on acceptance the stages are in `z`.
-    fn step(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64, rejected: bool) -> Outcome {
-        self.prepare(system, t, y, h);
-        let n = self.n;
-        // Straight-line start values: the inputs may have jumped, so nothing older than this step is used.
-        for k in 0..n {
-            let slope = h * self.rates[k];
-            let z = [C[0] * slope, C[1] * slope, slope];
-            for s in 0..3 {
-                self.z[s][k] = z[s];
-                self.w[s][k] = T_INVERSE[s][0] * z[0] + T_INVERSE[s][1] * z[1] + T_INVERSE[s][2] * z[2];
-            }
-        }
-        let (real, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
-        let mut contraction = self.contraction.max(f64::EPSILON).powf(0.8);
-        let mut theta = 0.0;
-        let mut last_change = 0.0;
-        let mut iterations = 0;
-        loop {
-            if iterations == NEWTON_LIMIT {
-                return Outcome::NotConverged;
-            }
-            for s in 0..3 {
-                for k in 0..n {
-                    self.stage[k] = y[k] + self.z[s][k];
-                }
-                system.rates(t + C[s] * h, &self.stage, &mut self.f[s]);
-            }
-            self.statistics.evaluations += 3;
-            for k in 0..n {
-                let f = [self.f[0][k], self.f[1][k], self.f[2][k]];
-                let g = |s: usize| T_INVERSE[s][0] * f[0] + T_INVERSE[s][1] * f[1] + T_INVERSE[s][2] * f[2];
-                let (w1, w2, w3) = (self.w[0][k], self.w[1][k], self.w[2][k]);
-                self.error[k] = g(0) - real * w1;
-                self.complex[k] = Complex64::new(g(1) - alpha * w2 + beta * w3, g(2) - alpha * w3 - beta * w2);
-            }
-            system.solve_real(&mut self.error);
-            system.solve_complex(&mut self.complex);
-            iterations += 1;
-            let mut sum = 0.0;
-            for k in 0..n {
-                let scale = 1.0 / (self.scale[k] * self.tolerance);
-                let (d1, d2, d3) = (self.error[k] * scale, self.complex[k].re * scale, self.complex[k].im * scale);
-                sum += d1 * d1 + d2 * d2 + d3 * d3;
-                self.w[0][k] += self.error[k];
-                self.w[1][k] += self.complex[k].re;
-                self.w[2][k] += self.complex[k].im;
-                let w = [self.w[0][k], self.w[1][k], self.w[2][k]];
-                for s in 0..3 {
-                    self.z[s][k] = T[s][0] * w[0] + T[s][1] * w[1] + T[s][2] * w[2];
-                }
-            }
-            let change = (sum / (3 * n) as f64).sqrt();
-            if !change.is_finite() {
-                return Outcome::NotConverged;
-            }
-            if iterations > 1 {
-                theta = if last_change > 0.0 { change / last_change } else { 0.0 };
-                if theta >= 0.99 {
-                    // At the level of rounding the iteration no longer contracts, and need not.
-                    if change < self.newton_tolerance {
-                        break;
-                    }
-                    return Outcome::NotConverged;
-                }
-                contraction = theta / (1.0 - theta);
-            }
-            last_change = change;
-            if contraction * change <= self.newton_tolerance || change == 0.0 {
-                break;
-            }
-            if iterations > 1 {
-                let left = (NEWTON_LIMIT - iterations) as i32;
-                if theta.powi(left) / (1.0 - theta) * change > self.newton_tolerance {
-                    return Outcome::NotConverged;
-                }
-            }
-        }
-        self.statistics.newton_iterations += u64::from(iterations);
-        self.contraction = contraction;
-        if theta > FRESH_CONTRACTION {
-            self.stale = true;
-        }
-        let error = self.estimate(system, t, y, h, rejected);
-        self.control(h, error, iterations, rejected)
-    }
-
-    /// The embedded error estimate, in units of the tolerance.
-    fn estimate(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64, rejected: bool) -> f64 {
-        let n = self.n;
-        for k in 0..n {
-            let weighted = (E[0] * self.z[0][k] + E[1] * self.z[1][k] + E[2] * self.z[2][k]) / h;
-            // `w[0]` is done with; it keeps the difference for a second pass.
-            self.w[0][k] = weighted;
-            self.error[k] = weighted + self.rates[k];
-        }
-        system.solve_real(&mut self.error);
-        let mut error = norm(&self.error, &self.scale) / self.tolerance;
-        if error >= 1.0 && (rejected || self.last.0 == 0.0) {
-            for k in 0..n {
-                self.stage[k] = y[k] + self.error[k];
-            }
-            system.rates(t, &self.stage, &mut self.error);
-            self.statistics.evaluations += 1;
-            for k in 0..n {
-                self.error[k] += self.w[0][k];
-            }
-            system.solve_real(&mut self.error);
-            error = norm(&self.error, &self.scale) / self.tolerance;
-        }
-        if error.is_finite() { error.max(1e-10) } else { f64::INFINITY }
-    }
-
-    /// Step size control after Gustafsson.
-    fn control(&mut self, h: f64, error: f64, iterations: u32, rejected: bool) -> Outcome {
-        let limit = f64::from(NEWTON_LIMIT);
-        let safety = 0.9 * (2.0 * limit + 1.0) / (2.0 * limit + f64::from(iterations));
-        let bound = |quotient: f64| quotient.clamp(0.125, 5.0);
-        let mut quotient = bound(error.powf(0.25) / safety);
-        if error >= 1.0 || !error.is_finite() {
-            return Outcome::TooInaccurate(if error.is_finite() { h / quotient } else { 0.1 * h });
-        }
-        let (last_step, last_error) = self.last;
-        if last_step > 0.0 {
-            let predicted = (last_step / h) * (error * error / last_error).powf(0.25) / safety;
-            quotient = quotient.max(bound(predicted));
-        }
-        self.last = (h, error.max(1e-2));
-        let next = h / quotient;
-        self.next_step = if rejected { next.min(h) } else { next };
-        Outcome::Accepted
-    }
-
-    /// State at `fraction` of the step just computed, on its collocation polynomial, into `stage`.
-    fn stage_at(&mut self, y: &[f64], fraction: f64) {
-        let nodes = [0.0, C[0], C[1], C[2]];
-        let mut weight = [0.0; 3];
-        for s in 0..3 {
-            let mut product = 1.0;
-            for (m, node) in nodes.iter().enumerate() {
-                if m != s + 1 {
-                    product *= (fraction - node) / (nodes[s + 1] - node);
-                }
-            }
-            weight[s] = product;
-        }
-        for k in 0..self.n {
-            self.stage[k] = y[k] + weight[0] * self.z[0][k] + weight[1] * self.z[1][k] + weight[2] * self.z[2][k];
-        }
-    }
-
-    /// Fraction of the step at which a switching function first turns negative, to rounding.
-    fn first_crossing(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) -> Option<f64> {
-        if !system.suspects_switch() {
-            return None;
-        }
-        let mut values = std::mem::take(&mut self.switch_values);
-        let mut start = std::mem::take(&mut self.switch_end);
-        // One that is negative from the start, by rounding right after its own switch, must first rise.
-        system.switching_functions(t, y, &mut start);
-        let mut check = |radau: &mut Self, fraction: f64| {
-            radau.stage_at(y, fraction);
-            system.switching_functions(t + fraction * h, &radau.stage, &mut values);
-            values.iter().zip(&start).any(|(v, s)| *v < 0.0 && *s >= 0.0)
-        };
-        let mut low = 0.0;
-        let mut high = None;
-        for fraction in [C[0], 0.4, C[1], 0.85, 1.0] {
-            if check(self, fraction) {
-                high = Some(fraction);
-                break;
-            }
-            low = fraction;
-        }
-        let result = high.map(|mut high| {
-            while high - low > 1e-12 && high * h - low * h > 1e-13 {
-                let middle = 0.5 * (low + high);
-                if check(self, middle) {
-                    high = middle;
-                } else {
-                    low = middle;
-                }
-            }
-            high
-        });
-        self.switch_values = values;
-        self.switch_end = start;
-        result
+    /// Root mean square of `values`, weighed.
+    pub(super) fn norm(&self, values: &[f64]) -> f64 {
+        let sum: f64 = values.iter().zip(&self.weight).map(|(v, w)| (v * w) * (v * w)).sum();
+        (sum / values.len() as f64).sqrt()
     }
 }
 
-fn factor(system: &mut impl System, h: f64) {
-    system.factor(GAMMA / h, Complex64::new(ALPHA / h, BETA / h));
-}
-
-fn norm(values: &[f64], scale: &[f64]) -> f64 {
-    let sum: f64 = values.iter().zip(scale).map(|(v, s)| (v / s) * (v / s)).sum();
-    (sum / values.len() as f64).sqrt()
+/// The step to take where the error estimate asks for `next` and `remaining` is left: no tiny step at the end.
+fn step_size(next: f64, remaining: f64) -> f64 {
+    if next >= 0.9 * remaining {
+        remaining
+    } else if next > 0.5 * remaining {
+        0.5 * remaining
+    } else {
+        next
+    }
 }

@@ -30,16 +30,21 @@ fn put_flags(out: &mut Vec<u8>, flags: [bool; CABLES]) {
 struct Reader<'a>(&'a [u8]);
 
 impl Reader<'_> {
-    fn number(&mut self) -> Result<f64, SnapshotError> {
-        let (head, tail) = self.0.split_first_chunk::<8>().ok_or(SnapshotError("it ends too early"))?;
+    fn bytes<const N: usize>(&mut self) -> Result<[u8; N], SnapshotError> {
+        let (head, tail) = self.0.split_first_chunk::<N>().ok_or(SnapshotError("it ends too early"))?;
         self.0 = tail;
-        Ok(f64::from_le_bytes(*head))
+        Ok(*head)
+    }
+
+    /// A number; everything kept is finite.
+    fn number(&mut self) -> Result<f64, SnapshotError> {
+        let value = f64::from_le_bytes(self.bytes()?);
+        if value.is_finite() { Ok(value) } else { Err(SnapshotError("a number is not finite")) }
     }
 
     fn count(&mut self, size: usize) -> Result<usize, SnapshotError> {
-        let (head, tail) = self.0.split_first_chunk::<8>().ok_or(SnapshotError("it ends too early"))?;
-        self.0 = tail;
-        let count = usize::try_from(u64::from_le_bytes(*head)).map_err(|_| SnapshotError("a count is too large"))?;
+        let count = usize::try_from(u64::from_le_bytes(self.bytes()?));
+        let count = count.map_err(|_| SnapshotError("a count is too large"))?;
         if count.saturating_mul(size) > self.0.len() {
             return Err(SnapshotError("a count is too large"));
         }
@@ -59,8 +64,7 @@ impl Reader<'_> {
     }
 
     fn flags(&mut self) -> Result<[bool; CABLES], SnapshotError> {
-        let (head, tail) = self.0.split_first_chunk::<CABLES>().ok_or(SnapshotError("it ends too early"))?;
-        self.0 = tail;
+        let head: [u8; CABLES] = self.bytes()?;
         if head.iter().any(|b| *b > 1) {
             return Err(SnapshotError("a flag is neither 0 nor 1"));
         }
@@ -72,8 +76,9 @@ impl Simulation {
     /// Appends everything that a bit-identical continuation needs.
     pub fn save(&self, out: &mut Vec<u8>) {
         let count = |n: usize| (n as u64).to_le_bytes();
+        out.extend(self.plant.fingerprint().to_le_bytes());
         out.extend(count(self.y.len()));
-        put(out, &[self.time]);
+        put(out, &[self.time, self.time_carry]);
         put(out, &self.y);
         put_flags(out, self.slack);
         put_inputs(out, &self.inputs);
@@ -92,7 +97,7 @@ impl Simulation {
             put(out, point);
         }
         let memory = self.radau.memory();
-        put(out, &[memory.next_step, memory.contraction, memory.factored_step, memory.jacobian_time]);
+        put(out, &[memory.next_step, memory.factored_step, memory.jacobian_time]);
         put(out, &[memory.last.0, memory.last.1]);
         out.extend(count(memory.jacobian_state.len()));
         put(out, &memory.jacobian_state);
@@ -106,11 +111,14 @@ impl Simulation {
     /// When the bytes are not a saved state of this plant.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
         let mut reader = Reader(bytes);
+        if reader.bytes()? != self.plant.fingerprint().to_le_bytes() {
+            return Err(SnapshotError("it was saved from another model"));
+        }
         let n = reader.count(8)?;
         if n != self.y.len() {
             return Err(SnapshotError("it has another number of states"));
         }
-        let time = reader.number()?;
+        let [time, time_carry] = reader.numbers()?;
         let mut y = vec![0.0; n];
         for value in &mut y {
             *value = reader.number()?;
@@ -128,7 +136,7 @@ impl Simulation {
         for _ in 0..reader.count(56)? {
             points.push((reader.number()?, reader.numbers::<6>()?));
         }
-        let [next_step, contraction, factored_step, jacobian_time] = reader.numbers()?;
+        let [next_step, factored_step, jacobian_time] = reader.numbers()?;
         let [last_step, last_error] = reader.numbers()?;
         let jacobian_count = reader.count(8)?;
         let mut jacobian_state = vec![0.0; jacobian_count];
@@ -140,13 +148,17 @@ impl Simulation {
         if !reader.0.is_empty() {
             return Err(SnapshotError("it is too long"));
         }
-        if stretches.is_empty() {
-            return Err(SnapshotError("it has no commands"));
+        if stretches.is_empty() || stretches.windows(2).any(|s| s[0].start > s[1].start) {
+            return Err(SnapshotError("its commands are not in order"));
         }
-        if y.iter().any(|v| !v.is_finite()) || !time.is_finite() {
-            return Err(SnapshotError("a state is not finite"));
+        if points.is_empty() == self.poses.active() || points.windows(2).any(|p| p[0].0 > p[1].0) {
+            return Err(SnapshotError("its poses are not in order"));
+        }
+        if ![0, n].contains(&jacobian_count) || next_step < 0.0 || factored_step < 0.0 {
+            return Err(SnapshotError("its integrator is in no possible state"));
         }
         self.time = time;
+        self.time_carry = time_carry;
         self.y = y;
         self.slack = slack;
         self.inputs = inputs;
@@ -157,14 +169,7 @@ impl Simulation {
         self.commands.stretches.extend(stretches);
         self.poses.points.clear();
         self.poses.points.extend(points);
-        let memory = Memory {
-            next_step,
-            contraction,
-            factored_step,
-            jacobian_time,
-            jacobian_state,
-            last: (last_step, last_error),
-        };
+        let memory = Memory { next_step, factored_step, jacobian_time, jacobian_state, last: (last_step, last_error) };
         let segment = InputSegment { start: jacobian_time, value: linearised_inputs, slope: Inputs::default() };
         let mut system =
             PlantSystem { plant: &self.plant, inputs: segment, slack: &mut linearised_slack, work: &mut self.work };

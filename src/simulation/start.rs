@@ -100,8 +100,6 @@ impl Start {
         let mut y = vec![0.0; plant.dimension()];
         y[..3].copy_from_slice(&self.pose);
         y[3..6].copy_from_slice(&self.twist);
-        let pulls: [f64; CABLES] =
-            std::array::from_fn(|i| plant.pull_at_rest(i, self.inputs.winch_force[i], self.time));
         if self.initialization == Initialization::StaticEquilibrium {
             let pose = static_equilibrium(plant, self.time, self.pose, &self.inputs)?;
             y[..3].copy_from_slice(&pose);
@@ -109,6 +107,7 @@ impl Start {
         }
         let pose = [y[0], y[1], y[2]];
         let twist = [y[3], y[4], y[5]];
+        let pulls = plant.at_rest(self.time, &pose, &self.inputs, |context| plant.pulls_at_rest(context));
         let cables = kinematics::cables(geometry, &pose, &twist);
         for i in 0..CABLES {
             let mut states = [0.0; MAX_EFFECT_STATES];
@@ -172,7 +171,8 @@ pub fn static_equilibrium(plant: &Plant, time: f64, guess: [f64; 3], inputs: &In
         if !length.is_finite() {
             return Err(fail("the stiffness matrix is singular", pose));
         }
-        let limit = (0.2 * plant.geometry().size() / length).min(2.0 * scale / (step[2].abs() * scale)).min(1.0);
+        // At most a fifth of the workspace and 2 rad in one step.
+        let limit = (0.2 * plant.geometry().size() / length).min(2.0 / step[2].abs()).min(1.0);
         for k in 0..3 {
             pose[k] += limit * step[k];
         }
@@ -190,32 +190,18 @@ pub fn static_equilibrium(plant: &Plant, time: f64, guess: [f64; 3], inputs: &In
 
 /// Force and torque (N, N m) left on the platform at rest at `pose` with every cable carrying its winch's pull.
 pub fn wrench_at_rest(plant: &Plant, time: f64, pose: [f64; 3], inputs: &Inputs) -> [f64; 3] {
-    let cables = kinematics::cables(plant.geometry(), &pose, &[0.0; 3]);
     let mut wrench = inputs.disturbance;
-    let lengths = cables.map(|c| c.length);
-    let zero = [0.0; CABLES];
-    let context = crate::effect::PlatformContext {
-        time,
-        pose: &pose,
-        twist: &[0.0; 3],
-        inputs,
-        cable_length: &lengths,
-        cable_speed: &zero,
-        unstretched_length: &lengths,
-        unstretched_rate: &zero,
-    };
-    for kind in &plant.wrench {
-        let w = kind.wrench(&context);
-        for k in 0..3 {
-            wrench[k] += w[k];
+    let pulls = plant.at_rest(time, &pose, inputs, |context| {
+        for kind in &plant.wrench {
+            for (sum, added) in wrench.iter_mut().zip(kind.wrench(context)) {
+                *sum += added;
+            }
         }
-    }
-    for i in 0..CABLES {
-        let pull = plant.pull_at_rest(i, inputs.winch_force[i], time)
-            + plant.cable[i].pull.iter().map(|kind| kind.pull(&context)).sum::<f64>();
-        let row = cables[i].jacobian_row();
-        for k in 0..3 {
-            wrench[k] -= pull.max(0.0) * row[k];
+        plant.pulls_at_rest(context)
+    });
+    for (cable, pull) in kinematics::cables(plant.geometry(), &pose, &[0.0; 3]).iter().zip(pulls) {
+        for (sum, row) in wrench.iter_mut().zip(cable.jacobian_row()) {
+            *sum -= pull.max(0.0) * row;
         }
     }
     wrench

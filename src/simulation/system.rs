@@ -2,7 +2,7 @@
 
 use crate::dynamics::{Factors, Inputs, Linearisation};
 use crate::integrator::{Complex64, System};
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CABLES;
 use crate::plant::Plant;
 
 /// Inputs linear in time from `start` on.
@@ -34,8 +34,6 @@ pub(super) struct Workspace {
     pub(super) linearised_slack: [bool; CABLES],
     real: Factors<f64>,
     complex: Factors<Complex64>,
-    /// Some cable's tension depends on the inputs directly (rigid, massless spring).
-    pub(super) tension_follows_inputs: bool,
     suspect: bool,
 }
 
@@ -50,7 +48,6 @@ impl Workspace {
             linearised_slack: [false; CABLES],
             real: Factors::empty(),
             complex: Factors::empty(),
-            tension_follows_inputs: plant.data().cables.iter().any(|c| c.model != CableModel::LumpedMass),
             suspect: false,
         }
     }
@@ -70,11 +67,11 @@ impl System for PlantSystem<'_> {
     }
 
     fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]) {
-        let e = self.plant.evaluate(time, y, &self.inputs.at(time), *self.slack);
+        let e = self.plant.instant(time, y, &self.inputs.at(time), *self.slack);
         for i in 0..CABLES {
             self.work.suspect |= (e.tension_uncut[i] < 0.0) != self.slack[i];
         }
-        self.plant.write_rates(y, &e, rates);
+        self.plant.write_instant(y, &e, rates);
     }
 
     fn scale(&self, _y: &[f64], scale: &mut [f64]) {
@@ -110,7 +107,7 @@ impl System for PlantSystem<'_> {
     }
 
     fn switching_functions(&mut self, time: f64, y: &[f64], values: &mut [f64]) {
-        let e = self.plant.evaluate(time, y, &self.inputs.at(time), *self.slack);
+        let e = self.plant.instant(time, y, &self.inputs.at(time), *self.slack);
         for i in 0..CABLES {
             values[i] = if self.slack[i] { -e.tension_uncut[i] } else { e.tension_uncut[i] };
         }
@@ -118,11 +115,16 @@ impl System for PlantSystem<'_> {
 
     fn switch(&mut self, time: f64, y: &[f64]) {
         // At a crossing the tension is zero to rounding: each cable past it changes over.
-        let e = self.plant.evaluate(time, y, &self.inputs.at(time), *self.slack);
-        if self.work.tension_follows_inputs {
-            *self.slack = self.plant.slack_cables(time, y, &self.inputs.at(time));
+        let inputs = self.inputs.at(time);
+        *self.slack = if self.plant.has.platform_side {
+            self.plant.slack_cables(time, y, &inputs)
         } else {
-            *self.slack = e.tension_uncut.map(|t| t < 0.0);
-        }
+            self.plant.instant(time, y, &inputs, *self.slack).tension_uncut.map(|t| t < 0.0)
+        };
+    }
+
+    fn out_of_bounds(&self, y: &[f64]) -> Option<&'static str> {
+        let wound_in = |i| self.plant.unstretched_index(i).is_some_and(|at| y[at] <= 0.0);
+        (0..CABLES).any(wound_in).then_some("a cable is wound in to its end (its unstretched length is not positive)")
     }
 }

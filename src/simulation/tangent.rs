@@ -49,9 +49,10 @@ impl Simulation {
             winch_force: std::array::from_fn(|i| Dual64::new(value.winch_force[i], winch(i))),
             disturbance: std::array::from_fn(|k| Dual64::new(value.disturbance[k], direction.inputs.disturbance[k])),
         };
-        let e = self.plant.evaluate(time, &y, &inputs, self.slack);
+        let slack = self.slack_under(&value);
+        let e = self.plant.evaluate(time, &y, &inputs, slack);
         let mut rates = vec![Dual64::from(0.0); y.len()];
-        self.plant.write_rates(&y, &e, &mut rates);
+        self.plant.rates(time, &y, &inputs, slack, &mut rates);
         let then = self.time - self.plant.pose_delay;
         let pose = match (self.poses.at(then), self.poses.rate_at(then)) {
             (Some(pose), Some(rate)) => std::array::from_fn(|k| Dual64::new(pose[k], direction.time * rate[k])),
@@ -70,9 +71,10 @@ impl Simulation {
     /// In a massless spring the rate follows from the other states; its own rate is the exact derivative along the
     /// motion.
     pub fn unstretched_accelerations(&self, e: &Evaluation) -> [f64; CABLES] {
-        let mut rates = vec![0.0; self.y.len()];
-        self.plant.write_rates(&self.y, e, &mut rates);
-        self.unstretched_acceleration(self.time, &self.y, &self.inputs_felt().value, &rates, e)
+        if self.plant.data().cables.iter().all(|cable| cable.model != CableModel::MasslessSpring) {
+            return e.unstretched_acceleration;
+        }
+        self.unstretched_acceleration(self.time, &self.y, &self.inputs_felt().value, &self.rates(), e)
     }
 
     fn unstretched_acceleration<S: Real>(
@@ -94,7 +96,7 @@ impl Simulation {
             winch_force: std::array::from_fn(|i| moving(inputs.winch_force[i], slope.winch_force[i])),
             disturbance: std::array::from_fn(|k| moving(inputs.disturbance[k], slope.disturbance[k])),
         };
-        let along = self.plant.evaluate(moving(time, 1.0), &y, &inputs, self.slack);
+        let along = self.plant.evaluate(moving(time, 1.0), &y, &inputs, e.slack);
         std::array::from_fn(|i| match models[i] {
             CableModel::MasslessSpring => along.unstretched_rate[i].eps,
             _ => e.unstretched_acceleration[i],

@@ -1,9 +1,9 @@
-//! The matrix of Newton's method on the plant, `σ I - ∂f/∂y`, kept and solved in the structure that the plant has.
+//! The derivative `∂f/∂y` of the plant's rates, in the structure that the plant has.
 //!
-//! Velocities are eliminated first (`Δq = (r_q + Δv)/σ`), then each cable's own block: its states reach the rest only
-//! through its tension, and the platform reaches them only through the cable's length, its rate and the angular rate.
-//! What remains is one 3×3 system in `Δv`. The linearisation is approximate (products of accelerations with derivatives
-//! of the mass matrix are left out); Newton's method checks its own convergence.
+//! A cable's own states reach the rest only through its tension, and the platform reaches them only through the cable's
+//! length, its rate and the angular rate. The linearisation is approximate: the derivatives of the mass matrix and of
+//! the centrifugal and Coriolis forces are left out, as are dependences of an expression on other cables. Newton's
+//! method checks its own convergence.
 
 use num_dual::Dual64;
 
@@ -12,35 +12,34 @@ use crate::parameters::{CABLES, CableModel};
 use crate::plant::{Plant, axial_states};
 use crate::scalar::Real;
 
-use super::evaluation::winch_pull;
-use super::matrix3::{self, Field, Matrix3};
+use super::instant::winch_pull;
+use super::matrix3::{self, Matrix3};
 use super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
 
 /// Largest number of states of one cable.
-const BLOCK: usize = 2 + MAX_EFFECT_STATES;
+pub(super) const BLOCK: usize = 2 + MAX_EFFECT_STATES;
 
 /// One cable's part: rows of derivatives with respect to length `L`, its rate, angular rate, and own states.
 #[derive(Clone, Debug, Default)]
-struct CableBlock {
-    size: usize,
-    jacobian: [f64; 3],
-    normal_over_length: [f64; 3],
+pub(super) struct CableBlock {
+    pub(super) size: usize,
+    pub(super) jacobian: [f64; 3],
+    pub(super) normal_over_length: [f64; 3],
     /// `(∂²L/∂q²) v`.
-    curvature: [f64; 3],
-    tension_by_state: [f64; BLOCK],
-    rates_by_length: [f64; BLOCK],
-    rates_by_speed: [f64; BLOCK],
-    rates_by_turning: [f64; BLOCK],
-    rates_by_state: [[f64; BLOCK]; BLOCK],
+    pub(super) curvature: [f64; 3],
+    pub(super) tension_by_state: [f64; BLOCK],
+    /// By length, its rate, angular rate.
+    pub(super) rates_by_motion: [[f64; 3]; BLOCK],
+    pub(super) rates_by_state: [[f64; BLOCK]; BLOCK],
 }
 
 /// First derivatives of the plant at one state.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Linearisation {
-    mass: Matrix3<f64>,
-    force_by_pose: Matrix3<f64>,
-    force_by_twist: Matrix3<f64>,
-    cables: [CableBlock; CABLES],
+    pub(super) mass: Matrix3<f64>,
+    pub(super) force_by_pose: Matrix3<f64>,
+    pub(super) force_by_twist: Matrix3<f64>,
+    pub(super) cables: [CableBlock; CABLES],
 }
 
 /// A cable seen on its own: the platform through three scalars, the rest of the plant frozen.
@@ -78,7 +77,7 @@ impl Local<'_> {
             CableModel::LumpedMass => (own[0], own[1]),
         };
         let time = S::from(self.time);
-        let mut pull = zero;
+        let mut added = zero;
         if !effects.pull.is_empty() {
             let e = self.evaluation;
             let replaced = |values: [f64; CABLES], own: S| {
@@ -96,10 +95,11 @@ impl Local<'_> {
                 unstretched_length: &replaced(e.unstretched, unstretched),
                 unstretched_rate: &replaced(e.unstretched_rate, unstretched_rate),
             };
-            pull = effects.pull.iter().fold(pull, |sum, kind| sum + kind.pull(&context));
+            added = effects.pull.iter().fold(added, |sum, kind| sum + kind.pull(&context));
         }
-        let context = WinchContext { time, speed: unstretched_rate };
-        pull += winch_pull(self.plant, i, S::from(self.u.winch_force[i]), &context, &states, &mut effect_rates);
+        let winch = WinchContext { time, speed: unstretched_rate };
+        let command = S::from(self.u.winch_force[i]);
+        let pull = winch_pull(self.plant, i, command, added, &winch, &states, &mut effect_rates);
         let elastic = |unstretched| elastic::tension(data, &effects.law, time, length, unstretched, &states);
         let mut tension = match data.model {
             CableModel::LumpedMass => elastic(unstretched) + (speed - unstretched_rate) * data.damping / unstretched,
@@ -208,9 +208,8 @@ impl Linearisation {
             local.rates(s(k.length, 0), s(k.speed, 1), s(k.angular_rate, 2), &own)
         };
         let [by_length, by_speed, by_turning] = [derivative(0), derivative(1), derivative(2)];
-        block.rates_by_length = by_length.rates.map(|r| r.eps);
-        block.rates_by_speed = by_speed.rates.map(|r| r.eps);
-        block.rates_by_turning = by_turning.rates.map(|r| r.eps);
+        block.rates_by_motion =
+            std::array::from_fn(|r| [by_length.rates[r].eps, by_speed.rates[r].eps, by_turning.rates[r].eps]);
         for c in 0..block.size {
             let by_state = derivative(3 + c);
             block.tension_by_state[c] = by_state.tension.eps;
@@ -229,155 +228,5 @@ impl Linearisation {
         matrix3::add_outer(twist, &row, &row, -by_speed.tension.eps);
         matrix3::add_outer(twist, &row, &block.normal_over_length, -by_turning.tension.eps);
         matrix3::add_outer(twist, &normal, &block.normal_over_length, by_turning.transverse.eps);
-    }
-}
-
-#[derive(Clone, Debug)]
-struct CableFactors<F> {
-    /// `(σ I - C)⁻¹`.
-    inverse: [[F; BLOCK]; BLOCK],
-    /// Row `∂T/∂c (σ I - C)⁻¹`.
-    tension: [F; BLOCK],
-}
-
-/// `(σ I - ∂f/∂y)⁻¹` for one `σ`, real or complex.
-#[derive(Clone, Debug)]
-pub(crate) struct Factors<F> {
-    inverse_sigma: F,
-    schur_inverse: Matrix3<F>,
-    pose_coupling: Matrix3<F>,
-    cables: [CableFactors<F>; CABLES],
-}
-
-impl<F: Field + From<f64>> Factors<F> {
-    pub(crate) fn empty() -> Self {
-        let zero = F::zero();
-        let cable = CableFactors { inverse: [[zero; BLOCK]; BLOCK], tension: [zero; BLOCK] };
-        Self {
-            inverse_sigma: zero,
-            schur_inverse: [[zero; 3]; 3],
-            pose_coupling: [[zero; 3]; 3],
-            cables: std::array::from_fn(|_| cable.clone()),
-        }
-    }
-
-    /// Factors the linearisation at `sigma`.
-    pub(crate) fn update(&mut self, linearisation: &Linearisation, sigma: F) {
-        let lift = |m: f64| F::from(m);
-        self.inverse_sigma = F::one() / sigma;
-        let mut schur: Matrix3<F> = std::array::from_fn(|r| {
-            std::array::from_fn(|c| sigma * lift(linearisation.mass[r][c]) - lift(linearisation.force_by_twist[r][c]))
-        });
-        self.pose_coupling = linearisation.force_by_pose.map(|row| row.map(|v| lift(-v)));
-        for (block, factors) in linearisation.cables.iter().zip(&mut self.cables) {
-            invert(block, sigma, &mut factors.inverse);
-            let n = block.size;
-            let mut by = [F::zero(); 3]; // tension answer to length, rate, angular rate
-            for c in 0..n {
-                let mut sum = F::zero();
-                for r in 0..n {
-                    sum += lift(block.tension_by_state[r]) * factors.inverse[r][c];
-                }
-                factors.tension[c] = sum;
-                by[0] += sum * lift(block.rates_by_length[c]);
-                by[1] += sum * lift(block.rates_by_speed[c]);
-                by[2] += sum * lift(block.rates_by_turning[c]);
-            }
-            let row = block.jacobian.map(lift);
-            let curvature = block.curvature.map(lift);
-            let normal = block.normal_over_length.map(lift);
-            matrix3::add_outer(&mut self.pose_coupling, &row, &row, by[0]);
-            matrix3::add_outer(&mut self.pose_coupling, &row, &curvature, by[1]);
-            matrix3::add_outer(&mut schur, &row, &row, by[1]);
-            matrix3::add_outer(&mut schur, &row, &normal, by[2]);
-        }
-        for r in 0..3 {
-            for c in 0..3 {
-                schur[r][c] += self.pose_coupling[r][c] * self.inverse_sigma;
-            }
-        }
-        self.schur_inverse = matrix3::inverse(&schur);
-    }
-
-    /// Solves `(σ I - ∂f/∂y) x = b` in place.
-    #[inline]
-    pub(crate) fn solve(&self, linearisation: &Linearisation, offset: &[usize; CABLES], b: &mut [F]) {
-        let lift = |m: f64| F::from(m);
-        let rq = [b[0], b[1], b[2]];
-        let rv = [b[3], b[4], b[5]];
-        let coupled = matrix3::product(&self.pose_coupling, &rq);
-        let mut rhs: [F; 3] = std::array::from_fn(|r| {
-            let m = &linearisation.mass[r];
-            lift(m[0]) * rv[0] + lift(m[1]) * rv[1] + lift(m[2]) * rv[2] - coupled[r] * self.inverse_sigma
-        });
-        for i in 0..CABLES {
-            let block = &linearisation.cables[i];
-            let own = &b[offset[i]..offset[i] + block.size];
-            let mut tension = F::zero();
-            for (t, r) in self.cables[i].tension.iter().zip(own) {
-                tension += *t * *r;
-            }
-            for c in 0..3 {
-                rhs[c] -= lift(block.jacobian[c]) * tension;
-            }
-        }
-        let dv = matrix3::product(&self.schur_inverse, &rhs);
-        let dq: [F; 3] = std::array::from_fn(|k| (rq[k] + dv[k]) * self.inverse_sigma);
-        for i in 0..CABLES {
-            let block = &linearisation.cables[i];
-            let n = block.size;
-            let row = block.jacobian.map(lift);
-            let length = matrix3::dot(&row, &dq);
-            let speed = matrix3::dot(&row, &dv) + matrix3::dot(&block.curvature.map(lift), &dq);
-            let turning = matrix3::dot(&block.normal_over_length.map(lift), &dv);
-            let own = &mut b[offset[i]..offset[i] + n];
-            let mut right = [F::zero(); BLOCK];
-            for c in 0..n {
-                right[c] = own[c]
-                    + length * lift(block.rates_by_length[c])
-                    + speed * lift(block.rates_by_speed[c])
-                    + turning * lift(block.rates_by_turning[c]);
-            }
-            for (r, slot) in own.iter_mut().enumerate() {
-                let mut sum = F::zero();
-                for c in 0..n {
-                    sum += self.cables[i].inverse[r][c] * right[c];
-                }
-                *slot = sum;
-            }
-        }
-        b[..3].copy_from_slice(&dq);
-        b[3..6].copy_from_slice(&dv);
-    }
-}
-
-/// Inverse of `σ I - C` by Gauss-Jordan. No pivoting: the diagonal is `σ` plus decay rates, and the spring's entry has
-/// the sign that adds to it.
-fn invert<F: Field + From<f64>>(block: &CableBlock, sigma: F, inverse: &mut [[F; BLOCK]; BLOCK]) {
-    let n = block.size;
-    let mut m = [[F::zero(); BLOCK]; BLOCK];
-    for r in 0..n {
-        for c in 0..n {
-            let unit = if r == c { (sigma, F::one()) } else { (F::zero(), F::zero()) };
-            m[r][c] = unit.0 - F::from(block.rates_by_state[r][c]);
-            inverse[r][c] = unit.1;
-        }
-    }
-    for p in 0..n {
-        let scale = F::one() / m[p][p];
-        for c in 0..n {
-            m[p][c] *= scale;
-            inverse[p][c] *= scale;
-        }
-        for r in 0..n {
-            if r != p {
-                let factor = m[r][p];
-                for c in 0..n {
-                    let (a, b) = (m[p][c], inverse[p][c]);
-                    m[r][c] -= factor * a;
-                    inverse[r][c] -= factor * b;
-                }
-            }
-        }
     }
 }

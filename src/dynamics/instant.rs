@@ -1,0 +1,309 @@
+//! The plant at one instant, solved for the accelerations: where the integrator spends its time.
+//!
+//! Quantities are arrays over the cables and the arithmetic is in short loops over them, apart from what effects add, so
+//! that the compiler can work on several cables at once.
+
+use crate::effect::{PlatformContext, WinchContext};
+use crate::kinematics::CableArrays;
+use crate::parameters::{CABLES, CableModel};
+use crate::plant::Plant;
+use crate::scalar::Real;
+
+use super::matrix3::Symmetric3;
+use super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
+
+/// The plant at one instant; the fields mean what they mean in [`super::Evaluation`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Instant<S> {
+    pub(crate) kinematics: CableArrays<S>,
+    pub(crate) acceleration: [S; 3],
+    pub(crate) tension: [S; CABLES],
+    pub(crate) tension_uncut: [S; CABLES],
+    pub(crate) pull: [S; CABLES],
+    pub(crate) unstretched: [S; CABLES],
+    pub(crate) unstretched_rate: [S; CABLES],
+    pub(crate) unstretched_acceleration: [S; CABLES],
+    pub(crate) effect_rate: [[S; MAX_EFFECT_STATES]; CABLES],
+    /// Mass matrix of the platform with the cables' inertia that moves with it.
+    pub(crate) mass: Symmetric3<S>,
+}
+
+/// The winch's pull (N) on one cable under `command` (N) and the force `added` behind it, and the rates of its command
+/// states.
+#[inline]
+pub(crate) fn winch_pull<S: Real>(
+    plant: &Plant,
+    cable: usize,
+    command: S,
+    added: S,
+    context: &WinchContext<S>,
+    states: &[S],
+    rates: &mut [S],
+) -> S {
+    let effects = &plant.cable[cable];
+    let mut force = command;
+    for (kind, at) in &effects.command {
+        force = kind.command(force, &states[*at..], &mut rates[*at..], context);
+    }
+    force += added;
+    effects.loss.iter().fold(force, |sum, kind| sum + kind.loss(force, context))
+}
+
+/// Sum over the cables, in pairs.
+#[inline(always)]
+fn over_cables<S: Real>(term: impl Fn(usize) -> S) -> S {
+    let terms: [S; CABLES] = std::array::from_fn(term);
+    (terms[0] + terms[2]) + (terms[1] + terms[3])
+}
+
+impl Plant {
+    /// Effect states of `cable` within `y`, in a fixed-size array (zero-filled).
+    #[inline]
+    pub(crate) fn gather_effect_states<S: Real>(&self, cable: usize, y: &[S]) -> [S; MAX_EFFECT_STATES] {
+        let mut states = [S::from(0.0); MAX_EFFECT_STATES];
+        let range = self.effect_states(cable);
+        if !range.is_empty() {
+            states[..range.len()].copy_from_slice(&y[range]);
+        }
+        states
+    }
+
+    /// Solves the implicit system at `time` (s), states `y`, inputs `u`, with the cables in `slack` carrying nothing.
+    ///
+    /// The system is linear in the accelerations: one 3×3 solve.
+    #[inline]
+    pub(crate) fn instant<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: [bool; CABLES]) -> Instant<S> {
+        let zero = S::from(0.0);
+        let zeros = [zero; CABLES];
+        let pose = [y[0], y[1], y[2]];
+        let twist = [y[3], y[4], y[5]];
+        let omega = twist[2];
+        let (sin, cos) = pose[2].sin_cos();
+        let rotation = [cos, sin];
+        let data = &self.data;
+        let constants = &self.constants;
+        let k = CableArrays::new(&data.geometry, &pose, rotation, &twist);
+        let (mut unstretched, mut unstretched_rate) = (k.length, k.speed);
+        for i in 0..CABLES {
+            let at = self.offset[i];
+            match data.cables[i].model {
+                CableModel::Rigid => {}
+                CableModel::MasslessSpring => unstretched[i] = y[at],
+                CableModel::LumpedMass => (unstretched[i], unstretched_rate[i]) = (y[at], y[at + 1]),
+            }
+        }
+
+        // What effects add: a wrench on the platform, forces along the winches and across the cables.
+        let mut force = u.disturbance;
+        let mut pull = u.winch_force;
+        let mut across_added = zeros;
+        let mut effect_rate = [[zero; MAX_EFFECT_STATES]; CABLES];
+        if self.has.force {
+            let context = PlatformContext {
+                time,
+                pose: &pose,
+                twist: &twist,
+                inputs: u,
+                cable_length: &k.length,
+                cable_speed: &k.speed,
+                unstretched_length: &unstretched,
+                unstretched_rate: &unstretched_rate,
+            };
+            for kind in &self.wrench {
+                let wrench = kind.wrench(&context);
+                for c in 0..3 {
+                    force[c] += wrench[c];
+                }
+            }
+            for i in 0..CABLES {
+                let effects = &self.cable[i];
+                let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context));
+                let winch = WinchContext { time, speed: unstretched_rate[i] };
+                let states = self.gather_effect_states(i, y);
+                pull[i] = winch_pull(self, i, u.winch_force[i], added, &winch, &states, &mut effect_rate[i]);
+                for kind in &effects.transverse {
+                    across_added[i] += kind.transverse_force(k.length[i], k.angular_rate[i]);
+                }
+            }
+        }
+
+        // Elastic tension, of every cable: a rigid one has none.
+        let inverse_unstretched = unstretched.map(|l| l.recip());
+        let mut spring = zeros;
+        for i in 0..CABLES {
+            spring[i] = (k.length[i] - unstretched[i]) * inverse_unstretched[i] * constants.axial_stiffness[i];
+        }
+        if self.has.law {
+            for i in (0..CABLES).filter(|i| data.cables[*i].model != CableModel::Rigid) {
+                let states = self.gather_effect_states(i, y);
+                let (cable, law) = (&data.cables[i], &self.cable[i].law);
+                spring[i] = elastic::tension(cable, law, time, k.length[i], unstretched[i], &states);
+            }
+        }
+        let mut tension_uncut = zeros;
+        for i in 0..CABLES {
+            let opening = k.speed[i] - unstretched_rate[i];
+            tension_uncut[i] = spring[i] + opening * inverse_unstretched[i] * constants.damping[i];
+        }
+
+        // Platform, and the inertia of the cables across: Q = -ρ/3 (L² α̈ + 3 L L̇ α̇) along N.
+        let mut mass = self.platform_mass(rotation);
+        let [cx, cy] = self.com_arm(rotation);
+        let centrifugal = omega * omega * data.mass;
+        force[0] += centrifugal * cx;
+        force[1] += centrifugal * cy;
+        let omega_square = omega * omega;
+        let mut across = zeros;
+        let mut normal_force = zeros;
+        for i in 0..CABLES {
+            // (14) without the accelerations, plus 3 L̇ α̇
+            let arm_dot_normal = k.arm_y[i] * k.direction_x[i] - k.arm_x[i] * k.direction_y[i];
+            let bias = k.speed[i] * k.angular_rate[i] - omega_square * arm_dot_normal;
+            across[i] = k.length[i] * constants.third_density[i];
+            normal_force[i] = across_added[i] - across[i] * bias;
+        }
+        // along the normal row [-S_y, S_x, E·S]
+        let (sx, sy, dot_row) = (&k.direction_x, &k.direction_y, &k.arm_dot_direction);
+        mass.0[0] += over_cables(|i| across[i] * sy[i] * sy[i]);
+        mass.0[1] -= over_cables(|i| across[i] * sy[i] * sx[i]);
+        mass.0[2] -= over_cables(|i| across[i] * sy[i] * dot_row[i]);
+        mass.0[3] += over_cables(|i| across[i] * sx[i] * sx[i]);
+        mass.0[4] += over_cables(|i| across[i] * sx[i] * dot_row[i]);
+        mass.0[5] += over_cables(|i| across[i] * dot_row[i] * dot_row[i]);
+
+        // Where tension depends on the platform's acceleration, the cable's axial mass moves with the platform.
+        let mut length_bias = zeros;
+        let mut platform_axial_mass = zeros;
+        if self.has.platform_side {
+            for i in 0..CABLES {
+                let turning = k.length[i] * k.angular_rate[i];
+                length_bias[i] = turning * k.angular_rate[i] - omega_square * k.arm_dot_direction[i];
+                if data.cables[i].model != CableModel::LumpedMass {
+                    let moving = constants.axial_mass(i, k.length[i]);
+                    platform_axial_mass[i] = moving;
+                    tension_uncut[i] = pull[i] + constants.axial_bias(i, k.speed[i], turning) + moving * length_bias[i];
+                    if !slack[i] {
+                        mass.add_square(&[k.direction_x[i], k.direction_y[i], k.arm_cross_direction[i]], moving);
+                    }
+                }
+            }
+        }
+        let pulled: [S; CABLES] = std::array::from_fn(|i| if slack[i] { zero } else { tension_uncut[i] });
+        force[0] -= over_cables(|i| pulled[i] * sx[i] + normal_force[i] * sy[i]);
+        force[1] += over_cables(|i| normal_force[i] * sx[i] - pulled[i] * sy[i]);
+        force[2] += over_cables(|i| normal_force[i] * dot_row[i] - pulled[i] * k.arm_cross_direction[i]);
+        let acceleration = mass.solve(&force);
+
+        // What follows from the accelerations: tensions, and the cables' own.
+        if self.has.platform_side {
+            for i in 0..CABLES {
+                let along =
+                    sx[i] * acceleration[0] + sy[i] * acceleration[1] + k.arm_cross_direction[i] * acceleration[2];
+                length_bias[i] += along;
+                tension_uncut[i] += platform_axial_mass[i] * along;
+            }
+        }
+        let mut tension = tension_uncut;
+        let mut unstretched_acceleration = zeros;
+        for i in 0..CABLES {
+            if slack[i] {
+                tension[i] = zero;
+            }
+            let moving = constants.axial_mass(i, unstretched[i]);
+            let bias = constants.axial_bias(i, unstretched_rate[i], unstretched[i] * k.angular_rate[i]);
+            unstretched_acceleration[i] = (tension[i] - pull[i] - bias) / moving;
+        }
+        if self.has.platform_side {
+            for i in 0..CABLES {
+                if data.cables[i].model != CableModel::LumpedMass {
+                    unstretched_acceleration[i] = length_bias[i];
+                }
+                if data.cables[i].model == CableModel::MasslessSpring {
+                    unstretched_rate[i] =
+                        k.speed[i] + (spring[i] - tension[i]) * unstretched[i] / data.cables[i].damping;
+                }
+            }
+        }
+        if self.has.law {
+            for i in 0..CABLES {
+                let states = self.gather_effect_states(i, y);
+                for (kind, at) in &self.cable[i].law {
+                    kind.strain_rates(tension[i], &states[*at..], &mut effect_rate[i][*at..]);
+                }
+            }
+        }
+        Instant {
+            kinematics: k,
+            acceleration,
+            tension,
+            tension_uncut,
+            pull,
+            unstretched,
+            unstretched_rate,
+            unstretched_acceleration,
+            effect_rate,
+            mass,
+        }
+    }
+
+    /// Mass matrix of the platform alone about G, with the centre of mass at `G + R(φ) c`.
+    #[inline]
+    fn platform_mass<S: Real>(&self, rotation: [S; 2]) -> Symmetric3<S> {
+        let data = &self.data;
+        let zero = S::from(0.0);
+        let m = S::from(data.mass);
+        let [cx, cy] = self.com_arm(rotation);
+        let square = data.centre_of_mass[0].powi(2) + data.centre_of_mass[1].powi(2);
+        let inertia = S::from(data.inertia + data.mass * square);
+        Symmetric3([m, zero, -(cy * data.mass), m, cx * data.mass, inertia])
+    }
+
+    /// `R(φ) c` (m).
+    #[inline]
+    pub(crate) fn com_arm<S: Real>(&self, [cos, sin]: [S; 2]) -> [S; 2] {
+        let [x, y] = self.data.centre_of_mass;
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+
+    /// Writes the rates of all states out of an instant.
+    #[inline]
+    pub(crate) fn write_instant<S: Real>(&self, y: &[S], e: &Instant<S>, rates: &mut [S]) {
+        let cables = (&e.unstretched_rate, &e.unstretched_acceleration, &e.effect_rate);
+        self.write(y, &e.acceleration, cables, rates);
+    }
+
+    /// Writes the rates of all states out of an evaluation.
+    #[inline]
+    pub(crate) fn write_rates<S: Real>(&self, y: &[S], e: &Evaluation<S>, rates: &mut [S]) {
+        let cables = (&e.unstretched_rate, &e.unstretched_acceleration, &e.effect_rate);
+        self.write(y, &e.acceleration, cables, rates);
+    }
+
+    #[inline]
+    fn write<S: Real>(
+        &self,
+        y: &[S],
+        acceleration: &[S; 3],
+        (first, second, effect): (&[S; CABLES], &[S; CABLES], &[[S; MAX_EFFECT_STATES]; CABLES]),
+        rates: &mut [S],
+    ) {
+        rates[..3].copy_from_slice(&y[3..6]);
+        rates[3..6].copy_from_slice(acceleration);
+        for i in 0..CABLES {
+            let at = self.offset[i];
+            match self.data.cables[i].model {
+                CableModel::Rigid => {}
+                CableModel::MasslessSpring => rates[at] = first[i],
+                CableModel::LumpedMass => {
+                    rates[at] = first[i];
+                    rates[at + 1] = second[i];
+                }
+            }
+            let range = self.effect_states(i);
+            if !range.is_empty() {
+                let n = range.len();
+                rates[range].copy_from_slice(&effect[i][..n]);
+            }
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! One step: simplified Newton in the transformed stages, error estimate, step size.
+
+use super::coefficients::{ALPHA, BETA, C, E, GAMMA, T, T_INVERSE, T_INVERSE_SUM};
+use super::{Complex64, Radau, System};
+
+/// Most Newton iterations of one step.
+const NEWTON_LIMIT: u32 = 8;
+/// Contraction above which a step that took several iterations has the Jacobian taken anew.
+const FRESH_CONTRACTION: f64 = 0.02;
+/// Relative change of step size up to which the factors are kept.
+const SAME_STEP: f64 = 1e-6;
+
+/// What became of a step.
+pub(super) enum Outcome {
+    /// The stages are in `z`.
+    Accepted,
+    /// The error estimate asks for this step size (s).
+    TooInaccurate(f64),
+    /// Newton's method did not converge.
+    NotConverged,
+}
+
+/// Factors the system for steps of `h` (s).
+pub(super) fn factor(system: &mut impl System, h: f64) {
+    system.factor(GAMMA / h, Complex64::new(ALPHA / h, BETA / h));
+}
+
+impl Radau {
+    fn prepare(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
+        if !self.has_jacobian {
+            system.linearise(t, y);
+            self.statistics.jacobians += 1;
+            self.jacobian_time = t;
+            self.jacobian_state.copy_from_slice(y);
+            self.has_jacobian = true;
+            self.factored_step = 0.0;
+        }
+        if (h - self.factored_step).abs() > SAME_STEP * h {
+            factor(system, h);
+            self.statistics.factorisations += 1;
+            self.factored_step = h;
+        }
+    }
+
+    /// One step attempt from `y` with the rates there in `rates`.
+    pub(super) fn step(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64, rejected: bool) -> Outcome {
+        self.prepare(system, t, y, h);
+        self.guess(system);
+        let mut last_change = self.apply_correction();
+        let mut iterations = 0;
+        loop {
+            if iterations == NEWTON_LIMIT {
+                return Outcome::NotConverged;
+            }
+            self.correct(system, t, y, h);
+            let change = self.apply_correction();
+            iterations += 1;
+            self.statistics.newton_iterations += 1;
+            if !change.is_finite() {
+                return Outcome::NotConverged;
+            }
+            let theta = if last_change > 0.0 { change / last_change } else { 0.0 };
+            last_change = change;
+            if change == 0.0 || theta < 0.99 && theta / (1.0 - theta) * change <= self.newton_tolerance {
+                // A single iteration says little: the guess does not know how inputs change in time.
+                self.stale = iterations > 1 && theta > FRESH_CONTRACTION;
+                break;
+            }
+            if iterations > 1 {
+                if theta >= 0.99 {
+                    // At the level of rounding the iteration no longer contracts, and need not.
+                    if change < self.newton_tolerance {
+                        break;
+                    }
+                    return Outcome::NotConverged;
+                }
+                let left = (NEWTON_LIMIT - iterations) as i32;
+                if theta.powi(left) / (1.0 - theta) * change > self.newton_tolerance {
+                    return Outcome::NotConverged;
+                }
+            }
+        }
+        let error = self.estimate(system, t, y, h, rejected);
+        self.control(h, error, iterations, rejected)
+    }
+
+    /// The correction of stages that all stand at the start of the step, where the rates are known: the answer, were the
+    /// system linear. Nothing older than this step is used, since the inputs may have jumped.
+    fn guess(&mut self, system: &mut impl System) {
+        for s in 0..3 {
+            self.w[s].fill(0.0);
+        }
+        for ((rate, error), complex) in self.rates.iter().zip(&mut self.error).zip(&mut self.complex) {
+            *error = T_INVERSE_SUM[0] * rate;
+            *complex = Complex64::new(T_INVERSE_SUM[1] * rate, T_INVERSE_SUM[2] * rate);
+        }
+        system.solve_real(&mut self.error);
+        system.solve_complex(&mut self.complex);
+    }
+
+    /// The correction of the stages by one Newton iteration, into `error` and `complex`.
+    fn correct(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
+        let n = y.len();
+        for s in 0..3 {
+            for ((stage, y), z) in self.stage.iter_mut().zip(y).zip(&self.z[s]) {
+                *stage = y + z;
+            }
+            system.rates(t + C[s] * h, &self.stage, &mut self.f[s]);
+        }
+        self.statistics.evaluations += 3;
+        let (real, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
+        let (f0, f1, f2) = (&self.f[0][..n], &self.f[1][..n], &self.f[2][..n]);
+        let (w0, w1, w2) = (&self.w[0][..n], &self.w[1][..n], &self.w[2][..n]);
+        let (error, complex) = (&mut self.error[..n], &mut self.complex[..n]);
+        for k in 0..n {
+            let g = |s: usize| T_INVERSE[s][0] * f0[k] + T_INVERSE[s][1] * f1[k] + T_INVERSE[s][2] * f2[k];
+            error[k] = g(0) - real * w0[k];
+            complex[k].re = g(1) - alpha * w1[k] + beta * w2[k];
+            complex[k].im = g(2) - alpha * w2[k] - beta * w1[k];
+        }
+        system.solve_real(error);
+        system.solve_complex(complex);
+    }
+
+    /// Adds the correction to the stages; returns its size in units of the tolerance.
+    fn apply_correction(&mut self) -> f64 {
+        let n = self.error.len();
+        let (error, complex, weight) = (&self.error[..n], &self.complex[..n], &self.weight[..n]);
+        let [w0, w1, w2] = &mut self.w;
+        let (w0, w1, w2) = (&mut w0[..n], &mut w1[..n], &mut w2[..n]);
+        let [z0, z1, z2] = &mut self.z;
+        let (z0, z1, z2) = (&mut z0[..n], &mut z1[..n], &mut z2[..n]);
+        for k in 0..n {
+            w0[k] += error[k];
+            w1[k] += complex[k].re;
+            w2[k] += complex[k].im;
+        }
+        for k in 0..n {
+            z0[k] = T[0][0] * w0[k] + T[0][1] * w1[k] + T[0][2] * w2[k];
+            z1[k] = T[1][0] * w0[k] + T[1][1] * w1[k] + T[1][2] * w2[k];
+            z2[k] = T[2][0] * w0[k] + T[2][1] * w1[k];
+        }
+        let mut sums = [0.0; 2];
+        for k in 0..n {
+            sums[k & 1] += (error[k] * error[k] + complex[k].norm_sqr()) * (weight[k] * weight[k]);
+        }
+        ((sums[0] + sums[1]) / (3 * n) as f64).sqrt()
+    }
+
+    /// The embedded error estimate, in units of the tolerance.
+    fn estimate(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64, rejected: bool) -> f64 {
+        let n = y.len();
+        for k in 0..n {
+            let weighted = (E[0] * self.z[0][k] + E[1] * self.z[1][k] + E[2] * self.z[2][k]) / h;
+            // `w[0]` is done with; it keeps the difference for a second pass.
+            self.w[0][k] = weighted;
+            self.error[k] = weighted + self.rates[k];
+        }
+        system.solve_real(&mut self.error);
+        let mut error = self.norm(&self.error);
+        if error >= 1.0 && (rejected || self.last.0 == 0.0) {
+            for k in 0..n {
+                self.stage[k] = y[k] + self.error[k];
+            }
+            system.rates(t, &self.stage, &mut self.error);
+            self.statistics.evaluations += 1;
+            for k in 0..n {
+                self.error[k] += self.w[0][k];
+            }
+            system.solve_real(&mut self.error);
+            error = self.norm(&self.error);
+        }
+        if error.is_finite() { error.max(1e-10) } else { f64::INFINITY }
+    }
+
+    /// Step size control after Gustafsson.
+    fn control(&mut self, h: f64, error: f64, iterations: u32, rejected: bool) -> Outcome {
+        let limit = f64::from(NEWTON_LIMIT);
+        let safety = 0.9 * (2.0 * limit + 1.0) / (2.0 * limit + f64::from(iterations));
+        let bound = |quotient: f64| quotient.clamp(0.125, 5.0);
+        let fourth_root = |value: f64| value.sqrt().sqrt();
+        let mut quotient = bound(fourth_root(error) / safety);
+        if error >= 1.0 || !error.is_finite() {
+            return Outcome::TooInaccurate(if error.is_finite() { h / quotient } else { 0.1 * h });
+        }
+        let (last_step, last_error) = self.last;
+        if last_step > 0.0 {
+            let predicted = (last_step / h) * fourth_root(error * error / last_error) / safety;
+            quotient = quotient.max(bound(predicted));
+        }
+        self.last = (h, error.max(1e-2));
+        let next = h / quotient;
+        self.next_step = if rejected { next.min(h) } else { next };
+        Outcome::Accepted
+    }
+}
