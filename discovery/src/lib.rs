@@ -1,3 +1,16 @@
 //! Finds the physical effect a cable-robot simulation is missing.
 
+pub mod data;
 pub mod report;
+
+mod candidates;
+mod clean;
+mod estimate;
+mod gap;
+mod kalman;
+mod model;
+mod path;
+mod regression;
+mod search;
+mod signature;
+pub use search::probe;

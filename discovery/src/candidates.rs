@@ -1,0 +1,419 @@
+//! The catalogue as candidates for regression: one or more signatures each, and how amplitudes become parameters.
+
+use std::f64::consts::PI;
+
+use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
+use cdpr::parameters::CableModel;
+
+use crate::data::{Channel, Trial};
+
+/// A column of the regression: a weighted sum of simulated variations of the model.
+pub(crate) type Combination = Vec<(usize, f64)>;
+
+/// Turns the amplitudes of a candidate's columns into an effect; `None` where no parameter values have them.
+type Build = Box<dyn Fn(&[f64]) -> Option<EffectSpec> + Send + Sync>;
+
+/// One explanation.
+pub(crate) struct Candidate {
+    /// Id in the catalogue.
+    pub(crate) id: &'static str,
+    /// Cable, or all.
+    pub(crate) cable: Option<usize>,
+    /// Its columns.
+    pub(crate) columns: Vec<usize>,
+    /// Parameters found by trying several values rather than by regression.
+    pub(crate) tried: usize,
+    build: Build,
+}
+
+impl Candidate {
+    /// The effect with these amplitudes.
+    pub(crate) fn effect(&self, amplitudes: &[f64]) -> Option<EffectSpec> {
+        (self.build)(amplitudes).filter(|spec| spec.check().is_ok())
+    }
+}
+
+/// What is known of the data when candidates are set up.
+#[derive(Clone, Debug)]
+pub(crate) struct Situation {
+    /// Longest trial (s).
+    pub(crate) duration: f64,
+    /// Mean tension (N).
+    pub(crate) mean_tension: f64,
+    /// Winch commands sorted, by cable (N).
+    pub(crate) commands: [Vec<f64>; 4],
+    /// Frequencies (rad/s) at which the latent forces have peaks.
+    pub(crate) peaks: Vec<f64>,
+    /// Whether unstretched lengths, cable lengths, poses are measured.
+    pub(crate) unstretched: [bool; 4],
+    pub(crate) lengths: [bool; 4],
+    pub(crate) pose: bool,
+}
+
+impl Situation {
+    pub(crate) fn of(trials: &[Trial]) -> Self {
+        let mut commands: [Vec<f64>; 4] = Default::default();
+        for trial in trials {
+            for inputs in &trial.inputs {
+                for (list, force) in commands.iter_mut().zip(inputs.winch_force) {
+                    list.push(force);
+                }
+            }
+        }
+        let count = commands[0].len().max(1) as f64;
+        let mean_tension = commands.iter().flatten().sum::<f64>() / (4.0 * count);
+        for list in &mut commands {
+            list.sort_by(f64::total_cmp);
+        }
+        let has = |wanted: Channel| trials.iter().any(|t| t.channels.contains(&wanted));
+        Self {
+            duration: trials.iter().map(|t| t.time[t.len() - 1] - t.time[0]).fold(0.0, f64::max),
+            mean_tension: mean_tension.max(100.0),
+            commands,
+            peaks: Vec::new(),
+            unstretched: std::array::from_fn(|i| has(Channel::UnstretchedLength(i))),
+            lengths: std::array::from_fn(|i| has(Channel::CableLength(i))),
+            pose: (0..3).any(|k| has(Channel::Pose(k))),
+        }
+    }
+
+    fn quantile(&self, cable: Option<usize>, share: f64) -> f64 {
+        let of = |list: &[f64]| list[((list.len() - 1) as f64 * share) as usize];
+        match cable {
+            Some(c) => of(&self.commands[c - 1]),
+            None => {
+                let mut all: Vec<f64> = self.commands.iter().flatten().copied().collect();
+                all.sort_by(f64::total_cmp);
+                of(&all)
+            }
+        }
+    }
+}
+
+/// Variations to simulate, columns made of them, and candidates made of columns.
+#[derive(Default)]
+pub(crate) struct Library {
+    /// Each variation is one effect added to the model.
+    pub(crate) variations: Vec<EffectSpec>,
+    pub(crate) columns: Vec<Combination>,
+    pub(crate) candidates: Vec<Candidate>,
+}
+
+impl Library {
+    fn vary(&mut self, id: &str, cable: Option<usize>, values: &[f64]) -> usize {
+        self.variations.push(
+            EffectSpec::new(id, cable, values).unwrap_or_else(|e| unreachable!("a variation of our own: {e}")),
+        );
+        self.variations.len() - 1
+    }
+
+    fn column(&mut self, combination: Combination) -> usize {
+        self.columns.push(combination);
+        self.columns.len() - 1
+    }
+
+    fn candidate(&mut self, id: &'static str, cable: Option<usize>, columns: Vec<usize>, tried: usize, build: Build) {
+        self.candidates.push(Candidate { id, cable, columns, tried, build });
+    }
+
+    /// For each single cable and, as their sum, for all cables: one column per set of values; `build` makes parameter
+    /// values of the amplitudes.
+    fn each_cable(
+        &mut self,
+        id: &'static str,
+        variations: &[Vec<f64>],
+        tried: usize,
+        build: impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send + Sync + 'static,
+    ) {
+        let mut by_cable = Vec::new();
+        for cable in 1..=4 {
+            let sims: Vec<usize> = variations.iter().map(|values| self.vary(id, Some(cable), values)).collect();
+            let columns: Vec<usize> = sims.iter().map(|s| self.column(vec![(*s, 1.0)])).collect();
+            let b = build.clone();
+            let make = move |a: &[f64]| b(a).and_then(|values| EffectSpec::new(id, Some(cable), &values).ok());
+            self.candidate(id, Some(cable), columns, tried, Box::new(make));
+            by_cable.push(sims);
+        }
+        let columns = (0..variations.len())
+            .map(|v| self.column(by_cable.iter().map(|sims| (sims[v], 1.0)).collect()))
+            .collect();
+        let make = move |a: &[f64]| build(a).and_then(|values| EffectSpec::new(id, None, &values).ok());
+        self.candidate(id, None, columns, tried, Box::new(make));
+    }
+
+    fn whole(
+        &mut self,
+        id: &'static str,
+        variations: &[Vec<f64>],
+        tried: usize,
+        build: impl Fn(&[f64]) -> Option<Vec<f64>> + Send + Sync + 'static,
+    ) {
+        let columns = variations
+            .iter()
+            .map(|values| {
+                let sim = self.vary(id, None, values);
+                self.column(vec![(sim, 1.0)])
+            })
+            .collect();
+        let make = move |a: &[f64]| build(a).and_then(|values| EffectSpec::new(id, None, &values).ok());
+        self.candidate(id, None, columns, tried, Box::new(make));
+    }
+}
+
+/// One parameter in proportion to one amplitude.
+fn proportional(size: f64) -> impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send + Sync + 'static {
+    move |a| Some(vec![a[0] * size])
+}
+
+/// The catalogue, set up for this model and data.
+pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
+    let mut lib = Library::default();
+    let elastic = model.parameters.cable_model != CableModel::Rigid
+        || model.effects.iter().any(|e| e.id == "cable_elasticity");
+    if elastic {
+        cables(&mut lib, situation);
+    }
+    winches(&mut lib, situation);
+    platform(&mut lib, situation);
+    sensors(&mut lib, situation);
+    // An effect that the model already has on that cable is refined, not found again.
+    let taken = |id: &str, cable: Option<usize>| {
+        model.effects.iter().any(|e| e.id == id && (e.cable.is_none() || cable.is_none() || e.cable == cable))
+    };
+    lib.candidates.retain(|c| !taken(c.id, c.cable));
+    lib
+}
+
+fn cables(lib: &mut Library, situation: &Situation) {
+    lib.each_cable("cable_stiffness", &[vec![0.02]], 0, proportional(0.02));
+    lib.each_cable("cable_damping", &[vec![0.5]], 0, proportional(0.5));
+    for tau in [1.0, 4.0, 15.0, 60.0] {
+        // Creep strain is in proportion to 1/EA_c.
+        let build = move |a: &[f64]| (a[0] > 0.0).then(|| vec![3e8 / a[0], tau]);
+        lib.each_cable("cable_creep", &[vec![3e8, tau]], 1, build);
+    }
+    lib.each_cable("cable_stiffening", &[vec![2e4]], 0, proportional(2e4));
+    let t = situation.mean_tension;
+    let (w0, t1) = (2.0, 0.8 * t);
+    let build = move |a: &[f64]| {
+        // a0 w0²/T² + a1 w0² (1/T1² - 1/T²) = w²/T_ref² with w² = (a0 + a1) w0² carried by the two columns together.
+        let square = a[0] + a[1];
+        let reference = (a[0] / (t * t) + a[1] / (t1 * t1)) / square;
+        (square > 0.0 && reference > 0.0).then(|| vec![w0 * square.sqrt(), 1.0 / reference.sqrt()])
+    };
+    lib.each_cable("cable_sag", &[vec![w0, t], vec![w0, t1]], 0, build);
+    let mut period = situation.duration / 8.0;
+    while period < 6.0 * situation.duration {
+        let build = move |a: &[f64]| {
+            Some(vec![1e-5 * a[0].hypot(a[1]), period, a[1].atan2(a[0])])
+        };
+        lib.whole("cable_thermal_expansion", &[vec![1e-5, period, 0.0], vec![1e-5, period, PI / 2.0]], 1, build);
+        period *= 1.5;
+    }
+    lib.each_cable("cable_drag", &[vec![0.01]], 0, proportional(0.01));
+}
+
+fn winches(lib: &mut Library, situation: &Situation) {
+    for speed in [0.003, 0.01, 0.03, 0.1] {
+        lib.each_cable("winch_coulomb_friction", &[vec![50.0, speed]], 1, move |a| Some(vec![50.0 * a[0], speed]));
+    }
+    lib.each_cable("winch_viscous_friction", &[vec![50.0]], 0, proportional(50.0));
+    for speed in [0.02, 0.06, 0.2] {
+        let build = move |a: &[f64]| {
+            // Columns: Coulomb part, the peak above it, viscous part.
+            (a[0] > 0.0 && a[0] + a[1] > 0.0)
+                .then(|| vec![50.0 * a[0], 50.0 * (a[0] + a[1]), speed, (50.0 * a[2]).max(0.0)])
+        };
+        stribeck(lib, speed, build);
+    }
+    lib.each_cable("pulley_capstan_loss", &[vec![0.005]], 0, proportional(0.005));
+    lib.each_cable("winch_force_gain", &[vec![0.01]], 0, proportional(0.01));
+    lib.each_cable("winch_force_bias", &[vec![50.0]], 0, proportional(50.0));
+    for tau in [0.02, 0.1, 0.4] {
+        lib.each_cable("winch_lag", &[vec![tau]], 1, move |a| (a[0] > 0.05).then(|| vec![tau * a[0].min(4.0)]));
+        lib.each_cable("winch_delay", &[vec![tau]], 1, move |a| (a[0] > 0.05).then(|| vec![tau * a[0].min(4.0)]));
+    }
+    lib.each_cable("winch_drum_inertia", &[vec![20.0]], 0, proportional(20.0));
+    for cable in [None, Some(1), Some(2), Some(3), Some(4)] {
+        let (low, high) = (situation.quantile(cable, 0.0), situation.quantile(cable, 1.0));
+        let margin = 0.5 * (high - low).max(1.0);
+        for share in [0.5, 0.7, 0.85, 0.95] {
+            let upper = situation.quantile(cable, share);
+            saturation(lib, cable, low - margin, upper);
+        }
+        for share in [0.05, 0.15, 0.3] {
+            let lower = situation.quantile(cable, share);
+            saturation(lib, cable, lower, high + margin);
+        }
+    }
+}
+
+fn saturation(lib: &mut Library, cable: Option<usize>, lower: f64, upper: f64) {
+    if upper <= lower {
+        return;
+    }
+    let sim = lib.vary("winch_saturation", cable, &[lower, upper]);
+    let column = lib.column(vec![(sim, 1.0)]);
+    // The amplitude says how well the level fits; the level itself is refined later.
+    let build = move |a: &[f64]| {
+        (0.2..5.0).contains(&a[0]).then(|| EffectSpec::new("winch_saturation", cable, &[lower, upper]).ok()).flatten()
+    };
+    lib.candidate("winch_saturation", cable, vec![column], 1, Box::new(build));
+}
+
+/// Stribeck friction needs differences of variations: the Coulomb part alone, the peak, the viscous part.
+fn stribeck(
+    lib: &mut Library,
+    speed: f64,
+    build: impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send + Sync + 'static,
+) {
+    const ID: &str = "winch_stribeck_friction";
+    let mut all = [Vec::new(), Vec::new(), Vec::new()];
+    for cable in 1..=4 {
+        let flat = lib.vary(ID, Some(cable), &[50.0, 50.0, speed, 0.0]);
+        let peak = lib.vary(ID, Some(cable), &[0.0, 50.0, speed, 0.0]);
+        let viscous = lib.vary(ID, Some(cable), &[0.0, 0.0, speed, 50.0]);
+        let sets = [vec![(flat, 1.0)], vec![(peak, 1.0)], vec![(viscous, 1.0)]];
+        for (sum, set) in all.iter_mut().zip(&sets) {
+            sum.extend_from_slice(set);
+        }
+        let columns = sets.into_iter().map(|set| lib.column(set)).collect();
+        let b = build.clone();
+        let make = move |a: &[f64]| b(a).and_then(|values| EffectSpec::new(ID, Some(cable), &values).ok());
+        lib.candidate(ID, Some(cable), columns, 1, Box::new(make));
+    }
+    let columns = all.into_iter().map(|set| lib.column(set)).collect();
+    let make = move |a: &[f64]| build(a).and_then(|values| EffectSpec::new(ID, None, &values).ok());
+    lib.candidate(ID, None, columns, 1, Box::new(make));
+}
+
+fn platform(lib: &mut Library, situation: &Situation) {
+    lib.whole("platform_mass", &[vec![25.0]], 0, proportional(25.0));
+    lib.whole("platform_inertia", &[vec![3500.0]], 0, proportional(3500.0));
+    lib.whole("platform_com_offset", &[vec![0.05, 0.0], vec![0.0, 0.05]], 0, |a| {
+        Some(vec![0.05 * a[0], 0.05 * a[1]])
+    });
+    lib.whole("platform_linear_drag", &[vec![20.0]], 0, proportional(20.0));
+    lib.whole("platform_quadratic_drag", &[vec![20.0, 0.0, 0.0]], 0, |a| Some(vec![20.0 * a[0], 0.0, 0.0]));
+    for speed in [3.0, 8.0] {
+        for direction in 0..8 {
+            let angle = f64::from(direction) * PI / 4.0;
+            let wind = [speed * angle.cos(), speed * angle.sin()];
+            let build = move |a: &[f64]| (a[0] > 0.0).then(|| vec![5.0 * a[0], wind[0], wind[1]]);
+            lib.whole("platform_quadratic_drag", &[vec![5.0, wind[0], wind[1]]], 2, build);
+        }
+    }
+    lib.whole("platform_rotational_damping", &[vec![5e3]], 0, proportional(5e3));
+    let wind = [vec![20.0, 0.0, 0.0], vec![0.0, 20.0, 0.0], vec![0.0, 0.0, 200.0]];
+    lib.whole("steady_wind", &wind, 0, |a| Some(vec![20.0 * a[0], 20.0 * a[1], 200.0 * a[2]]));
+    for frequency in situation.peaks.clone() {
+        let sets: Vec<Vec<f64>> = [(0.0, 0.0), (PI / 2.0, 0.0), (0.0, PI / 2.0), (PI / 2.0, PI / 2.0)]
+            .iter()
+            .map(|(phase, direction)| vec![20.0, frequency, *phase, *direction])
+            .collect();
+        lib.whole("periodic_gust", &sets, 1, move |a| Some(gust(a, frequency)));
+    }
+    let sets = [vec![10.0, 0.0, 0.0, 0.0], vec![0.0, 10.0, 0.0, 0.0]];
+    let spring = lib.vary("umbilical", None, &sets[0]);
+    let damper = lib.vary("umbilical", None, &sets[1]);
+    let constant_x = lib.vary("steady_wind", None, &[20.0, 0.0, 0.0]);
+    let constant_y = lib.vary("steady_wind", None, &[0.0, 20.0, 0.0]);
+    let columns = [spring, damper, constant_x, constant_y].map(|s| lib.column(vec![(s, 1.0)])).to_vec();
+    let build = |a: &[f64]| {
+        let stiffness = 10.0 * a[0];
+        let values = [stiffness, (10.0 * a[1]).max(0.0), 20.0 * a[2] / stiffness, 20.0 * a[3] / stiffness];
+        (stiffness > 0.0).then(|| EffectSpec::new("umbilical", None, &values).ok()).flatten()
+    };
+    lib.candidate("umbilical", None, columns, 0, Box::new(build));
+}
+
+/// Amplitude, frequency, phase, direction of the straight oscillation nearest to sine and cosine amplitudes on x and y.
+fn gust(a: &[f64], frequency: f64) -> Vec<f64> {
+    let m = nalgebra::Matrix2::new(a[0], a[1], a[2], a[3]) * 20.0;
+    let svd = m.svd(true, true);
+    let k = svd.singular_values.imax();
+    let (u, v) = (svd.u.unwrap_or_default(), svd.v_t.unwrap_or_default());
+    let (direction, phase) = (u[(1, k)].atan2(u[(0, k)]), v[(k, 1)].atan2(v[(k, 0)]));
+    vec![svd.singular_values[k], frequency, phase, direction]
+}
+
+fn sensors(lib: &mut Library, situation: &Situation) {
+    let offset = |size: f64| move |a: &[f64]| Some(vec![size * a[0], size * a[1]]);
+    lib.each_cable("anchor_offset", &[vec![0.05, 0.0], vec![0.0, 0.05]], 0, offset(0.05));
+    lib.each_cable("attachment_offset", &[vec![0.02, 0.0], vec![0.0, 0.02]], 0, offset(0.02));
+    for (channel, present) in [("unstretched_length", situation.unstretched), ("cable_length", situation.lengths)] {
+        for cable in (1..=4).filter(|c| present[c - 1]) {
+            let spec = move |bias: f64| {
+                let mut spec = EffectSpec::new("length_sensor_bias", Some(cable), &[bias]).ok()?;
+                spec.channel = Some(channel.to_owned());
+                Some(spec)
+            };
+            if let Some(variation) = spec(0.02) {
+                lib.variations.push(variation);
+                let column = lib.column(vec![(lib.variations.len() - 1, 1.0)]);
+                let build = move |a: &[f64]| spec(0.02 * a[0]);
+                lib.candidate("length_sensor_bias", Some(cable), vec![column], 0, Box::new(build));
+            }
+        }
+    }
+    if situation.unstretched.iter().any(|p| *p) {
+        lib.each_cable("length_sensor_scale", &[vec![1e-4]], 0, proportional(1e-4));
+    }
+    if situation.pose {
+        let sets = [vec![0.02, 0.0, 0.0], vec![0.0, 0.02, 0.0], vec![0.0, 0.0, 0.002]];
+        lib.whole("pose_sensor_bias", &sets, 0, |a| Some(vec![0.02 * a[0], 0.02 * a[1], 0.002 * a[2]]));
+        lib.whole("pose_sensor_delay", &[vec![0.05]], 0, proportional(0.05));
+    }
+}
+
+/// The dictionary of terms outside the catalogue, for every axis of the platform and every winch.
+pub(crate) fn dictionary(situation: &Situation) -> Library {
+    let mut lib = Library::default();
+    let mut terms: Vec<String> = [
+        "x", "y", "phi", "vx", "vy", "omega", "x*y", "x^2", "y^2", "x*phi", "y*phi", "x*abs(x)", "x*abs(y)",
+        "y*abs(x)", "y*abs(y)", "x^3", "y^3", "x*y^2", "y*x^2", "vx*abs(vx)", "vy*abs(vy)", "vx*vy", "vx^2", "vy^2",
+        "vx*abs(vy)", "vy*abs(vx)", "x*vx", "x*vy", "y*vx", "y*vy", "vx^3", "vy^3", "omega*abs(omega)", "vx*omega",
+        "vy*omega", "time", "phi*abs(phi)", "phi^3", "phi*vx", "phi*vy", "x*omega", "y*omega",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    for frequency in &situation.peaks {
+        terms.push(format!("sin({frequency}*time)"));
+        terms.push(format!("cos({frequency}*time)"));
+    }
+    for (target, size) in [("platform.force_x", 10.0), ("platform.force_y", 10.0), ("platform.torque", 100.0)] {
+        for term in &terms {
+            push_term(&mut lib, target, term, size);
+        }
+    }
+    for cable in 1..=4 {
+        let target: &'static str = ["winch[1]", "winch[2]", "winch[3]", "winch[4]"][cable - 1];
+        let rate = format!("unstretched_length_rate[{cable}]");
+        let force = format!("winch_force[{cable}]");
+        for term in [
+            "x".to_owned(),
+            "y".to_owned(),
+            "phi".to_owned(),
+            format!("{rate}*abs({rate})"),
+            format!("{rate}^2"),
+            format!("{rate}^3"),
+            format!("({force}/1e4)^2"),
+            format!("({force}/1e4)^3"),
+            format!("{force}/1e4*{rate}"),
+            "time".to_owned(),
+        ] {
+            push_term(&mut lib, target, &term, 10.0);
+        }
+    }
+    lib
+}
+
+fn push_term(lib: &mut Library, target: &'static str, term: &str, size: f64) {
+    let Ok(spec) = EffectSpec::expression(target, &format!("{size}*{term}")) else { return };
+    lib.variations.push(spec);
+    let column = lib.column(vec![(lib.variations.len() - 1, 1.0)]);
+    let term = term.to_owned();
+    let build = move |a: &[f64]| EffectSpec::expression(target, &format!("{:e}*{term}", a[0] * size)).ok();
+    lib.candidate("expression", None, vec![column], 0, Box::new(build));
+}

@@ -1,0 +1,106 @@
+//! Noise of each channel, and outliers, from the data alone.
+
+use crate::data::Trial;
+
+/// Samples further than this many standard deviations from their neighbours are outliers.
+const OUTLIER: f64 = 6.0;
+
+/// Median of the finite values; `NAN` where there are none.
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
+    values.retain(|v| v.is_finite());
+    if values.is_empty() {
+        return f64::NAN;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Noise of column `j` by its fourth differences: a smooth signal leaves almost nothing there, white noise `√70 σ`.
+///
+/// Robust (median absolute deviation), so gaps and outliers do not count.
+pub(crate) fn noise_by_differences(trial: &Trial, j: usize) -> f64 {
+    let value = |k: usize| trial.measured[k][j];
+    let differences: Vec<f64> = (4..trial.len())
+        .map(|k| (value(k) - 4.0 * value(k - 1) + 6.0 * value(k - 2) - 4.0 * value(k - 3) + value(k - 4)).abs())
+        .collect();
+    median(differences) / (0.674_489_750_2 * 70.0_f64.sqrt())
+}
+
+/// Turns outliers into gaps; returns how many.
+///
+/// A sample is an outlier when it is far from the straight line through the medians of its neighbours on both sides,
+/// against the noise and against what neighbours themselves do.
+pub(crate) fn remove_outliers(trial: &mut Trial) -> usize {
+    let mut removed = 0;
+    let n = trial.len();
+    for j in 0..trial.channels.len() {
+        let noise = noise_by_differences(trial, j).max(trial.channels[j].noise_floor());
+        let column: Vec<f64> = trial.measured.iter().map(|row| row[j]).collect();
+        // Distance from the mean of the medians of three samples before and after: straight motion cancels.
+        let distance: Vec<f64> = (0..n)
+            .map(|k| {
+                if k < 3 || k + 3 >= n {
+                    return f64::NAN;
+                }
+                let before = median(column[k - 3..k].to_vec());
+                let after = median(column[k + 1..k + 4].to_vec());
+                column[k] - 0.5 * (before + after)
+            })
+            .collect();
+        let usual = 1.4826 * median(distance.iter().map(|d| d.abs()).collect());
+        let limit = OUTLIER * usual.max(1.2 * noise);
+        for (row, d) in trial.measured.iter_mut().zip(&distance) {
+            if d.abs() > limit {
+                row[j] = f64::NAN;
+                removed += 1;
+            }
+        }
+    }
+    removed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::Channel;
+    use cdpr::dynamics::Inputs;
+
+    /// A slow sine with noise of a small linear congruential generator, one outlier and one gap.
+    fn trial(noise: f64) -> Trial {
+        let mut seed = 12345_u64;
+        let mut uniform = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let n = 2000;
+        let measured: Vec<Vec<f64>> = (0..n)
+            .map(|k| {
+                let gauss: f64 = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+                vec![(0.01 * k as f64).sin() + noise * gauss]
+            })
+            .collect();
+        let mut trial = Trial {
+            name: "test".into(),
+            time: (0..n).map(|k| 0.02 * k as f64).collect(),
+            inputs: vec![Inputs::default(); n],
+            channels: vec![Channel::Pose(0)],
+            measured,
+        };
+        trial.measured[500][0] += 0.2;
+        trial.measured[700][0] = f64::NAN;
+        trial
+    }
+
+    #[test]
+    fn noise_is_found_under_motion_and_outliers() {
+        let noise = noise_by_differences(&trial(0.005), 0);
+        assert!((noise / 0.005 - 1.0).abs() < 0.06, "{noise}");
+    }
+
+    #[test]
+    fn only_the_outlier_is_removed() {
+        let mut data = trial(0.005);
+        assert_eq!(remove_outliers(&mut data), 1);
+        assert!(data.measured[500][0].is_nan());
+    }
+}

@@ -1,0 +1,110 @@
+//! The gap: how far the simulation is from the measurements when it runs free for a while.
+
+use rayon::prelude::*;
+
+use crate::data::{Channel, Trial};
+use crate::estimate::{Fit, for_trial};
+use crate::kalman::filter;
+use crate::model::LATENTS;
+
+/// Free-running predictions of one trial.
+pub(crate) struct Prediction {
+    /// Predicted channels, a row a sample; `NAN` before the first restart.
+    pub(crate) shown: Vec<Vec<f64>>,
+    /// Samples at which the simulation restarts.
+    pub(crate) restarts: Vec<usize>,
+}
+
+/// Simulates every trial freely over `horizon` (s) at a time, from the state that the filter has by then.
+///
+/// The first stretch begins after one horizon, at most a fifth of the trial, so that there is a window before it.
+pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
+    (0..trials.len())
+        .into_par_iter()
+        .map(|t| {
+            let trial = &trials[t];
+            let filtered = filter(&fit.linear[t], &for_trial(&fit.randomness, trial), false);
+            let width = fit.linear[t].width();
+            let n = width - LATENTS;
+            let m = trial.channels.len();
+            let start = trial.time[0];
+            let duration = trial.time[trial.len() - 1] - start;
+            let first = start + horizon.min(0.2 * duration);
+            let mut out = Prediction { shown: vec![vec![f64::NAN; m]; trial.len()], restarts: Vec::new() };
+            let mut next_restart = first;
+            let mut simulation = fit.examined.simulation(trial, fit.trajectories[t].states(0));
+            let mut running = false;
+            let mut shown = Vec::new();
+            for k in 0..trial.len() {
+                simulation.set_inputs(trial.inputs[k]);
+                if trial.time[k] >= next_restart {
+                    let state: Vec<f64> = fit.trajectories[t]
+                        .states(k)
+                        .iter()
+                        .zip(&filtered.updated[k * width..k * width + n])
+                        .map(|(a, b)| a + b)
+                        .collect();
+                    simulation.set_states(&state);
+                    running = true;
+                    out.restarts.push(k);
+                    while next_restart <= trial.time[k] {
+                        next_restart += horizon;
+                    }
+                }
+                if running {
+                    fit.examined.measure(&simulation, &trial.channels, &mut shown);
+                    out.shown[k].copy_from_slice(&shown);
+                } else {
+                    simulation.nudge_states(fit.trajectories[t].states(k));
+                }
+                if k + 1 < trial.len() && simulation.advance(trial.time[k + 1] - trial.time[k]).is_err() {
+                    running = false;
+                    simulation = fit.examined.simulation(trial, fit.trajectories[t].states(k + 1));
+                }
+            }
+            out
+        })
+        .collect()
+}
+
+/// Sum of squares of (simulated - measured)/σ and count, by channel of [`Channel::all`].
+#[derive(Clone, Debug, Default)]
+pub(crate) struct GapSum(Vec<(f64, usize)>);
+
+/// The gap of predictions.
+pub(crate) fn gap(trials: &[Trial], predictions: &[Prediction], noise: &[f64]) -> GapSum {
+    let all = Channel::all();
+    let mut sums = vec![(0.0, 0); all.len()];
+    for (trial, prediction) in trials.iter().zip(predictions) {
+        let index: Vec<usize> =
+            trial.channels.iter().map(|c| all.iter().position(|a| a == c).unwrap_or(0)).collect();
+        for k in 0..trial.len() {
+            // The sample of a restart has been used for the state; it is no prediction.
+            if prediction.restarts.contains(&k) {
+                continue;
+            }
+            for (j, at) in index.iter().enumerate() {
+                let e = (prediction.shown[k][j] - trial.measured[k][j]) / noise[*at];
+                if e.is_finite() {
+                    sums[*at].0 += e * e;
+                    sums[*at].1 += 1;
+                }
+            }
+        }
+    }
+    GapSum(sums)
+}
+
+impl GapSum {
+    /// Root mean square over all samples and channels.
+    pub(crate) fn total(&self) -> f64 {
+        let (sum, count) = self.0.iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        (sum / count.max(1) as f64).sqrt()
+    }
+
+    /// Root mean square of one channel.
+    pub(crate) fn channel(&self, at: usize) -> Option<f64> {
+        let (sum, count) = self.0[at];
+        (count > 0).then(|| (sum / count as f64).sqrt())
+    }
+}

@@ -1,0 +1,372 @@
+//! Kalman filter and smoother on the linearised model, and the whitening of anything else by the same filter.
+
+use crate::model::LATENTS;
+use crate::path::LinearTrial;
+
+/// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck) and measurement noise.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Randomness {
+    /// Standard deviation of the latent force on the platform (N); the torque's is `arm` times as large.
+    pub(crate) force: f64,
+    /// Standard deviation of the latent force at each winch (N).
+    pub(crate) winch: f64,
+    /// Lever between force and torque (m).
+    pub(crate) arm: f64,
+    /// Correlation time (s).
+    pub(crate) time: f64,
+    /// Noise of each channel.
+    pub(crate) noise: Vec<f64>,
+}
+
+impl Randomness {
+    pub(crate) fn latent_deviation(&self, latent: usize) -> f64 {
+        match latent {
+            0 | 1 => self.force,
+            2 => self.force * self.arm,
+            _ => self.winch,
+        }
+    }
+}
+
+/// Innovations, gains and what else later passes need.
+#[derive(Clone, Debug)]
+pub(crate) struct Filtered {
+    /// `Σ log S + ν²/S` over all measurements.
+    pub(crate) minus_two_log_likelihood: f64,
+    /// Measurements counted.
+    pub(crate) count: usize,
+    /// Innovation over its standard deviation, a number a measurement; `NAN` in gaps.
+    pub(crate) whitened: Vec<f64>,
+    /// Standard deviation of each innovation.
+    pub(crate) deviation: Vec<f64>,
+    /// Gain of each measurement, `width` numbers.
+    pub(crate) gain: Vec<f64>,
+    /// Predicted deviation before each sample's measurements, `width` a sample.
+    pub(crate) predicted: Vec<f64>,
+    /// Deviation after each sample's measurements.
+    pub(crate) updated: Vec<f64>,
+    /// Its covariance before the measurements, `width²` a sample; empty unless kept.
+    pub(crate) covariance: Vec<f64>,
+    /// `Σ e ν` and count by channel: its ratio estimates the noise variance.
+    pub(crate) noise_moment: Vec<(f64, usize)>,
+}
+
+/// Standard deviation of the rounding and discretisation error that a step may hide (m, rad, m/s, ...).
+const STEP_ERROR: f64 = 1e-9;
+
+/// Runs the filter over one trial.
+pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep_covariance: bool) -> Filtered {
+    let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    let mut out = Filtered {
+        minus_two_log_likelihood: 0.0,
+        count: 0,
+        whitened: vec![f64::NAN; len * m],
+        deviation: vec![f64::NAN; len * m],
+        gain: vec![0.0; len * m * w],
+        predicted: vec![0.0; len * w],
+        updated: vec![0.0; len * w],
+        covariance: if keep_covariance { vec![0.0; len * w * w] } else { Vec::new() },
+        noise_moment: vec![(0.0, 0); m],
+    };
+    let mut x = vec![0.0; w];
+    x[..n].copy_from_slice(&linear.prior);
+    let mut p = vec![0.0; w * w];
+    for c in 0..n {
+        p[c * w + c] = linear.prior_deviation[c].powi(2);
+    }
+    for l in 0..LATENTS {
+        x[n + l] = -linear.latents[l];
+        p[(n + l) * w + n + l] = randomness.latent_deviation(l).powi(2);
+    }
+    let mut ph = vec![0.0; w];
+    let mut scratch = vec![0.0; w * w];
+    for k in 0..len {
+        out.predicted[k * w..(k + 1) * w].copy_from_slice(&x);
+        if keep_covariance {
+            out.covariance[k * w * w..(k + 1) * w * w].copy_from_slice(&p);
+        }
+        for j in 0..m {
+            let at = k * m + j;
+            let z = linear.residual[at];
+            if !z.is_finite() {
+                continue;
+            }
+            let h = &linear.sensor[at * n..(at + 1) * n];
+            ph.fill(0.0);
+            let mut innovation = z;
+            for (c, &hc) in h.iter().enumerate() {
+                if hc != 0.0 {
+                    innovation -= hc * x[c];
+                    for (slot, value) in ph.iter_mut().zip(&p[c * w..(c + 1) * w]) {
+                        *slot += hc * value;
+                    }
+                }
+            }
+            let r = randomness.noise[j] * randomness.noise[j];
+            let s = r + h.iter().zip(&ph).map(|(a, b)| a * b).sum::<f64>();
+            let gain = &mut out.gain[at * w..(at + 1) * w];
+            for c in 0..w {
+                gain[c] = ph[c] / s;
+                x[c] += gain[c] * innovation;
+            }
+            for (row, g) in gain.iter().enumerate() {
+                for (slot, value) in p[row * w..(row + 1) * w].iter_mut().zip(&ph) {
+                    *slot -= g * value;
+                }
+            }
+            out.minus_two_log_likelihood += s.ln() + innovation * innovation / s;
+            out.count += 1;
+            out.whitened[at] = innovation / s.sqrt();
+            out.deviation[at] = s.sqrt();
+            out.noise_moment[j].0 += innovation * innovation * r / s;
+            out.noise_moment[j].1 += 1;
+        }
+        out.updated[k * w..(k + 1) * w].copy_from_slice(&x);
+        if k + 1 < len {
+            predict(linear, randomness, k, &mut x, &mut p, &mut scratch);
+        }
+    }
+    out
+}
+
+fn predict(linear: &LinearTrial, randomness: &Randomness, k: usize, x: &mut [f64], p: &mut [f64], scratch: &mut [f64]) {
+    let (n, w) = (linear.states, linear.width());
+    let f = &linear.transition[k * n * w..(k + 1) * n * w];
+    let decay = (-linear.interval[k] / randomness.time).exp();
+    let mut next = vec![0.0; w];
+    for r in 0..n {
+        next[r] = linear.defect[k * n + r] + f[r * w..(r + 1) * w].iter().zip(x.iter()).map(|(a, b)| a * b).sum::<f64>();
+    }
+    for l in 0..LATENTS {
+        let (now, then) = (linear.latents[k * LATENTS + l], linear.latents[(k + 1) * LATENTS + l]);
+        next[n + l] = decay * (x[n + l] + now) - then;
+    }
+    x.copy_from_slice(&next);
+    // scratch = F P
+    for r in 0..n {
+        let row = &mut scratch[r * w..(r + 1) * w];
+        row.fill(0.0);
+        for (c, &frc) in f[r * w..(r + 1) * w].iter().enumerate() {
+            for (slot, value) in row.iter_mut().zip(&p[c * w..(c + 1) * w]) {
+                *slot += frc * value;
+            }
+        }
+    }
+    for r in n..w {
+        for c in 0..w {
+            scratch[r * w + c] = decay * p[r * w + c];
+        }
+    }
+    // P = F P Fᵀ + Q, kept symmetric by computing one half.
+    for r in 0..w {
+        for c in 0..=r {
+            let value = if c < n {
+                scratch[r * w..(r + 1) * w].iter().zip(&f[c * w..(c + 1) * w]).map(|(a, b)| a * b).sum::<f64>()
+            } else {
+                decay * scratch[r * w + c]
+            };
+            p[r * w + c] = value;
+            p[c * w + r] = value;
+        }
+    }
+    for r in 0..n {
+        p[r * w + r] += STEP_ERROR * STEP_ERROR;
+    }
+    for l in 0..LATENTS {
+        p[(n + l) * w + n + l] += randomness.latent_deviation(l).powi(2) * (1.0 - decay * decay);
+    }
+}
+
+/// Smoothed deviations and the standard deviations of the latents, by the modified Bryson-Frazier recursion.
+///
+/// G. J. Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973). Needs the covariance.
+pub(crate) struct Smoothed {
+    /// Deviation from the trajectory, `width` a sample.
+    pub(crate) deviation: Vec<f64>,
+}
+
+/// Smooths one trial.
+pub(crate) fn smooth(linear: &LinearTrial, randomness: &Randomness, filtered: &Filtered) -> Smoothed {
+    let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    let mut lambda = vec![0.0; w];
+    let mut deviation = vec![0.0; len * w];
+    let mut back = vec![0.0; w];
+    for k in (0..len).rev() {
+        for j in (0..m).rev() {
+            let at = k * m + j;
+            if !filtered.whitened[at].is_finite() {
+                continue;
+            }
+            let h = &linear.sensor[at * n..(at + 1) * n];
+            let gain = &filtered.gain[at * w..(at + 1) * w];
+            let factor = filtered.whitened[at] / filtered.deviation[at]
+                + gain.iter().zip(&lambda).map(|(a, b)| a * b).sum::<f64>();
+            for c in 0..n {
+                lambda[c] -= h[c] * factor;
+            }
+        }
+        let p = &filtered.covariance[k * w * w..(k + 1) * w * w];
+        for r in 0..w {
+            deviation[k * w + r] = filtered.predicted[k * w + r]
+                - p[r * w..(r + 1) * w].iter().zip(&lambda).map(|(a, b)| a * b).sum::<f64>();
+        }
+        if k > 0 {
+            let f = &linear.transition[(k - 1) * n * w..k * n * w];
+            let decay = (-linear.interval[k - 1] / randomness.time).exp();
+            back.fill(0.0);
+            for r in 0..n {
+                for (slot, value) in back.iter_mut().zip(&f[r * w..(r + 1) * w]) {
+                    *slot += value * lambda[r];
+                }
+            }
+            for l in 0..LATENTS {
+                back[n + l] += decay * lambda[n + l];
+            }
+            lambda.copy_from_slice(&back);
+        }
+    }
+    Smoothed { deviation }
+}
+
+/// What a set of signatures does to one trial: forcing of the states at each step, and of the sensors at each sample.
+#[derive(Clone, Debug)]
+pub(crate) struct Forcing {
+    /// Signatures.
+    pub(crate) columns: usize,
+    /// `step[(k · states + r) · columns + c]`.
+    pub(crate) step: Vec<f32>,
+    /// `sensor[(k · channels + j) · columns + c]`.
+    pub(crate) sensor: Vec<f32>,
+}
+
+/// Normal equations of innovations on whitened signatures.
+#[derive(Clone, Debug)]
+pub(crate) struct Normal {
+    /// Columns.
+    pub(crate) columns: usize,
+    /// `EᵀE`, full.
+    pub(crate) gram: Vec<f64>,
+    /// `Eᵀν`.
+    pub(crate) right: Vec<f64>,
+    /// `νᵀν`.
+    pub(crate) total: f64,
+    /// Measurements.
+    pub(crate) count: usize,
+    /// `Σ log S + ν²/S`.
+    pub(crate) minus_two_log_likelihood: f64,
+}
+
+impl Normal {
+    pub(crate) fn empty(columns: usize) -> Self {
+        Self {
+            columns,
+            gram: vec![0.0; columns * columns],
+            right: vec![0.0; columns],
+            total: 0.0,
+            count: 0,
+            minus_two_log_likelihood: 0.0,
+        }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        for (a, b) in self.gram.iter_mut().zip(&other.gram) {
+            *a += b;
+        }
+        for (a, b) in self.right.iter_mut().zip(&other.right) {
+            *a += b;
+        }
+        self.total += other.total;
+        self.count += other.count;
+        self.minus_two_log_likelihood += other.minus_two_log_likelihood;
+    }
+}
+
+/// Passes signatures through the filter and forms the normal equations (Willsky and Jones, generalised least squares).
+pub(crate) fn whiten(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    filtered: &Filtered,
+    forcing: &Forcing,
+    mut each_row: impl FnMut(usize, f64, &[f64]),
+) -> Normal {
+    let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    let columns = forcing.columns;
+    let mut normal = Normal::empty(columns);
+    normal.minus_two_log_likelihood = filtered.minus_two_log_likelihood;
+    // Sensitivities of the predicted deviation, a row a state, a column a signature.
+    let mut s = vec![0.0; w * columns];
+    let mut next = vec![0.0; n * columns];
+    let mut e = vec![0.0; columns];
+    for k in 0..len {
+        for j in 0..m {
+            let at = k * m + j;
+            let innovation = filtered.whitened[at];
+            if !innovation.is_finite() {
+                continue;
+            }
+            e.fill(0.0);
+            for (c, &hc) in linear.sensor[at * n..(at + 1) * n].iter().enumerate() {
+                if hc != 0.0 {
+                    for (slot, value) in e.iter_mut().zip(&s[c * columns..(c + 1) * columns]) {
+                        *slot += hc * value;
+                    }
+                }
+            }
+            for (slot, value) in e.iter_mut().zip(&forcing.sensor[at * columns..(at + 1) * columns]) {
+                *slot += f64::from(*value);
+            }
+            for (r, &g) in filtered.gain[at * w..(at + 1) * w].iter().enumerate() {
+                if g != 0.0 {
+                    for (slot, value) in s[r * columns..(r + 1) * columns].iter_mut().zip(&e) {
+                        *slot -= g * value;
+                    }
+                }
+            }
+            let inverse = 1.0 / filtered.deviation[at];
+            for value in &mut e {
+                *value *= inverse;
+            }
+            each_row(at, innovation, &e);
+            normal.total += innovation * innovation;
+            normal.count += 1;
+            for a in 0..columns {
+                let ea = e[a];
+                normal.right[a] += ea * innovation;
+                if ea != 0.0 {
+                    for (slot, eb) in normal.gram[a * columns..a * columns + a + 1].iter_mut().zip(&e) {
+                        *slot += ea * eb;
+                    }
+                }
+            }
+        }
+        if k + 1 < len {
+            let f = &linear.transition[k * n * w..(k + 1) * n * w];
+            for r in 0..n {
+                let row = &mut next[r * columns..(r + 1) * columns];
+                let at = (k * n + r) * columns;
+                for (slot, value) in row.iter_mut().zip(&forcing.step[at..at + columns]) {
+                    *slot = f64::from(*value);
+                }
+                for c in 0..w {
+                    let frc = f[r * w + c];
+                    if frc != 0.0 {
+                        for (slot, value) in row.iter_mut().zip(&s[c * columns..(c + 1) * columns]) {
+                            *slot += frc * value;
+                        }
+                    }
+                }
+            }
+            s[..n * columns].copy_from_slice(&next);
+            let decay = (-linear.interval[k] / randomness.time).exp();
+            for value in &mut s[n * columns..] {
+                *value *= decay;
+            }
+        }
+    }
+    for a in 0..columns {
+        for b in 0..a {
+            normal.gram[b * columns + a] = normal.gram[a * columns + b];
+        }
+    }
+    normal
+}

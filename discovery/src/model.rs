@@ -1,0 +1,174 @@
+//! A model under examination on one trial: states, latent disturbances, and what the sensors show.
+
+use std::sync::Arc;
+
+use cdpr::dynamics::Inputs;
+use cdpr::model_file::Model;
+use cdpr::parameters::Initialization;
+use cdpr::plant::{Plant, PlantError};
+use cdpr::simulation::{Simulation, Start};
+
+use crate::data::{Channel, Trial};
+
+/// Latent disturbances: a wrench on the platform (3) and a force at each winch (4).
+pub(crate) const LATENTS: usize = 7;
+
+/// Relative tolerance of the simulations of one sample: far below any measurement noise.
+const TOLERANCE: f64 = 1e-8;
+
+/// A plant with what the sensors add to it.
+#[derive(Clone, Debug)]
+pub(crate) struct Examined {
+    pub(crate) plant: Arc<Plant>,
+    pose_bias: [f64; 3],
+    pose_delay: f64,
+}
+
+impl Examined {
+    pub(crate) fn new(model: &Model) -> Result<Self, PlantError> {
+        let plant = model.plant()?;
+        let mut pose_bias = [0.0; 3];
+        let mut pose_delay = 0.0;
+        for effect in &model.effects {
+            match effect.id.as_str() {
+                "pose_sensor_bias" => pose_bias.copy_from_slice(&effect.values),
+                "pose_sensor_delay" => pose_delay = effect.values[0],
+                _ => {}
+            }
+        }
+        Ok(Self { plant, pose_bias, pose_delay })
+    }
+
+    /// Number of plant states.
+    pub(crate) fn states(&self) -> usize {
+        self.plant.dimension()
+    }
+
+    /// A simulation for a trial, its command history beginning with the trial.
+    pub(crate) fn simulation(&self, trial: &Trial, y: &[f64]) -> Simulation {
+        Simulation::from_states(self.plant.clone(), trial.time[0], y.to_vec(), trial.inputs[0], TOLERANCE)
+    }
+
+    /// What the sensors show of the simulation's present state, in the order of `channels`.
+    ///
+    /// A delayed pose is taken back along twist and acceleration from the present state, so that it says something of it.
+    pub(crate) fn measure(&self, simulation: &Simulation, channels: &[Channel], out: &mut Vec<f64>) {
+        let e = simulation.evaluate();
+        let outputs = simulation.outputs_of(&e);
+        let y = simulation.states();
+        let tau = self.pose_delay;
+        out.clear();
+        for channel in channels {
+            out.push(match *channel {
+                Channel::Pose(k) => {
+                    y[k] + self.pose_bias[k] - tau * y[3 + k] + 0.5 * tau * tau * e.acceleration[k]
+                }
+                Channel::CableLength(i) => outputs.cable_length[i],
+                Channel::UnstretchedLength(i) => outputs.unstretched_length[i],
+                Channel::Tension(i) => outputs.tension[i],
+            });
+        }
+    }
+
+    /// Start states of a trial from its first second: pose by measurement or forward kinematics, cables at rest.
+    pub(crate) fn first_states(&self, trial: &Trial) -> Vec<f64> {
+        let guess = self.first_pose(trial);
+        let start = Start {
+            time: trial.time[0],
+            initialization: Initialization::FromWinchForces,
+            pose: guess,
+            inputs: trial.inputs[0],
+            ..Start::default()
+        };
+        // A pose that no start accepts (outside the anchors) can only be an outlier: begin at the centre.
+        let mut centred = start;
+        centred.pose = [0.0; 3];
+        let mut y = start
+            .states(&self.plant)
+            .or_else(|_| centred.states(&self.plant))
+            .unwrap_or_else(|_| vec![0.0; self.states()]);
+        for (j, channel) in trial.channels.iter().enumerate() {
+            if let Channel::UnstretchedLength(i) = channel
+                && let Some(at) = self.plant.unstretched_index(*i)
+                && trial.measured[0][j].is_finite()
+            {
+                y[at] = trial.measured[0][j];
+            }
+        }
+        y
+    }
+
+    fn first_pose(&self, trial: &Trial) -> [f64; 3] {
+        let window = trial.len().min(1 + (0.2 / trial.interval().max(1e-6)) as usize);
+        let mean = |wanted: Channel| {
+            let j = trial.channels.iter().position(|c| *c == wanted)?;
+            let value = crate::clean::median(trial.measured[..window].iter().map(|row| row[j]).collect());
+            value.is_finite().then_some(value)
+        };
+        let mut pose: [Option<f64>; 3] = std::array::from_fn(|k| mean(Channel::Pose(k)));
+        if pose.iter().any(Option::is_none) {
+            let lengths: Vec<Option<f64>> = (0..4)
+                .map(|i| {
+                    mean(Channel::CableLength(i)).or_else(|| {
+                        // A paid-out length stretches under its winch force.
+                        let l = mean(Channel::UnstretchedLength(i))?;
+                        let stretch = trial.inputs[0].winch_force[i].max(0.0) / self.plant.data().cables[i].axial_stiffness;
+                        Some(if self.plant.unstretched_index(i).is_some() { l * (1.0 + stretch) } else { l })
+                    })
+                })
+                .collect();
+            let known = pose.map(|p| p.unwrap_or(0.0));
+            let found = gauss_newton_pose(self.plant.geometry(), &lengths, &pose, known);
+            pose = found.map(Some);
+        }
+        pose.map(|p| p.unwrap_or(0.0))
+    }
+}
+
+/// The pose that fits the lengths and coordinates known, in the least squares sense.
+fn gauss_newton_pose(
+    geometry: &cdpr::geometry::Geometry,
+    lengths: &[Option<f64>],
+    known: &[Option<f64>; 3],
+    guess: [f64; 3],
+) -> [f64; 3] {
+    use nalgebra::{Matrix3, Vector3};
+    let mut pose = guess;
+    for _ in 0..30 {
+        let rows = cdpr::kinematics::jacobian(geometry, &pose);
+        let model = cdpr::kinematics::cable_lengths(geometry, &pose);
+        let mut normal = Matrix3::identity() * 1e-9;
+        let mut right = Vector3::zeros();
+        for (i, length) in lengths.iter().enumerate() {
+            if let Some(length) = length {
+                let row = rows.row(i).transpose();
+                normal += row * row.transpose();
+                right += row * (length - model[i]);
+            }
+        }
+        for (k, value) in known.iter().enumerate() {
+            if let Some(value) = value {
+                normal[(k, k)] += 1e4;
+                right[k] += 1e4 * (value - pose[k]);
+            }
+        }
+        let Some(step) = normal.cholesky().map(|c| c.solve(&right)) else { break };
+        for k in 0..3 {
+            pose[k] += step[k].clamp(-50.0, 50.0);
+        }
+        if step.norm() < 1e-9 {
+            break;
+        }
+    }
+    pose
+}
+
+/// Inputs of a sample with latent disturbances applied.
+pub(crate) fn disturb(simulation: &mut Simulation, inputs: &Inputs, latents: &[f64]) {
+    let mut inputs = *inputs;
+    for k in 0..3 {
+        inputs.disturbance[k] += latents[k];
+    }
+    simulation.set_inputs(inputs);
+    simulation.set_winch_disturbance([latents[3], latents[4], latents[5], latents[6]]);
+}

@@ -1,0 +1,191 @@
+//! A trajectory of states and latent disturbances, and the model linearised along it.
+
+use cdpr::integrator::RadauError;
+
+use crate::data::Trial;
+use crate::model::{Examined, LATENTS, disturb};
+
+/// States and latents at every sample of a trial.
+#[derive(Clone, Debug)]
+pub(crate) struct Trajectory {
+    /// Plant states, then latents; `width` numbers a sample.
+    pub(crate) values: Vec<f64>,
+    pub(crate) width: usize,
+}
+
+impl Trajectory {
+    pub(crate) fn row(&self, k: usize) -> &[f64] {
+        &self.values[k * self.width..(k + 1) * self.width]
+    }
+
+    pub(crate) fn states(&self, k: usize) -> &[f64] {
+        &self.row(k)[..self.width - LATENTS]
+    }
+
+    pub(crate) fn latents(&self, k: usize) -> &[f64] {
+        &self.row(k)[self.width - LATENTS..]
+    }
+}
+
+/// The model of one trial as a linear one in the deviation from a trajectory.
+#[derive(Clone, Debug)]
+pub(crate) struct LinearTrial {
+    /// Samples.
+    pub(crate) len: usize,
+    /// Plant states.
+    pub(crate) states: usize,
+    /// Channels.
+    pub(crate) channels: usize,
+    /// Sampling intervals (s), one less than samples.
+    pub(crate) interval: Vec<f64>,
+    /// `∂x(k+1)/∂(x, latents)(k)`, `states × (states + LATENTS)` a step.
+    pub(crate) transition: Vec<f64>,
+    /// Where one step of the model misses the trajectory's next point, `states` a step.
+    pub(crate) defect: Vec<f64>,
+    /// Latents of the trajectory, `LATENTS` a sample.
+    pub(crate) latents: Vec<f64>,
+    /// `∂h/∂x`, `channels × states` a sample.
+    pub(crate) sensor: Vec<f64>,
+    /// Measured minus what the sensors would show on the trajectory, `channels` a sample; `NAN` is a gap.
+    pub(crate) residual: Vec<f64>,
+    /// Prior guess of the first states minus the trajectory's.
+    pub(crate) prior: Vec<f64>,
+    /// Standard deviation of that guess.
+    pub(crate) prior_deviation: Vec<f64>,
+}
+
+impl LinearTrial {
+    pub(crate) fn width(&self) -> usize {
+        self.states + LATENTS
+    }
+}
+
+/// Steps by which states are moved for differences: far above the integrator's error, far below curvature.
+pub(crate) fn difference_steps(model: &Examined) -> Vec<f64> {
+    let mut steps = vec![1e-4; model.states()];
+    steps[..6].copy_from_slice(&[1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4]);
+    for i in 0..4 {
+        for at in model.plant.effect_states(i) {
+            steps[at] = 1e-3 * effect_state_scale(model, i, at);
+        }
+    }
+    steps
+}
+
+/// Size of an effect state: forces count in kN, strains in thousandths.
+pub(crate) fn effect_state_scale(model: &Examined, cable: usize, at: usize) -> f64 {
+    let first = model.plant.effect_states(cable).start;
+    let lags = model
+        .plant
+        .effects()
+        .iter()
+        .filter(|e| e.cable.is_none_or(|c| c == cable + 1))
+        .filter_map(|e| match e.id.as_str() {
+            "winch_lag" => Some(1e3),
+            "cable_creep" => Some(1e-3),
+            _ => None,
+        });
+    lags.into_iter().nth(at - first).unwrap_or(1.0)
+}
+
+/// How wrong the first guess of the states may be (one standard deviation).
+pub(crate) fn prior_deviation(model: &Examined) -> Vec<f64> {
+    let mut deviation = vec![1.0; model.states()];
+    deviation[..6].copy_from_slice(&[1.0, 1.0, 0.1, 0.5, 0.5, 0.05]);
+    for i in 0..4 {
+        if let Some(at) = model.plant.unstretched_index(i) {
+            deviation[at] = 2.0;
+        }
+        if let Some(at) = model.plant.rate_index(i) {
+            deviation[at] = 0.5;
+        }
+        for at in model.plant.effect_states(i) {
+            deviation[at] = effect_state_scale(model, i, at);
+        }
+    }
+    deviation
+}
+
+/// Linearises `model` along `trajectory`.
+///
+/// # Errors
+/// When the model cannot be simulated from a point of the trajectory.
+pub(crate) fn linearise(
+    model: &Examined,
+    trial: &Trial,
+    trajectory: &Trajectory,
+    first: &[f64],
+) -> Result<LinearTrial, RadauError> {
+    let n = model.states();
+    let width = n + LATENTS;
+    let m = trial.channels.len();
+    let len = trial.len();
+    let steps = difference_steps(model);
+    let mut linear = LinearTrial {
+        len,
+        states: n,
+        channels: m,
+        interval: trial.time.windows(2).map(|w| w[1] - w[0]).collect(),
+        transition: vec![0.0; (len - 1) * n * width],
+        defect: vec![0.0; (len - 1) * n],
+        latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
+        sensor: vec![0.0; len * m * n],
+        residual: vec![0.0; len * m],
+        prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
+        prior_deviation: prior_deviation(model),
+    };
+    let mut simulation = model.simulation(trial, trajectory.states(0));
+    let (mut shown, mut moved_shown) = (Vec::new(), Vec::new());
+    let mut moved = vec![0.0; n];
+    for k in 0..len {
+        let x = trajectory.states(k);
+        simulation.nudge_states(x);
+        disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
+        model.measure(&simulation, &trial.channels, &mut shown);
+        for j in 0..m {
+            linear.residual[k * m + j] = trial.measured[k][j] - shown[j];
+        }
+        for c in 0..n {
+            moved.copy_from_slice(x);
+            moved[c] += steps[c];
+            simulation.nudge_states(&moved);
+            model.measure(&simulation, &trial.channels, &mut moved_shown);
+            for j in 0..m {
+                linear.sensor[(k * m + j) * n + c] = (moved_shown[j] - shown[j]) / steps[c];
+            }
+        }
+        simulation.nudge_states(x);
+        if k + 1 == len {
+            break;
+        }
+        let interval = linear.interval[k];
+        let before = simulation.clone();
+        simulation.advance(interval)?;
+        let next = simulation.states().to_vec();
+        for c in 0..n {
+            linear.defect[k * n + c] = next[c] - trajectory.states(k + 1)[c];
+        }
+        let target = &mut linear.transition[k * n * width..(k + 1) * n * width];
+        for c in 0..width {
+            let mut other = before.clone();
+            let step = if c < n {
+                moved.copy_from_slice(x);
+                moved[c] += steps[c];
+                other.nudge_states(&moved);
+                steps[c]
+            } else {
+                // The model is linear in added forces to rounding; 1 N and 10 N m are far above the integrator's error.
+                let step = if c == n + 2 { 10.0 } else { 1.0 };
+                let mut latents = trajectory.latents(k).to_vec();
+                latents[c - n] += step;
+                disturb(&mut other, &trial.inputs[k], &latents);
+                step
+            };
+            other.advance(interval)?;
+            for (r, value) in other.states().iter().enumerate() {
+                target[r * width + c] = (value - next[r]) / step;
+            }
+        }
+    }
+    Ok(linear)
+}

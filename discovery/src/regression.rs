@@ -1,0 +1,129 @@
+//! Which candidate explains the innovations best: least squares on whitened signatures at several latent sizes.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::candidates::{Candidate, Library};
+use crate::data::Trial;
+use crate::estimate::{Fit, SMALLEST_LATENT, for_trial};
+use crate::kalman::{Forcing, Normal, Randomness, filter, whiten};
+
+/// The normal equations of all columns at one size of the latent disturbances.
+pub(crate) struct Level {
+    pub(crate) randomness: Randomness,
+    pub(crate) normal: Normal,
+}
+
+/// Sizes of latent disturbances at which candidates are weighed: a candidate that explains all makes them superfluous,
+/// and shows its strength only where they are small.
+pub(crate) fn ladder(randomness: &Randomness) -> Vec<Randomness> {
+    let mut levels: Vec<Randomness> = Vec::new();
+    for factor in [1.0, 0.2, 0.03, 0.0] {
+        let scaled = |v: f64| (v * factor).max(SMALLEST_LATENT);
+        let level = Randomness { force: scaled(randomness.force), winch: scaled(randomness.winch), ..randomness.clone() };
+        if !levels.contains(&level) {
+            levels.push(level);
+        }
+    }
+    levels
+}
+
+/// Forms the normal equations at every level.
+pub(crate) fn levels(fit: &Fit, trials: &[Trial], forcing: &[Forcing], sizes: &[Randomness]) -> Vec<Level> {
+    sizes
+        .iter()
+        .map(|randomness| {
+            let parts: Vec<Normal> = (0..trials.len())
+                .into_par_iter()
+                .map(|t| {
+                    let r = for_trial(randomness, &trials[t]);
+                    let filtered = filter(&fit.linear[t], &r, false);
+                    whiten(&fit.linear[t], &r, &filtered, &forcing[t], |_, _, _| {})
+                })
+                .collect();
+            let mut normal = Normal::empty(forcing[0].columns);
+            parts.iter().for_each(|p| normal.add(p));
+            Level { randomness: randomness.clone(), normal }
+        })
+        .collect()
+}
+
+/// A solved subset of columns.
+pub(crate) struct Subset {
+    /// Amplitudes in the order of the columns.
+    pub(crate) amplitudes: Vec<f64>,
+    /// Fall of `-2 log L` by them.
+    pub(crate) drop: f64,
+}
+
+/// Least squares on `columns` of `normal`; `None` where they are nearly dependent or say nothing.
+pub(crate) fn subset(normal: &Normal, columns: &[usize]) -> Option<Subset> {
+    let n = normal.columns;
+    let scale: Vec<f64> = columns.iter().map(|c| normal.gram[c * n + c].sqrt()).collect();
+    if scale.iter().any(|s| !(*s > 1e-6)) {
+        return None;
+    }
+    let k = columns.len();
+    let g = DMatrix::from_fn(k, k, |r, c| {
+        normal.gram[columns[r] * n + columns[c]] / (scale[r] * scale[c]) + if r == c { 1e-9 } else { 0.0 }
+    });
+    let b = DVector::from_fn(k, |r, _| normal.right[columns[r]] / scale[r]);
+    let cholesky = g.cholesky()?;
+    let x = cholesky.solve(&b);
+    let drop = x.dot(&b);
+    Some(Subset { amplitudes: x.iter().zip(&scale).map(|(x, s)| x / s).collect(), drop })
+}
+
+/// A candidate as the regression sees it.
+#[derive(Clone, Debug)]
+pub(crate) struct Scored {
+    pub(crate) candidate: usize,
+    /// Level at which it does best.
+    pub(crate) level: usize,
+    /// `-2 log L` with it (and the columns given), plus the penalty of its parameters.
+    pub(crate) score: f64,
+    /// Amplitudes of its columns.
+    pub(crate) amplitudes: Vec<f64>,
+}
+
+/// Weighs every candidate together with the columns already chosen; the best first. Amplitudes that no parameter values
+/// have are not considered.
+pub(crate) fn rank(library: &Library, levels: &[Level], chosen: &[usize], penalty: f64) -> Vec<Scored> {
+    let mut all: Vec<Scored> = library
+        .candidates
+        .par_iter()
+        .enumerate()
+        .filter_map(|(at, candidate)| best_level(candidate, at, levels, chosen, penalty))
+        .collect();
+    all.sort_by(|a, b| a.score.total_cmp(&b.score));
+    all
+}
+
+fn best_level(candidate: &Candidate, at: usize, levels: &[Level], chosen: &[usize], penalty: f64) -> Option<Scored> {
+    let own = candidate.columns.len();
+    if candidate.columns.iter().any(|c| chosen.contains(c)) {
+        return None;
+    }
+    let columns: Vec<usize> = candidate.columns.iter().chain(chosen).copied().collect();
+    let mut best: Option<Scored> = None;
+    for (l, level) in levels.iter().enumerate() {
+        let Some(solved) = subset(&level.normal, &columns) else { continue };
+        let score =
+            level.normal.minus_two_log_likelihood - solved.drop + penalty * (own + candidate.tried) as f64;
+        if best.as_ref().is_none_or(|b| score < b.score) && candidate.effect(&solved.amplitudes[..own]).is_some() {
+            best = Some(Scored { candidate: at, level: l, score, amplitudes: solved.amplitudes[..own].to_vec() });
+        }
+    }
+    best
+}
+
+/// `-2 log L` without any candidate but the chosen columns, at the best level.
+pub(crate) fn baseline(levels: &[Level], chosen: &[usize]) -> f64 {
+    levels
+        .iter()
+        .map(|level| {
+            let drop = if chosen.is_empty() { 0.0 } else { subset(&level.normal, chosen).map_or(0.0, |s| s.drop) };
+            level.normal.minus_two_log_likelihood - drop
+        })
+        .fold(f64::INFINITY, f64::min)
+}
