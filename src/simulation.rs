@@ -257,6 +257,11 @@ impl Simulation {
         segment
     }
 
+    /// The inputs as the plant feels them now: winch forces after their dead time.
+    pub fn inputs_at_plant(&self) -> Inputs {
+        self.inputs_felt().at(self.time)
+    }
+
     /// Everything known of the plant now.
     pub fn evaluate(&self) -> Evaluation {
         let inputs = self.inputs_felt().at(self.time);

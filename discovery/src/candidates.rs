@@ -102,9 +102,8 @@ pub(crate) struct Library {
 
 impl Library {
     fn vary(&mut self, id: &str, cable: Option<usize>, values: &[f64]) -> usize {
-        self.variations.push(
-            EffectSpec::new(id, cable, values).unwrap_or_else(|e| unreachable!("a variation of our own: {e}")),
-        );
+        self.variations
+            .push(EffectSpec::new(id, cable, values).unwrap_or_else(|e| unreachable!("a variation of our own: {e}")));
         self.variations.len() - 1
     }
 
@@ -135,9 +134,8 @@ impl Library {
             self.candidate(id, Some(cable), columns, tried, Box::new(make));
             by_cable.push(sims);
         }
-        let columns = (0..variations.len())
-            .map(|v| self.column(by_cable.iter().map(|sims| (sims[v], 1.0)).collect()))
-            .collect();
+        let columns =
+            (0..variations.len()).map(|v| self.column(by_cable.iter().map(|sims| (sims[v], 1.0)).collect())).collect();
         let make = move |a: &[f64]| build(a).and_then(|values| EffectSpec::new(id, None, &values).ok());
         self.candidate(id, None, columns, tried, Box::new(make));
     }
@@ -169,8 +167,8 @@ fn proportional(size: f64) -> impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send
 /// The catalogue, set up for this model and data.
 pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
     let mut lib = Library::default();
-    let elastic = model.parameters.cable_model != CableModel::Rigid
-        || model.effects.iter().any(|e| e.id == "cable_elasticity");
+    let elastic =
+        model.parameters.cable_model != CableModel::Rigid || model.effects.iter().any(|e| e.id == "cable_elasticity");
     if elastic {
         cables(&mut lib, situation);
     }
@@ -205,9 +203,7 @@ fn cables(lib: &mut Library, situation: &Situation) {
     lib.each_cable("cable_sag", &[vec![w0, t], vec![w0, t1]], 0, build);
     let mut period = situation.duration / 8.0;
     while period < 6.0 * situation.duration {
-        let build = move |a: &[f64]| {
-            Some(vec![1e-5 * a[0].hypot(a[1]), period, a[1].atan2(a[0])])
-        };
+        let build = move |a: &[f64]| Some(vec![1e-5 * a[0].hypot(a[1]), period, a[1].atan2(a[0])]);
         lib.whole("cable_thermal_expansion", &[vec![1e-5, period, 0.0], vec![1e-5, period, PI / 2.0]], 1, build);
         period *= 1.5;
     }
@@ -215,7 +211,7 @@ fn cables(lib: &mut Library, situation: &Situation) {
 }
 
 fn winches(lib: &mut Library, situation: &Situation) {
-    for speed in [0.003, 0.01, 0.03, 0.1] {
+    for speed in [0.003, 0.01, 0.03, 0.1, 0.3] {
         lib.each_cable("winch_coulomb_friction", &[vec![50.0, speed]], 1, move |a| Some(vec![50.0 * a[0], speed]));
     }
     lib.each_cable("winch_viscous_friction", &[vec![50.0]], 0, proportional(50.0));
@@ -263,11 +259,7 @@ fn saturation(lib: &mut Library, cable: Option<usize>, lower: f64, upper: f64) {
 }
 
 /// Stribeck friction needs differences of variations: the Coulomb part alone, the peak, the viscous part.
-fn stribeck(
-    lib: &mut Library,
-    speed: f64,
-    build: impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send + Sync + 'static,
-) {
+fn stribeck(lib: &mut Library, speed: f64, build: impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send + Sync + 'static) {
     const ID: &str = "winch_stribeck_friction";
     let mut all = [Vec::new(), Vec::new(), Vec::new()];
     for cable in 1..=4 {
@@ -291,9 +283,7 @@ fn stribeck(
 fn platform(lib: &mut Library, situation: &Situation) {
     lib.whole("platform_mass", &[vec![25.0]], 0, proportional(25.0));
     lib.whole("platform_inertia", &[vec![3500.0]], 0, proportional(3500.0));
-    lib.whole("platform_com_offset", &[vec![0.05, 0.0], vec![0.0, 0.05]], 0, |a| {
-        Some(vec![0.05 * a[0], 0.05 * a[1]])
-    });
+    lib.whole("platform_com_offset", &[vec![0.05, 0.0], vec![0.0, 0.05]], 0, |a| Some(vec![0.05 * a[0], 0.05 * a[1]]));
     lib.whole("platform_linear_drag", &[vec![20.0]], 0, proportional(20.0));
     lib.whole("platform_quadratic_drag", &[vec![20.0, 0.0, 0.0]], 0, |a| Some(vec![20.0 * a[0], 0.0, 0.0]));
     for speed in [3.0, 8.0] {
@@ -371,10 +361,48 @@ fn sensors(lib: &mut Library, situation: &Situation) {
 pub(crate) fn dictionary(situation: &Situation) -> Library {
     let mut lib = Library::default();
     let mut terms: Vec<String> = [
-        "x", "y", "phi", "vx", "vy", "omega", "x*y", "x^2", "y^2", "x*phi", "y*phi", "x*abs(x)", "x*abs(y)",
-        "y*abs(x)", "y*abs(y)", "x^3", "y^3", "x*y^2", "y*x^2", "vx*abs(vx)", "vy*abs(vy)", "vx*vy", "vx^2", "vy^2",
-        "vx*abs(vy)", "vy*abs(vx)", "x*vx", "x*vy", "y*vx", "y*vy", "vx^3", "vy^3", "omega*abs(omega)", "vx*omega",
-        "vy*omega", "time", "phi*abs(phi)", "phi^3", "phi*vx", "phi*vy", "x*omega", "y*omega",
+        "x",
+        "y",
+        "phi",
+        "vx",
+        "vy",
+        "omega",
+        "x*y",
+        "x^2",
+        "y^2",
+        "x*phi",
+        "y*phi",
+        "x*abs(x)",
+        "x*abs(y)",
+        "y*abs(x)",
+        "y*abs(y)",
+        "x^3",
+        "y^3",
+        "x*y^2",
+        "y*x^2",
+        "vx*abs(vx)",
+        "vy*abs(vy)",
+        "vx*vy",
+        "vx^2",
+        "vy^2",
+        "vx*abs(vy)",
+        "vy*abs(vx)",
+        "x*vx",
+        "x*vy",
+        "y*vx",
+        "y*vy",
+        "vx^3",
+        "vy^3",
+        "omega*abs(omega)",
+        "vx*omega",
+        "vy*omega",
+        "time",
+        "phi*abs(phi)",
+        "phi^3",
+        "phi*vx",
+        "phi*vy",
+        "x*omega",
+        "y*omega",
     ]
     .map(str::to_owned)
     .to_vec();

@@ -189,7 +189,10 @@ impl ColumnMap {
         let mut map = BTreeMap::new();
         for (name, entry) in entries {
             if !known.contains(&name) {
-                return Err(error(None, format!("`{name}` is no column of ours, expected one of {}", known.join(", "))));
+                return Err(error(
+                    None,
+                    format!("`{name}` is no column of ours, expected one of {}", known.join(", ")),
+                ));
             }
             let (column, scale, offset) = match entry {
                 MapEntry::Name(column) => (column, 1.0, 0.0),
@@ -233,17 +236,14 @@ pub fn read_trial(path: &Path, map: &ColumnMap) -> Result<Trial, DataError> {
         let at = header.iter().position(|h| h.trim_matches('"') == column);
         at.map(|at| (at, scale, offset)).ok_or(column)
     };
-    let time_at = find("time")
-        .map_err(|c| error(Some(1), format!("no column `{c}` (time in s); found {}", list(&header))))?;
+    let time_at =
+        find("time").map_err(|c| error(Some(1), format!("no column `{c}` (time in s); found {}", list(&header))))?;
     let mut forces = Vec::new();
     for i in 1..=4 {
         let name = format!("winch_force[{i}]");
-        forces.push(
-            find(&name).map_err(|c| error(Some(1), format!("no column `{c}` (N); found {}", list(&header))))?,
-        );
+        forces.push(find(&name).map_err(|c| error(Some(1), format!("no column `{c}` (N); found {}", list(&header))))?);
     }
-    let disturbances =
-        ["disturbance_force_x", "disturbance_force_y", "disturbance_torque"].map(|name| find(name).ok());
+    let disturbances = ["disturbance_force_x", "disturbance_force_y", "disturbance_torque"].map(|name| find(name).ok());
     let present: Vec<(Channel, (usize, f64, f64))> =
         Channel::all().into_iter().filter_map(|c| find(&c.name()).ok().map(|at| (c, at))).collect();
     for name in map.0.keys() {

@@ -255,8 +255,7 @@ impl Fit {
             }
             if count > 0 {
                 let fitted = (sum / count as f64).sqrt();
-                self.randomness.noise[at] =
-                    fitted.clamp(0.3 * noise[at], 1.05 * noise[at]).max(channel.noise_floor());
+                self.randomness.noise[at] = fitted.clamp(0.3 * noise[at], 1.05 * noise[at]).max(channel.noise_floor());
             }
         }
     }
@@ -391,8 +390,8 @@ pub(crate) fn refine(
         if !moved {
             break;
         }
-        fit.smooth(trials)?;
         if round < 2 {
+            fit.smooth(trials)?;
             fit.fit_randomness(trials, noise, round == 0);
         }
         let step = usable.iter().enumerate().all(|(slot, at)| {
@@ -480,7 +479,9 @@ fn to_estimate(
             let slots: Vec<(usize, f64)> = usable
                 .iter()
                 .enumerate()
-                .filter(|(_, at)| free[**at].effect == effect && is_size(&model.effects[effect].id, free[**at].parameter))
+                .filter(|(_, at)| {
+                    free[**at].effect == effect && is_size(&model.effects[effect].id, free[**at].parameter)
+                })
                 .map(|(slot, at)| (slot, model.effects[effect].values[free[*at].parameter]))
                 .filter(|(slot, _)| solved.1[(*slot, *slot)].is_finite())
                 .collect();
@@ -498,8 +499,12 @@ fn to_estimate(
 /// Whether a parameter is zero when its effect is absent.
 pub(crate) fn is_size(id: &str, parameter: usize) -> bool {
     match id {
-        "winch_coulomb_friction" | "cable_thermal_expansion" | "periodic_gust" | "platform_quadratic_drag"
-        | "cable_sag" | "umbilical" => parameter == 0,
+        "winch_coulomb_friction"
+        | "cable_thermal_expansion"
+        | "periodic_gust"
+        | "platform_quadratic_drag"
+        | "cable_sag"
+        | "umbilical" => parameter == 0,
         "winch_stribeck_friction" => parameter < 2,
         "cable_creep" | "winch_saturation" | "cable_elasticity" => false,
         _ => true,

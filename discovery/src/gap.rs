@@ -76,8 +76,7 @@ pub(crate) fn gap(trials: &[Trial], predictions: &[Prediction], noise: &[f64]) -
     let all = Channel::all();
     let mut sums = vec![(0.0, 0); all.len()];
     for (trial, prediction) in trials.iter().zip(predictions) {
-        let index: Vec<usize> =
-            trial.channels.iter().map(|c| all.iter().position(|a| a == c).unwrap_or(0)).collect();
+        let index: Vec<usize> = trial.channels.iter().map(|c| all.iter().position(|a| a == c).unwrap_or(0)).collect();
         for k in 0..trial.len() {
             // The sample of a restart has been used for the state; it is no prediction.
             if prediction.restarts.contains(&k) {

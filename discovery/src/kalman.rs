@@ -135,7 +135,8 @@ fn predict(linear: &LinearTrial, randomness: &Randomness, k: usize, x: &mut [f64
     let decay = (-linear.interval[k] / randomness.time).exp();
     let mut next = vec![0.0; w];
     for r in 0..n {
-        next[r] = linear.defect[k * n + r] + f[r * w..(r + 1) * w].iter().zip(x.iter()).map(|(a, b)| a * b).sum::<f64>();
+        next[r] =
+            linear.defect[k * n + r] + f[r * w..(r + 1) * w].iter().zip(x.iter()).map(|(a, b)| a * b).sum::<f64>();
     }
     for l in 0..LATENTS {
         let (now, then) = (linear.latents[k * LATENTS + l], linear.latents[(k + 1) * LATENTS + l]);

@@ -9,6 +9,7 @@ mod estimate;
 mod gap;
 mod kalman;
 mod model;
+pub mod outcome;
 mod path;
 mod regression;
 mod search;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cdpr::dynamics::Inputs;
+use cdpr::dynamics::{Evaluation, Inputs};
 use cdpr::model_file::Model;
 use cdpr::parameters::Initialization;
 use cdpr::plant::{Plant, PlantError};
@@ -53,16 +53,24 @@ impl Examined {
     ///
     /// A delayed pose is taken back along twist and acceleration from the present state, so that it says something of it.
     pub(crate) fn measure(&self, simulation: &Simulation, channels: &[Channel], out: &mut Vec<f64>) {
-        let e = simulation.evaluate();
-        let outputs = simulation.outputs_of(&e);
-        let y = simulation.states();
+        self.measure_at(simulation, &simulation.evaluate(), simulation.states(), channels, out);
+    }
+
+    /// What the sensors show of the state `y` as evaluated in `e`; `simulation` is any of this model.
+    pub(crate) fn measure_at(
+        &self,
+        simulation: &Simulation,
+        e: &Evaluation,
+        y: &[f64],
+        channels: &[Channel],
+        out: &mut Vec<f64>,
+    ) {
+        let outputs = simulation.outputs_of(e);
         let tau = self.pose_delay;
         out.clear();
         for channel in channels {
             out.push(match *channel {
-                Channel::Pose(k) => {
-                    y[k] + self.pose_bias[k] - tau * y[3 + k] + 0.5 * tau * tau * e.acceleration[k]
-                }
+                Channel::Pose(k) => y[k] + self.pose_bias[k] - tau * y[3 + k] + 0.5 * tau * tau * e.acceleration[k],
                 Channel::CableLength(i) => outputs.cable_length[i],
                 Channel::UnstretchedLength(i) => outputs.unstretched_length[i],
                 Channel::Tension(i) => outputs.tension[i],
@@ -112,7 +120,8 @@ impl Examined {
                     mean(Channel::CableLength(i)).or_else(|| {
                         // A paid-out length stretches under its winch force.
                         let l = mean(Channel::UnstretchedLength(i))?;
-                        let stretch = trial.inputs[0].winch_force[i].max(0.0) / self.plant.data().cables[i].axial_stiffness;
+                        let stretch =
+                            trial.inputs[0].winch_force[i].max(0.0) / self.plant.data().cables[i].axial_stiffness;
                         Some(if self.plant.unstretched_index(i).is_some() { l * (1.0 + stretch) } else { l })
                     })
                 })

@@ -75,16 +75,14 @@ pub(crate) fn difference_steps(model: &Examined) -> Vec<f64> {
 /// Size of an effect state: forces count in kN, strains in thousandths.
 pub(crate) fn effect_state_scale(model: &Examined, cable: usize, at: usize) -> f64 {
     let first = model.plant.effect_states(cable).start;
-    let lags = model
-        .plant
-        .effects()
-        .iter()
-        .filter(|e| e.cable.is_none_or(|c| c == cable + 1))
-        .filter_map(|e| match e.id.as_str() {
-            "winch_lag" => Some(1e3),
-            "cable_creep" => Some(1e-3),
-            _ => None,
-        });
+    let lags = model.plant.effects().iter().filter(|e| e.cable.is_none_or(|c| c == cable + 1)).filter_map(|e| match e
+        .id
+        .as_str()
+    {
+        "winch_lag" => Some(1e3),
+        "cable_creep" => Some(1e-3),
+        _ => None,
+    });
     lags.into_iter().nth(at - first).unwrap_or(1.0)
 }
 

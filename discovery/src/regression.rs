@@ -20,7 +20,8 @@ pub(crate) fn ladder(randomness: &Randomness) -> Vec<Randomness> {
     let mut levels: Vec<Randomness> = Vec::new();
     for factor in [1.0, 0.2, 0.03, 0.0] {
         let scaled = |v: f64| (v * factor).max(SMALLEST_LATENT);
-        let level = Randomness { force: scaled(randomness.force), winch: scaled(randomness.winch), ..randomness.clone() };
+        let level =
+            Randomness { force: scaled(randomness.force), winch: scaled(randomness.winch), ..randomness.clone() };
         if !levels.contains(&level) {
             levels.push(level);
         }
@@ -108,8 +109,7 @@ fn best_level(candidate: &Candidate, at: usize, levels: &[Level], chosen: &[usiz
     let mut best: Option<Scored> = None;
     for (l, level) in levels.iter().enumerate() {
         let Some(solved) = subset(&level.normal, &columns) else { continue };
-        let score =
-            level.normal.minus_two_log_likelihood - solved.drop + penalty * (own + candidate.tried) as f64;
+        let score = level.normal.minus_two_log_likelihood - solved.drop + penalty * (own + candidate.tried) as f64;
         if best.as_ref().is_none_or(|b| score < b.score) && candidate.effect(&solved.amplitudes[..own]).is_some() {
             best = Some(Scored { candidate: at, level: l, score, amplitudes: solved.amplitudes[..own].to_vec() });
         }

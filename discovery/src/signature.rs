@@ -1,13 +1,14 @@
 //! Signatures: what a variation of the model would add to the states at each step and to the sensors at each sample.
 
+use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 use rayon::prelude::*;
 
-use crate::data::Trial;
+use crate::data::{Channel, Trial};
 use crate::kalman::Forcing;
 use crate::model::{Examined, LATENTS, disturb};
-use crate::path::Trajectory;
+use crate::path::{LinearTrial, Trajectory};
 
 /// What one variation adds: `states` numbers a step, `channels` a sample. `None` when it cannot be simulated.
 struct Single {
@@ -28,15 +29,33 @@ fn state_map(base: &Examined, varied: &Examined) -> Option<Vec<usize>> {
     (map.len() == base.states()).then_some(map)
 }
 
-/// Where the base plant, at each point of the trajectory, goes in one step, and what its sensors show.
+/// Where the base plant, at each point of the trajectory, goes in one step, what its sensors show, its inputs as felt, and
+/// its rates at both ends of each step.
 struct Reference {
     next: Vec<f64>,
     shown: Vec<f64>,
+    felt: Vec<Inputs>,
+    slack: Vec<[bool; 4]>,
+    rates: [Vec<f64>; 2],
+}
+
+/// Inputs felt during step `k`, and slack cables at its beginning.
+fn conditions(simulation: &cdpr::simulation::Simulation) -> (Inputs, [bool; 4]) {
+    let felt = simulation.inputs_at_plant();
+    let slack = simulation.plant().slack_cables(simulation.time(), simulation.states(), &felt);
+    (felt, slack)
 }
 
 fn reference(model: &Examined, trial: &Trial, trajectory: &Trajectory) -> Option<Reference> {
     let (n, m) = (model.states(), trial.channels.len());
-    let mut out = Reference { next: vec![0.0; (trial.len() - 1) * n], shown: vec![0.0; trial.len() * m] };
+    let steps = trial.len() - 1;
+    let mut out = Reference {
+        next: vec![0.0; steps * n],
+        shown: vec![0.0; trial.len() * m],
+        felt: Vec::with_capacity(trial.len()),
+        slack: Vec::with_capacity(trial.len()),
+        rates: [vec![0.0; steps * n], vec![0.0; steps * n]],
+    };
     let mut simulation = model.simulation(trial, trajectory.states(0));
     let mut shown = Vec::new();
     for k in 0..trial.len() {
@@ -44,7 +63,14 @@ fn reference(model: &Examined, trial: &Trial, trajectory: &Trajectory) -> Option
         disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
         model.measure(&simulation, &trial.channels, &mut shown);
         out.shown[k * m..(k + 1) * m].copy_from_slice(&shown);
+        let (felt, slack) = conditions(&simulation);
+        out.felt.push(felt);
+        out.slack.push(slack);
         if k + 1 < trial.len() {
+            for (end, rates) in out.rates.iter_mut().enumerate() {
+                let (time, y) = (trial.time[k + end], trajectory.states(k + end));
+                model.plant.rates(time, y, &felt, slack, &mut rates[k * n..(k + 1) * n]);
+            }
             simulation.advance(trial.time[k + 1] - trial.time[k]).ok()?;
             out.next[k * n..(k + 1) * n].copy_from_slice(simulation.states());
         }
@@ -91,6 +117,77 @@ fn single(
     out.step.iter().chain(&out.sensor).all(|v| v.is_finite()).then_some(out)
 }
 
+/// Whether a variation acts through the rates of the states the base plant has, so that its forcing over a step follows
+/// from the rates at both ends.
+fn acts_through_rates(id: &str) -> bool {
+    !matches!(
+        id,
+        "winch_lag"
+            | "winch_delay"
+            | "cable_creep"
+            | "cable_elasticity"
+            | "length_sensor_bias"
+            | "length_sensor_scale"
+            | "pose_sensor_bias"
+            | "pose_sensor_delay"
+    )
+}
+
+/// Whether a variation changes what the sensors show of the same states.
+fn acts_on_sensors(id: &str, trial: &Trial, rigid: bool) -> bool {
+    let tension = trial.channels.iter().any(|c| matches!(c, Channel::Tension(_)));
+    matches!(id, "anchor_offset" | "attachment_offset") || (tension && (rigid || id.starts_with("cable_")))
+}
+
+/// As [`single`], by the trapezoidal rule on the difference of rates: an order faster, good to a few per cent where the
+/// fastest mode turns by less than a radian in a sampling interval. For weighing candidates, not for estimates.
+fn quick(
+    base: &Examined,
+    varied: &Examined,
+    linear: &LinearTrial,
+    trial: &Trial,
+    trajectory: &Trajectory,
+    reference: &Reference,
+    sensors: bool,
+) -> Option<Single> {
+    let (n, m, w) = (base.states(), trial.channels.len(), linear.width());
+    let mut out = Single { step: vec![0.0; (trial.len() - 1) * n], sensor: vec![0.0; trial.len() * m] };
+    let simulation = varied.simulation(trial, trajectory.states(0));
+    let mut shown = Vec::new();
+    let mut rates = vec![0.0; n];
+    for k in 0..trial.len() {
+        let (felt, slack) = (&reference.felt[k], reference.slack[k]);
+        if sensors {
+            let y = trajectory.states(k);
+            let e = varied.plant.evaluate(trial.time[k], y, felt, slack);
+            varied.measure_at(&simulation, &e, y, &trial.channels, &mut shown);
+            for j in 0..m {
+                out.sensor[k * m + j] = (shown[j] - reference.shown[k * m + j]) as f32;
+            }
+        }
+        if k + 1 == trial.len() {
+            break;
+        }
+        let half = 0.5 * linear.interval[k];
+        let target = &mut out.step[k * n..(k + 1) * n];
+        varied.plant.rates(trial.time[k], trajectory.states(k), felt, slack, &mut rates);
+        for c in 3..n {
+            let difference = rates[c] - reference.rates[0][k * n + c];
+            if difference != 0.0 {
+                let f = &linear.transition[k * n * w..(k + 1) * n * w];
+                for (r, slot) in target.iter_mut().enumerate() {
+                    *slot += (half * f[r * w + c] * difference) as f32;
+                }
+            }
+        }
+        varied.plant.rates(trial.time[k + 1], trajectory.states(k + 1), felt, slack, &mut rates);
+        for (r, slot) in target.iter_mut().enumerate() {
+            *slot += (half * (rates[r] - reference.rates[1][k * n + r])) as f32;
+        }
+    }
+    out.step.iter().chain(&out.sensor).all(|v| v.is_finite()).then_some(out)
+}
+
 /// Own states of a variation at rest, as at the start of a simulation.
 fn start_effect_states(varied: &Examined, trial: &Trial, y: &mut [f64], base: &Examined) {
     let rest = varied.first_states(trial);
@@ -108,20 +205,29 @@ pub(crate) fn forcing(
     model: &Model,
     base: &Examined,
     variations: &[EffectSpec],
+    linear: &LinearTrial,
     trial: &Trial,
     trajectory: &Trajectory,
     done: &(dyn Fn() + Sync),
 ) -> Forcing {
     let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), variations.len());
     debug_assert_eq!(trajectory.width, n + LATENTS);
-    let mut forcing = Forcing { columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
+    let mut forcing =
+        Forcing { columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
     let Some(reference) = reference(base, trial, trajectory) else { return forcing };
     let singles: Vec<Option<Single>> = variations
         .par_iter()
         .map(|spec| {
             let mut varied = model.clone();
             varied.effects.push(spec.clone());
-            let out = Examined::new(&varied).ok().and_then(|v| single(base, &v, trial, trajectory, &reference));
+            let out = Examined::new(&varied).ok().and_then(|v| {
+                if acts_through_rates(&spec.id) && v.states() == base.states() {
+                    let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
+                    quick(base, &v, linear, trial, trajectory, &reference, sensors)
+                } else {
+                    single(base, &v, trial, trajectory, &reference)
+                }
+            });
             done();
             out
         })
@@ -146,7 +252,8 @@ pub(crate) fn difference(
     trajectory: &Trajectory,
 ) -> Forcing {
     let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), varied.len());
-    let mut forcing = Forcing { columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
+    let mut forcing =
+        Forcing { columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
     let Some(reference) = reference(base, trial, trajectory) else { return forcing };
     let singles: Vec<Option<Single>> =
         varied.par_iter().map(|(v, _)| single(base, v, trial, trajectory, &reference)).collect();

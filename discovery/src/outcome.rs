@@ -1,0 +1,178 @@
+//! What a discovery found: the engine's result, from which `discovery.json`, the report and the tables are made.
+
+use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
+
+use crate::data::{Channel, Trial};
+
+/// The outcome in one word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The model reproduces the data as well as the noise allows.
+    NoMissingEffect,
+    /// Every effect found is in the catalogue and what remains is white.
+    Named,
+    /// Two or more explanations differ by less than the evidence can tell.
+    Ambiguous,
+    /// Part of the gap needs terms outside the catalogue, or cannot be explained at all.
+    Unnamed,
+}
+
+/// A place where the model disagrees with the measurements, as in `discovery.json`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Located {
+    /// `platform.force_x`, `platform.torque`, `winch[3]`, `cable[2]`, `sensor.cable_length[1]`, `sensor.pose`, ...
+    pub place: String,
+    /// Share of the explained gap, 0 to 1.
+    pub share: f64,
+    /// Stretches `(trial, start, end)` (s) in which it shows; trials count through the training trials.
+    pub when: Vec<(usize, f64, f64)>,
+    /// `speed`, `direction`, `tension`, `position`, `acceleration`, `time`, `input`.
+    pub depends_on: Vec<String>,
+}
+
+/// An effect or term that was added to the model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The effect with its estimated parameters.
+    pub effect: EffectSpec,
+    /// Standard error of each parameter; `None` where the data do not determine it.
+    pub standard_error: Vec<Option<f64>>,
+    /// Bayesian information criterion with it minus without it.
+    pub delta_bic: f64,
+    /// Gap on held-out data over the main horizon with everything found but this.
+    pub holdout_gap_without: Option<f64>,
+    /// Explanations nearly as good, the nearest first.
+    pub alternatives: Vec<Alternative>,
+}
+
+/// Another explanation of the same disagreement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alternative {
+    /// The effect with the parameters it would have.
+    pub effect: EffectSpec,
+    /// BIC with it in place of the chosen one, minus BIC with the chosen one.
+    pub delta_bic: f64,
+    /// Correlation of the whitened signatures.
+    pub correlation: Option<f64>,
+    /// Whether the evidence cannot tell the two apart.
+    pub indistinguishable: bool,
+    /// The experiment that would.
+    pub separate_by: String,
+}
+
+/// A pair of gaps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BeforeAfter {
+    /// With the model as given.
+    pub before: f64,
+    /// With what was found.
+    pub after: f64,
+}
+
+/// Gaps over one horizon.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HorizonGap {
+    /// Time between restarts (s).
+    pub horizon: f64,
+    /// On training data, all channels.
+    pub train: BeforeAfter,
+    /// On held-out data, all channels.
+    pub holdout: BeforeAfter,
+    /// By channel: training and held-out data.
+    pub channels: Vec<(Channel, BeforeAfter, Option<BeforeAfter>)>,
+}
+
+/// Whiteness of the innovations of one channel with the final model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Whiteness {
+    /// The channel.
+    pub channel: Channel,
+    /// Estimated noise (in the channel's unit).
+    pub noise: f64,
+    /// Samples used.
+    pub samples: usize,
+    /// Ljung-Box statistic over 20 lags.
+    pub statistic: f64,
+    /// Its limit.
+    pub limit: f64,
+}
+
+/// One trial with predictions, for pictures and `gap.csv`.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// The measurements (outliers taken out).
+    pub trial: Trial,
+    /// Whether it was held out.
+    pub holdout: bool,
+    /// Free-running predictions over the main horizon by the model as given, a row a sample.
+    pub before: Vec<Vec<f64>>,
+    /// By the model with what was found.
+    pub after: Vec<Vec<f64>>,
+    /// Samples at which the simulation restarts.
+    pub restarts: Vec<usize>,
+    /// Smoothed latent disturbances with the model as given: force x, y (N), torque (N m), winch 1 to 4 (N).
+    pub latents: Vec<[f64; 7]>,
+    /// Smoothed pose and twist with the final model.
+    pub motion: Vec<[f64; 6]>,
+    /// Smoothed rates of the unstretched lengths with the final model (m/s).
+    pub winch_speed: Vec<[f64; 4]>,
+}
+
+/// One step of the search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SearchStep {
+    /// What was tried.
+    pub effect: EffectSpec,
+    /// `added`, `replaced`, `refused`, `removed`.
+    pub outcome: String,
+    /// BIC with it minus without it.
+    pub delta_bic: f64,
+    /// Why.
+    pub reason: String,
+}
+
+/// The result of a discovery.
+#[derive(Clone, Debug)]
+pub struct Discovery {
+    /// The outcome.
+    pub verdict: Verdict,
+    /// The model as given.
+    pub base: Model,
+    /// The model with what was found.
+    pub model: Model,
+    /// Catalogue effects found, the most important first.
+    pub effects: Vec<Found>,
+    /// Terms outside the catalogue (`expression` effects).
+    pub terms: Vec<Found>,
+    /// Where the model as given disagrees.
+    pub located: Vec<Located>,
+    /// Gaps over the horizons 1, 5 and 20 s; the second is the main one.
+    pub horizons: Vec<HorizonGap>,
+    /// What was held out, as a noun phrase.
+    pub holdout_source: String,
+    /// Whiteness by channel.
+    pub whiteness: Vec<Whiteness>,
+    /// Root mean square of the latent force (N) and torque (N m), before and after.
+    pub remainder_force: BeforeAfter,
+    /// See `remainder_force`.
+    pub remainder_torque: BeforeAfter,
+    /// The trials with predictions.
+    pub trials: Vec<Compared>,
+    /// Explanations tried.
+    pub candidates: usize,
+    /// Outliers taken out.
+    pub outliers: usize,
+    /// The search as it went.
+    pub steps: Vec<SearchStep>,
+    /// Remarks, each a sentence.
+    pub remarks: Vec<String>,
+    /// Computing time (s).
+    pub seconds: f64,
+}
+
+/// The main horizon (s).
+pub const HORIZON: f64 = 5.0;
+
+/// Horizons of the verification (s).
+pub const HORIZONS: [f64; 3] = [1.0, HORIZON, 20.0];
