@@ -26,6 +26,7 @@ fn main() {
         "Cargo.lock",
         "Cargo.toml",
         "fmi2/Cargo.toml",
+        "fmi2/README.md",
         "fmi2/src",
         "fmu_build/build.rs",
         "fmu_build/cable_platform",

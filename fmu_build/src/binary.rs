@@ -149,7 +149,7 @@ fn part(platform: Platform, bytes: &[u8]) -> Result<Part, String> {
     let file = object::File::parse(bytes).map_err(read)?;
     let (format, architecture) = (file.format(), file.architecture());
     if !platform.accepts(format, architecture) {
-        return Err(format!("it is a {format:?} file for {architecture:?}"));
+        return Err(format!("its format is {format:?} for {architecture:?}"));
     }
     if file.kind() != ObjectKind::Dynamic {
         return Err(format!("expected a shared library, it is of kind {:?}", file.kind()));
@@ -211,7 +211,7 @@ mod tests {
         assert!(refused, "{error}");
         let other = if host == Platform::Win64 { Platform::Linux64 } else { Platform::Win64 };
         let error = Binary::read(other, &program).unwrap_err().to_string();
-        assert!(error.contains(other.folder()) && error.contains("it is a"), "{error}");
+        assert!(error.contains(other.folder()) && error.contains("its format is"), "{error}");
     }
 
     #[test]

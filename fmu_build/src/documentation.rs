@@ -9,11 +9,11 @@ use crate::PackError;
 
 /// A part of the documentation that the model's author wrote.
 #[derive(Debug, Clone, Serialize)]
-pub struct Section {
+pub(crate) struct Section {
     /// The heading, plain text.
-    pub title: String,
+    pub(crate) title: String,
     /// The text below it: HTML, well-formed, headings from `<h3>` down.
-    pub html: String,
+    pub(crate) html: String,
 }
 
 /// One row of a table of variables.
@@ -62,13 +62,8 @@ pub(crate) fn index(
         })
         .filter(|group| !group.rows.is_empty())
         .collect();
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    environment.set_trim_blocks(true);
-    environment.set_lstrip_blocks(true);
-    environment.add_template("index", include_str!("documentation.html.jinja"))?;
     let experiment = description.default_experiment.unwrap_or_default();
-    let page = environment.get_template("index")?.render(context! {
+    let values = context! {
         name => description.model_name,
         identifier => description.model_identifier,
         description => description.description,
@@ -84,8 +79,17 @@ pub(crate) fn index(
         sections,
         groups,
         licences,
-    })?;
-    Ok(page)
+    };
+    render(include_str!("documentation.html.jinja"), values)
+}
+
+/// A template with its values; text is escaped for HTML.
+pub(crate) fn render(template: &str, values: minijinja::Value) -> Result<String, PackError> {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment.set_trim_blocks(true);
+    environment.set_lstrip_blocks(true);
+    Ok(environment.render_str(template, values)?)
 }
 
 fn row(variable: &Variable, description: &ModelDescription) -> Row {

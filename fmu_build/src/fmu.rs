@@ -9,7 +9,8 @@ use fmi2_export::description::ModelDescription;
 use tempfile::TempDir;
 
 use crate::archive::{self, Files, is_plain_path};
-use crate::{Binary, PackError, Platform, Section, documentation, probe, xml_check};
+use crate::documentation::{self, Section};
+use crate::{Binary, PackError, Platform, probe, xml_check};
 
 /// An FMU to be packed: a model's description and everything that goes into the file with it.
 ///

@@ -1,7 +1,8 @@
 //! Packs FMUs: a model, its binaries, resources, documentation and licences become one checked `.fmu` file.
 //!
-//! [`Fmu`] is general: any [`fmi2_export::Model`] can be packed with it. [`cross`] builds binaries for other
-//! platforms from a source checkout.
+//! [`Fmu`] is general: any [`fmi2_export::Model`] can be packed with it. [`cable_platform`] is the FMU of this project's
+//! plant, whose binary for the host is inside this library, so that a program that links it can pack an FMU without a
+//! compiler. [`cross`] builds that binary for other platforms from a source checkout.
 //!
 //! What does not hold together is refused: a binary that lacks a function of FMI 2.0 or does not accept the
 //! description's GUID, a description that breaks the standard's rules, an XML text that does not say the same.
@@ -9,6 +10,7 @@
 
 mod archive;
 mod binary;
+pub mod cable_platform;
 pub mod cross;
 mod documentation;
 mod error;
@@ -18,7 +20,6 @@ mod probe;
 mod xml_check;
 
 pub use binary::{Binary, FUNCTIONS};
-pub use documentation::Section;
 pub use error::PackError;
 pub use fmu::Fmu;
 pub use platform::Platform;

@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use cdpr_fmu_build::cable_platform::THIRD_PARTY;
 use cdpr_fmu_build::{Binary, Fmu, PackError, Platform};
 use winch_controller::WinchController;
 
@@ -28,10 +29,12 @@ fn main() -> ExitCode {
 fn pack(path: &Path) -> Result<(), PackError> {
     let platform = Platform::host().expect("FMI 2.0 has a folder for this machine");
     let no_resources: [(&str, &str); 0] = [];
+    // The controller is built with some of the libraries of the plant, so the plant's notices cover it.
     Fmu::of::<WinchController>(no_resources)?
         .section("What it is", include_str!("pack.html"))
         .licence("LICENSE-APACHE.txt", include_str!("../../../LICENSE-APACHE"))?
         .licence("LICENSE-MIT.txt", include_str!("../../../LICENSE-MIT"))?
+        .licence("third-party.txt", THIRD_PARTY)?
         .binary(Binary::read(platform, &library(platform))?)?
         .write(path)
 }

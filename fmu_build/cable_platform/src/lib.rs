@@ -1,1 +1,3 @@
-//! The binary inside `CablePlatform.fmu`.
+//! The binary inside `CablePlatform.fmu`: the plant behind the C functions of FMI 2.0.
+
+fmi2_export::export!(cdpr::fmi2::CablePlatform);
