@@ -29,6 +29,7 @@ class Case:
     ambiguous: str = "no"
     alternatives: tuple = ()
     rivals: tuple = ()  # (rival effect, its free parameters), for `measure`
+    acceptable: tuple = ()  # ids that may be named though none is hidden (a model-form error)
     note: str = ""
 
 

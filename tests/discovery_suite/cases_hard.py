@@ -213,3 +213,19 @@ def null(index):
 
 
 NULLS = [null(index) for index in range(60)]
+
+# The error here is of model form: no entry of the catalogue was put in. These describe part of what
+# differs (see `moordyn_trial`), so naming them is no mistake.
+_MOORDYN = (
+    "platform_mass",
+    "platform_inertia",
+    "winch_drum_inertia",
+    "cable_drag",
+    "cable_damping",
+    "cable_transverse_mode",
+)
+
+MOORDYN = [
+    case("moordyn_calm", "moordyn", [], acceptable=_MOORDYN, fastest=0.06),
+    case("moordyn_brisk", "moordyn", [], acceptable=_MOORDYN, rate=25.0, pose_noise=2e-3),
+]

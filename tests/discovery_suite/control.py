@@ -49,33 +49,45 @@ def distribute(p, pose, force_x, force_y, torque, mean, out):
         out[i] = round(tension * 1000.0) / 1000.0
 
 
+# What the controller remembers: seen pose, seen rate, wrench it asked for.
+MEMORY = 9
+
+
+@njit(cache=True, error_model="numpy")
+def control_step(model, memory, measured, wanted, pretension, dt, gains, out):
+    """One sample of the controller: `out` gets the four winch forces (N).
+
+    `measured` is the pose read now, `wanted` (3, 3) the reference pose, rate and acceleration,
+    `gains` the loop's frequency (rad/s), its damping and the observer's frequency (rad/s).
+    `memory` is updated.
+    """
+    inertia = np.array([FEED_MASS, FEED_MASS, FEED_INERTIA])
+    omega, zeta, watch = gains[0], gains[1], gains[2]
+    seen, speed, wrench = memory[:3], memory[3:6], memory[6:]
+    for a in range(3):
+        predicted = seen[a] + dt * speed[a]
+        innovation = measured[a] - predicted
+        seen[a] = predicted + 1.4 * watch * dt * innovation
+        speed[a] += dt * (wrench[a] / inertia[a] + watch * watch * innovation)
+        accel = wanted[2, a] + omega * omega * (wanted[0, a] - seen[a])
+        accel += 2.0 * zeta * omega * (wanted[1, a] - speed[a])
+        wrench[a] = accel * inertia[a]
+    distribute(model, seen, wrench[0], wrench[1], wrench[2], pretension, out)
+
+
 @njit(cache=True, error_model="numpy")
 def closed_loop(
-    p,
-    model,
-    t0,
-    dt,
-    n,
-    h,
-    reference,
-    pretension,
-    noise,
-    bias,
-    delay,
-    recorded,
-    hidden,
-    dither,
-    gains,
+    p, model, t0, dt, h, reference, pretension, noise, bias, delay, recorded, hidden, dither, gains
 ):
-    """Run `n` samples in closed loop.
+    """Run a trial of `n` samples in closed loop from rest at the first reference pose.
 
     `reference` (n, 3, 3) holds pose, its rate and acceleration; `pretension` (n) the mean tension;
     `noise` (n, 3), `bias` (3) and `delay` (s) act on the pose sensor; `recorded` (n, 3) and
-    `hidden` (n + 1, 3) are disturbances; `dither` (n, 4) is added to the forces; `gains` are the
-    loop's frequency, its damping and the observer's frequency. `p` is the plant, `model` what the
-    controller believes. Returns states (n, 26), winch forces (n, 4), tensions (n, 4) and measured
-    poses (n, 3).
+    `hidden` (n + 1, 3) are disturbances; `dither` (n, 4) is added to the forces. `p` is the plant,
+    `model` what the controller believes. Returns states (n, 26), winch forces (n, 4), tensions
+    (n, 4) and measured poses (n, 3).
     """
+    n = len(reference)
     states = np.empty((n, STATES))
     forces = np.zeros((n, 4))
     tensions = np.empty((n, 4))
@@ -83,18 +95,13 @@ def closed_loop(
     taps = np.empty((n, 3))
     work = np.zeros((7, STATES))
     rate = np.zeros(STATES)
-    tension = np.zeros(4)
-    inertia = np.array([FEED_MASS, FEED_MASS, FEED_INERTIA])
-    seen, speed = reference[0, 0].copy(), reference[0, 1].copy()
-    wanted = np.empty(3)
-    omega, zeta, watch = gains[0], gains[1], gains[2]
+    memory = np.zeros(MEMORY)
+    memory[:3] = reference[0, 0]
     whole, rest = split_delay(delay, dt)
     tap_at = dt - rest if rest > 0.0 else 0.0
-    y = np.zeros(STATES)
+    distribute(model, reference[0, 0], 0.0, 0.0, 0.0, pretension[0], forces[0])
+    y = at_rest(p, t0, reference[0, 0], forces[0])
     for k in range(n):
-        if k == 0:
-            distribute(model, reference[0, 0], 0.0, 0.0, 0.0, pretension[0], forces[0])
-            y[:] = at_rest(p, t0, reference[0, 0], forces[0])
         # Sensor: the pose now, or the one tapped `delay` ago (the pose at rest before the start).
         pose = y[:3]
         if whole > 0 or rest > 0.0:
@@ -103,21 +110,13 @@ def closed_loop(
             pose = taps[j] if j >= 0 else reference[0, 0]
         measured[k] = pose + bias + noise[k]
         if k > 0:
-            accel = wanted / inertia
-            innovation = measured[k] - (seen + dt * speed)
-            seen += dt * speed + 1.4 * watch * dt * innovation
-            speed += dt * (accel + watch * watch * innovation)
-            for a in range(3):
-                accel[a] = reference[k, 2, a] + omega * omega * (reference[k, 0, a] - seen[a])
-                accel[a] += 2.0 * zeta * omega * (reference[k, 1, a] - speed[a])
-            wanted[:] = accel * inertia
-            distribute(model, seen, wanted[0], wanted[1], wanted[2], pretension[k], forces[k])
+            control_step(
+                model, memory, measured[k], reference[k], pretension[k], dt, gains, forces[k]
+            )
             for i in range(4):
                 forces[k, i] = round((forces[k, i] + dither[k, i]) * 1000.0) / 1000.0
-        else:
-            wanted[:] = 0.0
         states[k] = y
-        derivative(p, t0 + k * dt, y, forces[k], recorded[k] + hidden[k], rate, tension)
-        tensions[k] = tension
-        interval(p, k, t0 + k * dt, dt, h, y, forces, recorded, hidden, tap_at, taps[k], work)
+        t = t0 + k * dt
+        derivative(p, t, y, forces[k], recorded[k] + hidden[k], rate, tensions[k])
+        interval(p, k, t, dt, h, y, forces, recorded, hidden, tap_at, taps[k], work)
     return states, forces, tensions, measured

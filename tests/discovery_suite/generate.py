@@ -5,7 +5,7 @@ import os
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-from . import trial
+from . import moordyn_trial, trial
 from .parameters import OUTSIDE
 from .strength import evidence, strength
 
@@ -68,10 +68,18 @@ def truth(case, strengths, noise):
         "terms": terms,
         "ambiguous": case.ambiguous,
         "alternatives": list(case.alternatives),
+        "acceptable": list(case.acceptable),
         "strength": strengths,
         "noise": noise,
         "note": case.note,
     }
+
+
+def run_trial(case, settings):
+    """One trial of a case, on this package's plant or on MoorDyn's cables."""
+    if case.group == "moordyn":
+        return moordyn_trial.run(settings)
+    return trial.run(settings, case.effects, case.data_model)
 
 
 def write_case(case, folder):
@@ -81,10 +89,10 @@ def write_case(case, folder):
     strengths, noise = {}, {}
     files = [(f"train{i + 1}", s) for i, s in enumerate(case.train)] + [("holdout", case.holdout)]
     for name, settings in files:
-        record = trial.run(settings, case.effects, case.data_model)
+        record = run_trial(case, settings)
         trial.write_csv(record, folder / f"{name}.csv")
         noise[name] = record.noise
-        if case.effects:
+        if case.group != "null":
             strengths[name] = strength(record, case.model)
     (folder / "model.toml").write_text(f'cable_model = "{case.model}"\n', encoding="utf-8")
     text = json.dumps(truth(case, strengths, noise), indent=1)
@@ -94,7 +102,7 @@ def write_case(case, folder):
 
 def measure_case(case):
     """Chi-square of no effect and of each rival on the first training trial (see `strength`)."""
-    record = trial.run(case.train[0], case.effects, case.data_model)
+    record = run_trial(case, case.train[0])
     found = {"none": evidence(record)}
     for rival, free in case.rivals:
         found[rival["id"]] = evidence(record, rival, free)

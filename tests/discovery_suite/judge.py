@@ -109,8 +109,12 @@ def judge(answer, truth, seconds):
     }
     if truth["group"] in ("null", "outside", "moordyn"):
         # Nothing of the catalogue is there to be named.
-        row["false_alarms"] = len(answer["effects"]) + (0 if truth["terms"] else len(terms))
+        wrong = [e for e in answer["effects"] if e["id"] not in truth["acceptable"]]
+        invented = terms if truth["group"] == "null" else []
+        row["false_alarms"] = len(wrong) + len(invented)
         row["correct"] = row["false_alarms"] == 0
+    if truth["group"] == "moordyn":
+        row["gained"] = gap["after"] < gap["before"]
     if truth["group"] == "outside":
         row["halved"] = gap["after"] <= max(0.5 * gap["before"], 1.1)
         row["exact"] = row["correct"] and verdict == "unnamed"

@@ -72,6 +72,8 @@ def summary(rows):
         "false_alarms": sum(bool(row["false_alarms"]) for row in nulls),
         "outside_not_named": _rate(outside, "correct"),
         "outside_halved": _rate(outside, "halved"),
+        "moordyn_no_wrong_cause": _rate(of("moordyn"), "correct"),
+        "moordyn_gained": _rate(of("moordyn"), "gained"),
         "gap_after_median": median(gaps) if gaps else None,
         "gap_after_max": max(gaps) if gaps else None,
         "gap_after_within_1.1": sum(g <= 1.1 for g in gaps) / len(gaps) if gaps else None,
@@ -137,6 +139,10 @@ def markdown(score, rows):
         f"(failed: {score['null_failed']}) | 1 of 60 |",
         f"| outside the catalogue: nothing named | {_share(score['outside_not_named'])} | 100 % |",
         f"| outside the catalogue: gap halved | {_share(score['outside_halved'])} | 100 % |",
+        f"| distributed cables (MoorDyn): no wrong cause "
+        f"| {_share(score['moordyn_no_wrong_cause'])} | 100 % |",
+        f"| distributed cables (MoorDyn): gap smaller "
+        f"| {_share(score['moordyn_gained'])} | 100 % |",
         f"| parameters within 2 standard errors, same law | {within(same)} | 90 % |",
         f"| parameters within 2 standard errors, other smoothing | {within(other)} | |",
         f"| held-out gap after, catalogue | median {_number(score['gap_after_median'])}, "

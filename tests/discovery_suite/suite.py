@@ -1,6 +1,6 @@
 """The whole suite in one list, and its small subset."""
 
-from .cases_hard import ELASTICITY, LOOK_ALIKES, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
+from .cases_hard import ELASTICITY, LOOK_ALIKES, MOORDYN, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
 from .cases_pair import PAIRS, TRIPLES
 from .cases_single import SINGLES
 
@@ -12,6 +12,7 @@ SUITE = [
     *LOOK_ALIKES,
     *OUTSIDE_CASES,
     *ELASTICITY,
+    *MOORDYN,
     *NULLS,
 ]
 _BY_NAME = {case.name: case for case in SUITE}

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from . import parameters, suite, trial
+from . import moordyn_trial, parameters, suite, trial
 from .cases import effect
 from .control import distribute
 from .generate import places, write_case
@@ -334,6 +334,7 @@ def _truth(*effects, group="single"):
         "group": group,
         "effects": [dict(e, located=places(e)) for e in effects],
         "terms": [],
+        "acceptable": [],
         "ambiguous": "no",
     }
 
@@ -398,3 +399,15 @@ def test_judge_merges_four_winches_and_turns_gusts():
     )
     errors = parameter_errors(_answer(turned), _truth(gust))
     assert max(abs(e["z"]) for e in errors) < 1e-9
+
+
+def test_moordyn_cables_carry_the_known_law_at_rest_and_differ_in_motion():
+    still = trial.Settings(seed=1, duration=3.0, rate=25.0, amplitude=1e-9, rotation=1e-12)
+    quiet = still.but(pose_noise=1e-9, angle_noise=1e-12, length_noise=1e-9)
+    record = moordyn_trial.run(quiet)
+    np.testing.assert_allclose(record.tensions, record.forces, rtol=1e-4)
+    assert np.abs(record.states[:, 10:14]).max() < 1e-5
+    moving = trial.Settings(seed=1, duration=12.0, rate=25.0)
+    first, second = moordyn_trial.run(moving), moordyn_trial.run(moving)
+    np.testing.assert_array_equal(first.states, second.states)
+    assert strength(first) > 1.0

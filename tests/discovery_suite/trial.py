@@ -49,8 +49,7 @@ class Record:
     """What a trial left: the truth and the readings."""
 
     settings: Settings
-    params: np.void
-    t0: float
+    params: np.record
     dt: float
     h: float
     states: np.ndarray
@@ -143,83 +142,107 @@ def _pretension(rng, settings, t):
     return mean
 
 
-def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
-    """Run one trial and read its sensors. `step_scale` < 1 refines the integration (for tests)."""
-    params = parameters.build(effects, cable_model)
-    believed = parameters.build((), cable_model)
+@dataclass
+class Plan:
+    """What a trial asks of the robot, sample by sample; `lead` samples come before the record."""
+
+    dt: float
+    lead: int
+    t: np.ndarray
+    reference: np.ndarray
+    pretension: np.ndarray
+    pose_errors: np.ndarray
+    dither: np.ndarray
+    recorded: np.ndarray
+    hidden: np.ndarray
+    sensor_rng: np.random.Generator
+    loss_rng: np.random.Generator
+
+
+def plan(settings):
+    """Draw everything random of a trial."""
     # Separate streams, so that a change of one setting leaves the other draws alone.
     streams = np.random.SeedSequence(settings.seed).spawn(6)
     r_ref, r_dist, r_noise, r_dither, r_pre, r_loss = map(np.random.default_rng, streams)
-
     dt = 1.0 / settings.rate
     lead = round(settings.lead_in * settings.rate)
     n = lead + round(settings.duration * settings.rate) + 1
     t = dt * (np.arange(n) - lead)
     recorded, hidden = disturbances(r_dist, settings, t, dt)
     pose_sigma = np.array([settings.pose_noise, settings.pose_noise, settings.angle_noise])
-    noise = r_noise.standard_normal((n, 3)) * pose_sigma
+    pose_errors = r_noise.standard_normal((n, 3)) * pose_sigma
     dither = np.zeros((n, 4))
     if settings.dither > 0.0:
         gate = fade_in(t - t[0], 5.0)[:, 0]
         for i in range(4):
             wave = multisine(r_dither, t, 0.2, 2.0, 8, settings.dither)[:, 0]
             dither[:, i] = gate * wave
+    wanted = reference(r_ref, settings, t)
+    mean = _pretension(r_pre, settings, t)
+    return Plan(dt, lead, t, wanted, mean, pose_errors, dither, recorded, hidden, r_noise, r_loss)
 
+
+def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
+    """Run one trial and read its sensors. `step_scale` < 1 refines the integration (for tests)."""
+    params = parameters.build(effects, cable_model)
+    asked = plan(settings)
     bias, delay = np.zeros(3), 0.0
     for effect in effects:
         if effect["id"] == "pose_sensor_bias":
             bias += [effect["parameters"][axis] for axis in ("x", "y", "phi")]
         elif effect["id"] == "pose_sensor_delay":
             delay += effect["parameters"]["delay"]
-
     h = min(parameters.step_size(params), 1e-3) * step_scale
     states, forces, tensions, poses = closed_loop(
         params,
-        believed,
-        t[0],
-        dt,
-        n,
+        parameters.build((), cable_model),
+        asked.t[0],
+        asked.dt,
         h,
-        reference(r_ref, settings, t),
-        _pretension(r_pre, settings, t),
-        noise,
+        asked.reference,
+        asked.pretension,
+        asked.pose_errors,
         bias,
         delay,
-        recorded,
-        hidden,
-        dither,
+        asked.recorded,
+        asked.hidden,
+        asked.dither,
         np.array(settings.loop),
     )
+    return finish(settings, params, asked, h, states, forces, tensions, poses, effects)
+
+
+def finish(settings, params, asked, h, states, forces, tensions, poses, effects=()):
+    """Check a trial, drop what came before the record, and read the sensors."""
     if not np.isfinite(states).all() or np.abs(states[:, 0]).max() > 100.0:
         raise ArithmeticError(f"trial with seed {settings.seed}: the closed loop ran away")
     if tensions.min() <= 0.0:
         raise ArithmeticError(f"trial with seed {settings.seed}: a cable went slack")
-    cut = slice(lead, None)
-    hidden_cut = hidden[lead:]
+    cut = slice(asked.lead, None)
     record = Record(
         settings,
         params,
-        0.0,
-        dt,
+        asked.dt,
         h,
         states[cut],
         forces[cut],
         tensions[cut],
-        recorded[cut],
-        hidden_cut,
+        asked.recorded[cut],
+        asked.hidden[cut],
     )
-    _read_sensors(record, poses[cut], noise[cut], effects, cable_model, r_noise, r_loss)
+    _read_sensors(record, poses[cut], asked.pose_errors[cut], effects, asked)
     return record
 
 
-def _read_sensors(record, poses, pose_errors, effects, cable_model, rng, loss_rng):
+def _read_sensors(record, poses, pose_errors, effects, asked):
     """Fill the record's columns and noise levels from its states and the measured poses."""
     settings, n = record.settings, len(record.states)
+    rng, loss_rng = asked.sensor_rng, asked.loss_rng
     chords = np.empty((n, 4))
     for k in range(n):
         lengths(record.params, record.states[k], chords[k])
     truth = {"cable_length": chords, "tension": record.tensions}
-    truth["unstretched_length"] = chords if cable_model == "rigid" else record.states[:, 6:10]
+    truth["unstretched_length"] = chords if record.params.rigid else record.states[:, 6:10]
     columns, clean, noise = {}, {}, {}
     for channel in settings.channels:
         if channel in ("x", "y", "phi"):
