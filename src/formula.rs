@@ -145,6 +145,11 @@ impl Formula {
         Ok(Self { ops })
     }
 
+    /// Whether it contains a variable of which `is` holds.
+    pub fn uses(&self, is: impl Fn(Variable) -> bool) -> bool {
+        self.ops.iter().any(|op| matches!(op, Op::Variable(v) if is(*v)))
+    }
+
     /// The value, with `variable` giving the value of each variable.
     pub fn value<S: Real>(&self, variable: impl Fn(Variable) -> S) -> S {
         let mut stack = [S::from(0.0); DEPTH];

@@ -10,6 +10,7 @@ pub mod fmi2;
 pub mod formula;
 pub mod geometry;
 pub mod integrator;
+pub mod inverse;
 pub mod kinematics;
 pub mod model_file;
 pub mod parameters;

@@ -10,6 +10,9 @@ use super::CableData;
 /// An elastic-law effect and where its states begin among the cable's effect states.
 pub(crate) type Law = (EffectKind, usize);
 
+/// Highest order of derivative that implicit laws carry through a dual number.
+const DERIVATIVE_ORDER: usize = 3;
+
 /// Geometric strain `(L - l')/l'` where `l'` is the unstretched length as temperature leaves it, less inelastic strain.
 #[inline]
 fn elastic_strain<S: Real>(laws: &[Law], time: S, chord: S, unstretched: S, states: &[S]) -> S {
@@ -65,11 +68,10 @@ pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S
             break;
         }
     }
-    // A Newton step in the given number type carries the derivative by the implicit function theorem, a second one that
-    // of second order.
+    // Each Newton step in the given number type carries one more order of derivatives by the implicit function theorem.
     let slope = at(elastic).eps;
     let mut refined = S::from(elastic);
-    for _ in 0..2 {
+    for _ in 0..DERIVATIVE_ORDER {
         refined -= misfit(data, laws, refined, strain, chord) / slope;
     }
     straight_tension(data, laws, refined)
@@ -82,32 +84,37 @@ fn misfit<S: Real>(data: &CableData, laws: &[Law], elastic: S, strain: S, chord:
 
 /// The unstretched length (m) at which a cable at rest with this chord (m) carries `tension` (N); the inverse of
 /// [`tension`]. At `tension <= 0` the cable lies unstretched.
-pub(crate) fn unstretched_length(
+pub(crate) fn unstretched_length<S: Real>(
     data: &CableData,
     laws: &[Law],
-    time: f64,
-    chord: f64,
-    tension_wanted: f64,
-    states: &[f64],
-) -> f64 {
-    let wanted = tension_wanted.max(0.0);
-    let mut elastic = wanted / data.axial_stiffness;
+    time: S,
+    chord: S,
+    tension_wanted: S,
+    states: &[S],
+) -> S {
+    let wanted = if tension_wanted.re() > 0.0 { tension_wanted } else { S::from(0.0) };
+    let law = |elastic: f64| straight_tension(data, laws, Dual64::new(elastic, 1.0));
+    let mut elastic = wanted.re() / data.axial_stiffness;
     for _ in 0..100 {
-        let tension = straight_tension(data, laws, Dual64::new(elastic, 1.0));
-        let step = (tension.re - wanted) / tension.eps;
+        let tension = law(elastic);
+        let step = (tension.re - wanted.re()) / tension.eps;
         elastic -= step;
         if step.abs() <= 1e-15 * elastic.abs() {
             break;
         }
     }
-    let mut strain = elastic;
-    if wanted > 0.0 {
+    let df = law(elastic).eps;
+    let mut strain = S::from(elastic);
+    for _ in 0..DERIVATIVE_ORDER {
+        strain -= (straight_tension(data, laws, strain) - wanted) / df;
+    }
+    if wanted.re() > 0.0 {
         strain += chord_strain(laws, wanted, chord);
     }
-    let mut factor = 1.0;
+    let mut factor = S::from(1.0);
     for (law, at) in laws {
         strain += law.inelastic_strain(&states[*at..]);
         factor *= law.length_factor(time);
     }
-    chord / (1.0 + strain) / factor
+    chord / (strain + 1.0) / factor
 }

@@ -248,7 +248,7 @@ impl Plant {
 
     /// Mass matrix of the platform alone about G, with the centre of mass at `G + R(φ) c`.
     #[inline]
-    fn platform_mass<S: Real>(&self, rotation: [S; 2]) -> Symmetric3<S> {
+    pub(crate) fn platform_mass<S: Real>(&self, rotation: [S; 2]) -> Symmetric3<S> {
         let data = &self.data;
         let zero = S::from(0.0);
         let m = S::from(data.mass);

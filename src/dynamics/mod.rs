@@ -5,10 +5,10 @@ mod evaluation;
 mod factors;
 mod instant;
 mod linearisation;
-mod matrix3;
+pub(crate) mod matrix3;
 mod residual;
 
-pub(crate) use elastic::unstretched_length;
+pub(crate) use elastic::{tension as elastic_tension, unstretched_length};
 pub use evaluation::Evaluation;
 pub(crate) use factors::Factors;
 pub(crate) use instant::winch_pull;

@@ -40,6 +40,11 @@ fn read_target(text: &str) -> Option<Target> {
 }
 
 impl Expression {
+    /// The term.
+    pub fn formula(&self) -> &Formula {
+        &self.formula
+    }
+
     fn value<S: Real>(&self, context: &PlatformContext<'_, S>) -> S {
         self.formula.value(|variable| match variable {
             Variable::Time => context.time,

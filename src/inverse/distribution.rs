@@ -1,0 +1,435 @@
+//! Tension distribution: one of infinitely many sets of cable tensions that exert a given wrench.
+//!
+//! Four cables, three degrees of freedom: the tensions that balance a wrench are a line `T = T₀ + λ n`, with `T₀` the
+//! minimum-norm solution and `n` the unit vector of internal tension. Bounds cut an interval out of it, and every
+//! convex objective has one minimum there, so all methods here are closed forms or a scalar root.
+
+use nalgebra::{DMatrix, SMatrix, SVector, Vector4};
+
+use crate::dynamics::matrix3;
+use crate::geometry::Geometry;
+use crate::kinematics::{self, CableKinematics};
+use crate::parameters::{CABLES, ParameterError};
+use crate::scalar::Real;
+
+/// The structure matrix `A = -J_Mᵀ` (3×4): tensions `T` exert the wrench `A T` on the platform, equations (8), (26), (27).
+pub fn structure_matrix(geometry: &Geometry, pose: &[f64; 3]) -> SMatrix<f64, 3, CABLES> {
+    -kinematics::jacobian(geometry, pose).transpose()
+}
+
+/// Rows of `J_M` of all cables: `jacobian[i]` is `[S_x, S_y, E × S]` of cable `i`.
+pub(crate) fn rows<S: Real>(cables: &[CableKinematics<S>; CABLES]) -> [[S; 3]; CABLES] {
+    cables.map(|c| c.jacobian_row())
+}
+
+/// Bounds of every tension (N).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    lower: f64,
+    upper: f64,
+}
+
+impl Bounds {
+    /// Tensions from `lower` to `upper` (N).
+    ///
+    /// # Errors
+    /// `lower` negative (cables cannot push), `upper` not above `lower`, or not finite.
+    pub fn new(lower: f64, upper: f64) -> Result<Self, ParameterError> {
+        crate::parameters::check_range("tension_min", lower, 0.0, f64::INFINITY)?;
+        if upper > lower && upper.is_finite() {
+            Ok(Self { lower, upper })
+        } else {
+            Err(ParameterError::new("tension_max", upper, format!("a finite number above `tension_min` ({lower})")))
+        }
+    }
+
+    /// Smallest tension (N).
+    pub fn lower(&self) -> f64 {
+        self.lower
+    }
+
+    /// Largest tension (N).
+    pub fn upper(&self) -> f64 {
+        self.upper
+    }
+
+    /// Their mean (N).
+    pub fn middle(&self) -> f64 {
+        0.5 * (self.lower + self.upper)
+    }
+}
+
+/// What is made smallest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Objective {
+    /// `Σ T_i²`: the least tension that the bounds allow.
+    MinimumNorm,
+    /// `Σ |T_i|^p`, `p > 1`: towards large `p` the largest tension is made small (Gosselin and Grenier, Meccanica 46, 2011).
+    PNorm(f64),
+    /// `Σ (T_i - T_m)²` about the mean `T_m` of the bounds: the closed form of Pott, Bruckmann and Mikelsons (Computational
+    /// Kinematics, 2009); cut off at the bounds it is, with one degree of redundancy, Pott's improved closed form (Advances in
+    /// Robot Kinematics, 2014).
+    MidTension,
+    /// `-Σ ln (T_i - T_min) + ln (T_max - T_i)`: the analytic centre of the feasible set, smooth along a trajectory and never
+    /// at a bound.
+    AnalyticCentre,
+}
+
+/// How redundancy is resolved: an objective within bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distribution {
+    /// What is made smallest.
+    pub objective: Objective,
+    /// Where the tensions must lie.
+    pub bounds: Bounds,
+}
+
+/// Where on the line of tensions the answer lies; enough to carry derivatives along a trajectory.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Selection {
+    /// Within the bounds, at the objective's own minimum.
+    Interior,
+    /// One cable sits at a bound and decides.
+    AtBound {
+        /// Cable, 0 to 3.
+        cable: usize,
+        /// Its tension (N).
+        tension: f64,
+    },
+}
+
+/// No tensions within the bounds exert the wrench.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Infeasible {
+    /// The wrench asked for `[f_x, f_y, τ]` (N, N m).
+    pub wrench: [f64; 3],
+    /// The tensions within the bounds whose wrench comes nearest (N); a torque counts divided by the arm.
+    pub nearest_tension: [f64; CABLES],
+    /// The wrench that they exert.
+    pub nearest_wrench: [f64; 3],
+    /// What is missing: wrench asked for minus the nearest (N, N m).
+    pub shortfall: [f64; 3],
+}
+
+/// Why there is no distribution.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DistributionError {
+    /// Not feasible within the bounds.
+    #[error(
+        "no tensions within the bounds exert [{:.6e}, {:.6e}] N, {:.6e} N m; the nearest are [{:.6}, {:.6}, {:.6}, {:.6}] N, \
+         short by [{:.3e}, {:.3e}] N, {:.3e} N m",
+        .0.wrench[0], .0.wrench[1], .0.wrench[2], .0.nearest_tension[0], .0.nearest_tension[1], .0.nearest_tension[2],
+        .0.nearest_tension[3], .0.shortfall[0], .0.shortfall[1], .0.shortfall[2]
+    )]
+    Infeasible(Box<Infeasible>),
+    /// The cables do not span all three directions.
+    #[error("the pose is singular: the cables cannot exert every direction of force and torque")]
+    Singular,
+    /// A solver gave up.
+    #[error("the tension distribution was not solved: {0}")]
+    NotSolved(String),
+}
+
+/// Something that resolves redundancy: [`Distribution`] in closed form, or a solver from elsewhere.
+pub trait Redundancy {
+    /// The distribution problem that is solved.
+    fn distribution(&self) -> Distribution;
+
+    /// Where the answer lies for the tensions that exert `wrench` (N, N m) through `structure` (3×4).
+    ///
+    /// # Errors
+    /// No feasible tensions, a singular pose, a solver that gave up.
+    fn select(
+        &self,
+        structure: &SMatrix<f64, 3, CABLES>,
+        wrench: &[f64; 3],
+    ) -> Result<(Selection, [f64; CABLES]), DistributionError>;
+}
+
+/// The line of tensions that exert a wrench.
+#[derive(Clone, Copy, Debug)]
+pub struct TensionLine<S = f64> {
+    /// `T₀`: the minimum-norm solution, the pseudo-inverse's (N).
+    pub minimum_norm: [S; CABLES],
+    /// `n`: unit internal tension, `A n = 0`, its sum not negative.
+    pub internal: [S; CABLES],
+}
+
+impl<S: Real> TensionLine<S> {
+    /// The line for the rows of `J_M` and the wrench `[f_x, f_y, τ]` that the cables are to exert (N, N m).
+    ///
+    /// # Errors
+    /// [`DistributionError::Singular`] where the rows have a rank below three.
+    pub(crate) fn new(rows: &[[S; 3]; CABLES], wrench: &[S; 3]) -> Result<Self, DistributionError> {
+        // n_i = ± determinant of the other three rows.
+        let minor = |skip: usize| {
+            let mut at = (0..CABLES).filter(|i| *i != skip);
+            let [a, b, c] = std::array::from_fn(|_| rows[at.next().unwrap_or(0)]);
+            let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
+            let det = matrix3::dot(&a, &cross);
+            if skip.is_multiple_of(2) { det } else { -det }
+        };
+        let mut internal: [S; CABLES] = std::array::from_fn(minor);
+        let arm = rows.iter().map(|r| r[2].re().abs()).fold(0.0, f64::max);
+        let norm = internal.iter().fold(S::from(0.0), |sum, n| sum + *n * *n).sqrt();
+        // Unit rows and arms give minors of the order of the arm.
+        if norm.re() <= 1e-12 * arm || norm.re().is_nan() {
+            return Err(DistributionError::Singular);
+        }
+        let sign = if internal.iter().map(|n| n.re()).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+        for n in &mut internal {
+            *n = *n / norm * sign;
+        }
+        // T₀ = Aᵀ (A Aᵀ)⁻¹ w with A = -Jᵀ.
+        let mut gram = [[S::from(0.0); 3]; 3];
+        for row in rows {
+            matrix3::add_outer(&mut gram, row, row, S::from(1.0));
+        }
+        let multiplier = matrix3::product(&matrix3::inverse(&gram), wrench);
+        Ok(Self { minimum_norm: std::array::from_fn(|i| -matrix3::dot(&rows[i], &multiplier)), internal })
+    }
+
+    /// The tensions at `λ` (N).
+    pub fn at(&self, lambda: S) -> [S; CABLES] {
+        std::array::from_fn(|i| self.minimum_norm[i] + lambda * self.internal[i])
+    }
+}
+
+impl TensionLine<f64> {
+    /// The line for a structure matrix (3×4) and the wrench `[f_x, f_y, τ]` that the cables are to exert (N, N m).
+    ///
+    /// # Errors
+    /// [`DistributionError::Singular`] where the matrix has a rank below three.
+    pub fn of(structure: &SMatrix<f64, 3, CABLES>, wrench: &[f64; 3]) -> Result<Self, DistributionError> {
+        let rows = std::array::from_fn(|i| std::array::from_fn(|k| -structure[(k, i)]));
+        Self::new(&rows, wrench)
+    }
+
+    /// The interval of `λ` (N) within the bounds, with the cable that makes each end; `None` where it is empty.
+    pub fn feasible(&self, bounds: &Bounds) -> Option<[(f64, Option<Selection>); 2]> {
+        let (mut low, mut high) = ((f64::NEG_INFINITY, None), (f64::INFINITY, None));
+        let slack = 1e-12 * bounds.upper;
+        for cable in 0..CABLES {
+            let (t, n) = (self.minimum_norm[cable], self.internal[cable]);
+            if n.abs() < 1e-14 {
+                if t < bounds.lower - slack || t > bounds.upper + slack {
+                    return None;
+                }
+                continue;
+            }
+            let (first, last) = if n > 0.0 { (bounds.lower, bounds.upper) } else { (bounds.upper, bounds.lower) };
+            let (a, b) = ((first - t) / n, (last - t) / n);
+            if a > low.0 {
+                low = (a, Some(Selection::AtBound { cable, tension: first }));
+            }
+            if b < high.0 {
+                high = (b, Some(Selection::AtBound { cable, tension: last }));
+            }
+        }
+        (low.0 <= high.0 + slack).then_some([low, high])
+    }
+}
+
+impl Objective {
+    /// Slope of the objective along the line, positive beyond the minimum.
+    fn slope<S: Real>(&self, line: &TensionLine<S>, lambda: S, bounds: &Bounds) -> S {
+        let tension = line.at(lambda);
+        let mut sum = S::from(0.0);
+        for (t, n) in tension.into_iter().zip(line.internal) {
+            sum += n * match self {
+                Self::MinimumNorm => t,
+                // Scaled, so that high powers stay within range.
+                Self::PNorm(p) => {
+                    let t = t / bounds.upper;
+                    if t.re() == 0.0 { t } else { t * t.abs().powf(p - 2.0) }
+                }
+                Self::MidTension => t - bounds.middle(),
+                Self::AnalyticCentre => (-t + bounds.upper).recip() - (t - bounds.lower).recip(),
+            };
+        }
+        sum
+    }
+
+    /// The `λ` of the objective's own minimum, within the open interval `(low, high)` for the analytic centre.
+    fn minimum(&self, line: &TensionLine<f64>, low: f64, high: f64, bounds: &Bounds) -> f64 {
+        match self {
+            Self::MinimumNorm => 0.0,
+            Self::MidTension => line.internal.iter().map(|n| n * bounds.middle()).sum(),
+            // The slope rises monotonically: bisection cannot fail, and costs a microsecond.
+            Self::PNorm(_) | Self::AnalyticCentre => {
+                let (mut a, mut b) = (low, high);
+                let inward = 1e-13 * (high - low);
+                if matches!(self, Self::PNorm(_)) {
+                    if self.slope(line, a, bounds) >= 0.0 {
+                        return a - 1.0;
+                    }
+                    if self.slope(line, b, bounds) <= 0.0 {
+                        return b + 1.0;
+                    }
+                } else {
+                    (a, b) = (a + inward, b - inward);
+                }
+                for _ in 0..200 {
+                    let middle = 0.5 * (a + b);
+                    if middle <= a || middle >= b {
+                        break;
+                    }
+                    if self.slope(line, middle, bounds) < 0.0 {
+                        a = middle;
+                    } else {
+                        b = middle;
+                    }
+                }
+                0.5 * (a + b)
+            }
+        }
+    }
+
+    /// `λ` at the minimum in any number type, from its real part: two derivatives a step by the implicit function theorem.
+    fn minimum_with_derivatives<S: Real>(&self, line: &TensionLine<S>, lambda: f64, bounds: &Bounds) -> S {
+        let real =
+            TensionLine { minimum_norm: line.minimum_norm.map(|t| t.re()), internal: line.internal.map(|n| n.re()) };
+        let curvature = match self {
+            Self::MinimumNorm | Self::MidTension => 1.0,
+            Self::PNorm(_) | Self::AnalyticCentre => {
+                let dual = num_dual::Dual64::from_re(lambda).derivative();
+                let line = TensionLine {
+                    minimum_norm: real.minimum_norm.map(num_dual::Dual64::from_re),
+                    internal: real.internal.map(num_dual::Dual64::from_re),
+                };
+                self.slope(&line, dual, bounds).eps
+            }
+        };
+        let mut refined = S::from(lambda);
+        for _ in 0..3 {
+            refined -= self.slope(line, refined, bounds) / curvature;
+        }
+        refined
+    }
+}
+
+impl Distribution {
+    /// Tensions in any number type for a [`Selection`] made on the real parts.
+    pub(crate) fn lift<S: Real>(
+        &self,
+        line: &TensionLine<S>,
+        selection: Selection,
+        tension: &[f64; CABLES],
+    ) -> [S; CABLES] {
+        match selection {
+            Selection::AtBound { cable, tension } => {
+                let lambda = (-line.minimum_norm[cable] + tension) / line.internal[cable];
+                line.at(lambda)
+            }
+            Selection::Interior => {
+                let lambda: f64 =
+                    (0..CABLES).map(|i| (tension[i] - line.minimum_norm[i].re()) * line.internal[i].re()).sum();
+                line.at(self.objective.minimum_with_derivatives(line, lambda, &self.bounds))
+            }
+        }
+    }
+
+    /// The tensions (N) that exert `wrench` (N, N m) through `structure` (3×4).
+    ///
+    /// # Errors
+    /// See [`Redundancy::select`].
+    pub fn tensions(
+        &self,
+        structure: &SMatrix<f64, 3, CABLES>,
+        wrench: &[f64; 3],
+    ) -> Result<[f64; CABLES], DistributionError> {
+        self.select(structure, wrench).map(|(_, tension)| tension)
+    }
+}
+
+impl Redundancy for Distribution {
+    fn distribution(&self) -> Distribution {
+        *self
+    }
+
+    fn select(
+        &self,
+        structure: &SMatrix<f64, 3, CABLES>,
+        wrench: &[f64; 3],
+    ) -> Result<(Selection, [f64; CABLES]), DistributionError> {
+        let line = TensionLine::of(structure, wrench)?;
+        let Some([low, high]) = line.feasible(&self.bounds) else {
+            return Err(DistributionError::Infeasible(Box::new(nearest(structure, wrench, &self.bounds))));
+        };
+        let own = self.objective.minimum(&line, low.0, high.0, &self.bounds);
+        let (lambda, selection) = if own <= low.0 {
+            (low.0, low.1)
+        } else if own >= high.0 {
+            (high.0, high.1)
+        } else {
+            (own, None)
+        };
+        Ok((selection.unwrap_or(Selection::Interior), line.at(lambda)))
+    }
+}
+
+/// The unbounded minimum-norm tensions (N), the pseudo-inverse's: some are negative unless the wrench is zero.
+///
+/// # Errors
+/// [`DistributionError::Singular`].
+pub fn minimum_norm(
+    structure: &SMatrix<f64, 3, CABLES>,
+    wrench: &[f64; 3],
+) -> Result<[f64; CABLES], DistributionError> {
+    TensionLine::of(structure, wrench).map(|line| line.minimum_norm)
+}
+
+/// The tensions within `bounds` whose wrench is nearest to `wrench`, a torque divided by the largest arm.
+///
+/// Least squares in a box by going through the 3⁴ choices of cables at their lower or upper bound or free.
+pub fn nearest(structure: &SMatrix<f64, 3, CABLES>, wrench: &[f64; 3], bounds: &Bounds) -> Infeasible {
+    let arm = structure.row(2).amax().max(1e-9);
+    let scale = |v: SVector<f64, 3>| SVector::<f64, 3>::new(v[0], v[1], v[2] / arm);
+    let a = SMatrix::<f64, 3, CABLES>::from_columns(&std::array::from_fn::<_, CABLES, _>(|i| {
+        scale(structure.column(i).into())
+    }));
+    let target = scale(SVector::from(*wrench));
+    let mut best: Option<(f64, Vector4<f64>)> = None;
+    for code in 0..81_usize {
+        let place: [usize; CABLES] = std::array::from_fn(|i| code / 3_usize.pow(i as u32) % 3);
+        let free: Vec<usize> = (0..CABLES).filter(|i| place[*i] == 2).collect();
+        let mut tension = Vector4::from_fn(|i, _| {
+            if place[i] == 0 {
+                bounds.lower
+            } else if place[i] == 1 {
+                bounds.upper
+            } else {
+                0.0
+            }
+        });
+        if !free.is_empty() {
+            let columns = DMatrix::from_fn(3, free.len(), |r, c| a[(r, free[c])]);
+            let rest = target - a * tension;
+            let rest = nalgebra::DVector::from_column_slice(rest.as_slice());
+            let Ok(solution) = columns.svd(true, true).solve(&rest, 1e-12) else { continue };
+            for (k, i) in free.iter().enumerate() {
+                tension[*i] = solution[k];
+            }
+        }
+        let margin = 1e-9 * bounds.upper;
+        if tension.iter().any(|t| *t < bounds.lower - margin || *t > bounds.upper + margin) {
+            continue;
+        }
+        let misfit = (a * tension - target).norm();
+        if best.is_none_or(|(least, _)| misfit < least) {
+            best = Some((misfit, tension));
+        }
+    }
+    // The corners of the box are always among the choices.
+    let tension = best.map_or(Vector4::repeat(bounds.lower), |(_, tension)| tension);
+    let reached = structure * tension;
+    Infeasible {
+        wrench: *wrench,
+        nearest_tension: tension.into(),
+        nearest_wrench: reached.into(),
+        shortfall: std::array::from_fn(|k| wrench[k] - reached[k]),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,268 @@
+//! What elastic cables remember: paid-out lengths behind a damper, and the states of elastic laws.
+
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+use num_dual::Dual64;
+
+use super::{InverseDynamics, InverseError, Jet};
+use crate::dynamics::{MAX_EFFECT_STATES, elastic_tension, unstretched_length};
+use crate::integrator::{Complex64, System};
+use crate::parameters::{CABLES, CableModel};
+use crate::plant::Plant;
+use crate::scalar::Real;
+
+/// What acts on the cables' elastic side at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drive {
+    pub(super) time: Jet,
+    pub(super) length: [Jet; CABLES],
+    pub(super) speed: [Jet; CABLES],
+    pub(super) tension: [Jet; CABLES],
+}
+
+/// Paid-out lengths and elastic-law states with their derivatives.
+pub(super) struct ElasticJets {
+    pub(super) unstretched: [Jet; CABLES],
+    pub(super) states: [[Jet; MAX_EFFECT_STATES]; CABLES],
+}
+
+/// One cable's part of the internal states.
+#[derive(Clone, Debug)]
+struct CableLayout {
+    offset: usize,
+    /// The paid-out length is an internal state: elastic cable with damping.
+    has_length: bool,
+    /// Places of the elastic law's states among the cable's effect states.
+    slots: Vec<usize>,
+}
+
+/// Where each cable's internal states are.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    cables: [CableLayout; CABLES],
+    dimension: usize,
+}
+
+impl Layout {
+    pub(super) fn new(plant: &Plant) -> Self {
+        let mut dimension = 0;
+        let cables = std::array::from_fn(|i| {
+            let data = &plant.data().cables[i];
+            let has_length = data.model != CableModel::Rigid && data.damping > 0.0;
+            let slots = plant.cable[i].law.iter().flat_map(|(kind, at)| *at..*at + kind.states()).collect();
+            let cable = CableLayout { offset: dimension, has_length, slots };
+            dimension += usize::from(has_length) + cable.slots.len();
+            cable
+        });
+        Self { cables, dimension }
+    }
+
+    pub(super) fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn is_elastic(plant: &Plant, cable: usize) -> bool {
+        plant.data().cables[cable].model != CableModel::Rigid
+    }
+
+    /// Elastic-law states of `cable` in their places.
+    fn law_states<S: Real>(&self, cable: usize, internal: &[S]) -> [S; MAX_EFFECT_STATES] {
+        let layout = &self.cables[cable];
+        let mut states = [S::from(0.0); MAX_EFFECT_STATES];
+        let first = layout.offset + usize::from(layout.has_length);
+        for (k, slot) in layout.slots.iter().enumerate() {
+            states[*slot] = internal[first + k];
+        }
+        states
+    }
+
+    /// Rates of one cable's internal states, in the order of its states.
+    fn cable_rates<S: Real>(
+        &self,
+        plant: &Plant,
+        cable: usize,
+        [time, length, speed, tension]: [S; 4],
+        internal: &[S],
+        rates: &mut [S],
+    ) {
+        let layout = &self.cables[cable];
+        let data = &plant.data().cables[cable];
+        let laws = &plant.cable[cable].law;
+        let states = self.law_states(cable, internal);
+        let first = layout.offset + usize::from(layout.has_length);
+        if layout.has_length {
+            let l = internal[layout.offset];
+            let spring = elastic_tension(data, laws, time, length, l, &states);
+            rates[layout.offset] = speed + (spring - tension) * l / data.damping;
+        }
+        let mut law_rates = [S::from(0.0); MAX_EFFECT_STATES];
+        for (kind, at) in laws {
+            kind.strain_rates(tension, &states[*at..], &mut law_rates[*at..]);
+        }
+        for (k, slot) in layout.slots.iter().enumerate() {
+            rates[first + k] = law_rates[*slot];
+        }
+    }
+
+    fn drive<S: Real>(drive: &Drive, cable: usize) -> [S; 4] {
+        [drive.time, drive.length[cable], drive.speed[cable], drive.tension[cable]].map(|j| S::from(j.re))
+    }
+
+    pub(super) fn rates(&self, plant: &Plant, drive: &Drive, internal: &[f64], rates: &mut [f64]) {
+        for i in 0..CABLES {
+            self.cable_rates(plant, i, Self::drive(drive, i), internal, rates);
+        }
+    }
+
+    /// `∂rates/∂internal`, block diagonal by cables.
+    fn jacobian(&self, plant: &Plant, drive: &Drive, internal: &[f64]) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(self.dimension, self.dimension);
+        let mut point: Vec<Dual64> = internal.iter().map(|v| Dual64::from_re(*v)).collect();
+        let mut rates = vec![Dual64::from(0.0); self.dimension];
+        for i in 0..CABLES {
+            let layout = &self.cables[i];
+            let range = layout.offset..layout.offset + usize::from(layout.has_length) + layout.slots.len();
+            for column in range.clone() {
+                point[column].eps = 1.0;
+                self.cable_rates(plant, i, Self::drive(drive, i), &point, &mut rates);
+                point[column].eps = 0.0;
+                for row in range.clone() {
+                    jacobian[(row, column)] = rates[row].eps;
+                }
+            }
+        }
+        jacobian
+    }
+
+    /// Paid-out lengths and law states with derivatives, by repeated evaluation: each round adds one order.
+    pub(super) fn jets(&self, plant: &Plant, drive: &Drive, internal: &[f64]) -> ElasticJets {
+        let mut point: Vec<Jet> = internal.iter().map(|v| Jet::from(*v)).collect();
+        let mut rates = vec![Jet::from(0.0); self.dimension];
+        for _ in 0..3 {
+            for i in 0..CABLES {
+                let drive = [drive.time, drive.length[i], drive.speed[i], drive.tension[i]];
+                self.cable_rates(plant, i, drive, &point, &mut rates);
+            }
+            for (x, rate) in point.iter_mut().zip(&rates) {
+                *x = Jet::new(x.re, rate.re, rate.v1, rate.v2);
+            }
+        }
+        let states = std::array::from_fn(|i| self.law_states(i, &point));
+        let unstretched = std::array::from_fn(|i| {
+            let layout = &self.cables[i];
+            if layout.has_length {
+                point[layout.offset]
+            } else if Self::is_elastic(plant, i) {
+                Self::at_rest(plant, i, drive, drive.tension[i], &states[i])
+            } else {
+                drive.length[i]
+            }
+        });
+        ElasticJets { unstretched, states }
+    }
+
+    fn at_rest(plant: &Plant, i: usize, drive: &Drive, tension: Jet, states: &[Jet]) -> Jet {
+        let (data, laws) = (&plant.data().cables[i], &plant.cable[i].law);
+        unstretched_length(data, laws, drive.time, drive.length[i], tension, states)
+    }
+
+    /// Internal states near the slow solution: creep settled, spring and damper together carrying the tension.
+    pub(super) fn start(&self, plant: &Plant, drive: &Drive, internal: &mut [f64]) {
+        for i in 0..CABLES {
+            let layout = &self.cables[i];
+            let mut settled = [0.0; MAX_EFFECT_STATES];
+            for (kind, at) in &plant.cable[i].law {
+                kind.start_strain(drive.tension[i].re, &mut settled[*at..]);
+            }
+            let first = layout.offset + usize::from(layout.has_length);
+            for (k, slot) in layout.slots.iter().enumerate() {
+                internal[first + k] = settled[*slot];
+            }
+            if layout.has_length {
+                let states = settled.map(Jet::from);
+                let mut l = Self::at_rest(plant, i, drive, drive.tension[i], &states);
+                // The damper's share follows from the rate of the spring alone; each round is one term of its series.
+                for _ in 0..2 {
+                    let rate = Jet::new(l.v1, l.v2, l.v3, 0.0);
+                    let damper = (drive.speed[i] - rate) * plant.data().cables[i].damping / l;
+                    l = Self::at_rest(plant, i, drive, drive.tension[i] - damper, &states);
+                }
+                internal[layout.offset] = l.re;
+            }
+        }
+    }
+}
+
+/// The internal states along the trajectory, for the integrator.
+pub(super) struct InternalSystem<'a> {
+    problem: &'a InverseDynamics<'a>,
+    jacobian: DMatrix<f64>,
+    real: Option<LU<f64, Dyn, Dyn>>,
+    complex: Option<LU<Complex64, Dyn, Dyn>>,
+    failure: Option<InverseError>,
+    nominal: Vec<f64>,
+}
+
+impl<'a> InternalSystem<'a> {
+    pub(super) fn new(problem: &'a InverseDynamics<'a>, internal: &[f64]) -> Self {
+        let n = problem.layout.dimension();
+        // Lengths to the metre, strains to their own size.
+        let nominal = internal.iter().map(|v| if *v == 0.0 { 1e-3 } else { v.abs().min(1.0) }).collect();
+        Self { problem, jacobian: DMatrix::zeros(n, n), real: None, complex: None, failure: None, nominal }
+    }
+
+    /// The error that made the rates undefined, if any.
+    pub(super) fn failure(&mut self) -> Result<(), InverseError> {
+        self.failure.take().map_or(Ok(()), Err)
+    }
+}
+
+impl System for InternalSystem<'_> {
+    fn dimension(&self) -> usize {
+        self.problem.layout.dimension()
+    }
+
+    fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]) {
+        if let Err(error) = self.problem.internal_rates(time, y, rates) {
+            rates.fill(f64::NAN);
+            self.failure.get_or_insert(error);
+        }
+    }
+
+    fn scale(&self, _y: &[f64], scale: &mut [f64]) {
+        scale.copy_from_slice(&self.nominal);
+    }
+
+    fn linearise(&mut self, time: f64, y: &[f64]) {
+        match self.problem.rigid(time) {
+            Ok(rigid) => self.jacobian = self.problem.layout.jacobian(&self.problem.plant, &rigid.elastic(), y),
+            Err(error) => {
+                self.failure.get_or_insert(error);
+            }
+        }
+    }
+
+    fn factor(&mut self, real: f64, complex: Complex64) {
+        let n = self.jacobian.nrows();
+        self.real = Some((DMatrix::identity(n, n) * real - &self.jacobian).lu());
+        let jacobian = self.jacobian.map(|v| Complex64::new(v, 0.0));
+        self.complex = Some((DMatrix::from_diagonal_element(n, n, complex) - jacobian).lu());
+    }
+
+    fn solve_real(&mut self, b: &mut [f64]) {
+        let mut v = DVector::from_column_slice(b);
+        if self.real.as_ref().is_some_and(|lu| lu.solve_mut(&mut v)) {
+            b.copy_from_slice(v.as_slice());
+        } else {
+            b.fill(f64::NAN);
+        }
+    }
+
+    fn solve_complex(&mut self, b: &mut [Complex64]) {
+        let mut v = DVector::from_column_slice(b);
+        if self.complex.as_ref().is_some_and(|lu| lu.solve_mut(&mut v)) {
+            b.copy_from_slice(v.as_slice());
+        } else {
+            b.fill(Complex64::new(f64::NAN, f64::NAN));
+        }
+    }
+}

@@ -1,0 +1,390 @@
+//! Inverse dynamics: the winch forces of a prescribed motion.
+//!
+//! The motion fixes the wrench that the cables exert on the platform, (26)-(28); redundancy is resolved by a tension
+//! [`distribution`]; each cable's tension then fixes its winch force:
+//!
+//! - `rigid`, `massless_spring`: `u = T - ρ/2 (L L̈ - L² α̇² + L̇²)`, algebra (23), (36).
+//! - `lumped_mass`: `u = T - ρ/2 (l l̈ - l² α̇² + l̇²)`, where the paid-out length follows from the tension. Without damping
+//!   `l = L / (1 + T/EA)` and its rates are those of a flat system. With damping it is the stable solution of
+//!   `l̇ = L̇ - (l/(b l)) (T - EA (L-l)/l)`, a pole near `-EA/(b l)`, and `l̈` the derivative of the right-hand side.
+//!
+//! Derivatives along the trajectory are exact: everything is evaluated on truncated Taylor series in time ([`Jet`]).
+//! Effects count where the problem can be turned round; the others are refused by name.
+
+pub mod distribution;
+mod internal;
+mod spline;
+mod trajectory;
+mod winch;
+mod wrench;
+
+pub use trajectory::{Ends, Motion, Samples, SplineTrajectory, Trajectory, TrajectoryError};
+
+use std::sync::Arc;
+
+use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
+use crate::effect::EffectKind;
+use crate::formula::Variable;
+use crate::integrator::{Radau, RadauError};
+use crate::parameters::{CABLES, CableModel};
+use crate::plant::Plant;
+use distribution::{DistributionError, Redundancy, Selection, TensionLine};
+use internal::{InternalSystem, Layout};
+use wrench::{Context, Prescribed};
+
+/// A quantity with its first three derivatives in time.
+pub type Jet = num_dual::Dual3_64;
+
+/// Why there are no winch forces for a trajectory.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum InverseError {
+    /// The effect cannot be turned round, whatever the trajectory.
+    #[error("inverse dynamics cannot include effect `{effect}`: {reason}")]
+    Refused {
+        /// Id.
+        effect: &'static str,
+        /// Why.
+        reason: &'static str,
+    },
+    /// The effect cannot be turned round at this instant.
+    #[error(
+        "at t = {time} s effect `{effect}`{} cannot be turned round: {reason}",
+        cable.map_or(String::new(), |c| format!(" of cable {c}"))
+    )]
+    NotInvertible {
+        /// Time (s).
+        time: f64,
+        /// Cable 1 to 4.
+        cable: Option<usize>,
+        /// Id.
+        effect: &'static str,
+        /// Why.
+        reason: String,
+    },
+    /// No tensions.
+    #[error("at t = {time} s: {error}")]
+    Distribution {
+        /// Time (s).
+        time: f64,
+        /// Why, with the wrench and the nearest feasible tensions.
+        error: DistributionError,
+    },
+    /// The trajectory leaves the space between the anchors.
+    #[error("at t = {time} s: {error}")]
+    Pose {
+        /// Time (s).
+        time: f64,
+        /// What is wrong with the pose.
+        error: crate::parameters::ParameterError,
+    },
+    /// A time outside the trajectory, or times that do not increase.
+    #[error("t = {time} s is outside the trajectory or not above the time before it")]
+    Time {
+        /// Time (s).
+        time: f64,
+    },
+    /// The paid-out lengths could not be integrated.
+    #[error("the paid-out lengths could not be integrated: {0}")]
+    Integration(RadauError),
+}
+
+/// The answer at one instant. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instant {
+    /// Time (s).
+    pub time: f64,
+    /// The prescribed motion.
+    pub motion: Motion,
+    /// Wrench that the tensions exert `[f_x, f_y, τ]` (N, N m).
+    pub wrench: [f64; 3],
+    /// Tensions `T_i` (N).
+    pub tension: [f64; CABLES],
+    /// Their rates (N/s).
+    pub tension_rate: [f64; CABLES],
+    /// Where the distribution's answer lies.
+    pub selection: Selection,
+    /// Paid-out (unstretched) lengths `l_i` (m); the cable length in a rigid cable.
+    pub unstretched: [f64; CABLES],
+    /// Their rates (m/s).
+    pub unstretched_rate: [f64; CABLES],
+    /// Their accelerations (m/s²).
+    pub unstretched_acceleration: [f64; CABLES],
+    /// Winch forces `u_i` (N), pull-positive.
+    pub winch_force: [f64; CABLES],
+    /// The plant's states at this instant, laid out as in [`Plant::rates`]: a forward simulation from here stays on the
+    /// trajectory.
+    pub states: Vec<f64>,
+}
+
+impl Instant {
+    /// The plant's inputs at this instant.
+    pub fn inputs(&self) -> Inputs {
+        Inputs { winch_force: self.winch_force, disturbance: self.motion.disturbance.map(|d| d[0]) }
+    }
+}
+
+/// Inverse dynamics of a plant along a trajectory.
+#[derive(Clone)]
+pub struct InverseDynamics<'a> {
+    plant: Arc<Plant>,
+    trajectory: &'a dyn Trajectory,
+    redundancy: &'a dyn Redundancy,
+    layout: Layout,
+}
+
+/// Everything algebraic at one instant.
+struct Rigid {
+    motion: Motion,
+    prescribed: Prescribed<Jet>,
+    length: [Jet; CABLES],
+    speed: [Jet; CABLES],
+    acceleration: [Jet; CABLES],
+    angular_rate: [Jet; CABLES],
+    wrench: [f64; 3],
+    tension: [Jet; CABLES],
+    selection: Selection,
+}
+
+impl<'a> InverseDynamics<'a> {
+    /// The problem of driving `plant` along `trajectory`, redundancy resolved by `redundancy`.
+    ///
+    /// # Errors
+    /// [`InverseError::Refused`] for effects that cannot be turned round: dead times, and expressions on the platform that
+    /// depend on what is sought.
+    pub fn new(
+        plant: Arc<Plant>,
+        trajectory: &'a dyn Trajectory,
+        redundancy: &'a dyn Redundancy,
+    ) -> Result<Self, InverseError> {
+        for cable in &plant.cable {
+            if cable.delay > 0.0 {
+                return Err(InverseError::Refused {
+                    effect: "winch_delay",
+                    reason: "leave it out and send the forces earlier by the dead time",
+                });
+            }
+            if cable.command.iter().filter(|(kind, _)| kind.states() > 0).count() > 1
+                || cable.command.iter().any(|(kind, _)| kind.states() > 1)
+            {
+                return Err(InverseError::Refused {
+                    effect: "winch_lag",
+                    reason: "more than one lag in a row needs more derivatives than are kept",
+                });
+            }
+        }
+        for kind in &plant.wrench {
+            let EffectKind::Expression(expression) = kind else { continue };
+            let sought = |v| {
+                matches!(v, Variable::WinchForce(_) | Variable::UnstretchedLength(_) | Variable::UnstretchedRate(_))
+            };
+            if expression.formula().uses(sought) {
+                return Err(InverseError::Refused {
+                    effect: "expression",
+                    reason: "a term on the platform that depends on winch forces or unstretched lengths",
+                });
+            }
+        }
+        let lagged = plant.cable.iter().any(|c| c.command.iter().any(|(kind, _)| kind.states() > 0));
+        if lagged && plant.winch_terms_use_forces() {
+            return Err(InverseError::Refused {
+                effect: "expression",
+                reason: "a term on a winch that depends on winch forces, together with a lag",
+            });
+        }
+        let layout = Layout::new(&plant);
+        Ok(Self { plant, trajectory, redundancy, layout })
+    }
+
+    /// Number of internal states: paid-out lengths of damped elastic cables, and states of elastic laws.
+    pub fn internal_dimension(&self) -> usize {
+        self.layout.dimension()
+    }
+
+    /// Internal states at `time` (s) on the slow solution, where the fast pole has long decayed; creep has settled.
+    ///
+    /// # Errors
+    /// As [`InverseDynamics::at`].
+    pub fn start(&self, time: f64) -> Result<Vec<f64>, InverseError> {
+        let rigid = self.rigid(time)?;
+        let mut states = vec![0.0; self.layout.dimension()];
+        self.layout.start(&self.plant, &rigid.elastic(), &mut states);
+        Ok(states)
+    }
+
+    /// Rates of the internal states at `time` (s).
+    ///
+    /// # Errors
+    /// As [`InverseDynamics::at`].
+    pub fn internal_rates(&self, time: f64, states: &[f64], rates: &mut [f64]) -> Result<(), InverseError> {
+        let rigid = self.rigid(time)?;
+        self.layout.rates(&self.plant, &rigid.elastic(), states, rates);
+        Ok(())
+    }
+
+    /// Pose, wrench and tensions at `time` (s), with derivatives.
+    fn rigid(&self, time: f64) -> Result<Rigid, InverseError> {
+        let [first, last] = self.trajectory.span();
+        let slack = 1e-9 * (last - first);
+        if !(time >= first - slack && time <= last + slack) {
+            return Err(InverseError::Time { time });
+        }
+        let motion = self.trajectory.motion(time);
+        let pose = motion.derivative(0);
+        self.plant.geometry().check_pose(&pose).map_err(|error| InverseError::Pose { time, error })?;
+        let prescribed = Prescribed {
+            time: Jet::new(time, 1.0, 0.0, 0.0),
+            pose: motion.jets(0),
+            twist: motion.jets(1),
+            acceleration: motion.jets(2),
+            disturbance: motion.disturbance_jets(),
+        };
+        let (cables, acceleration) = wrench::cable_motion(&self.plant, &prescribed);
+        let wrench = wrench::required(&self.plant, &prescribed, &cables);
+        let at = |error| InverseError::Distribution { time, error };
+        let rows = distribution::rows(&cables);
+        let line = TensionLine::new(&rows, &wrench).map_err(at)?;
+        let structure = nalgebra::SMatrix::from_fn(|r, c| -rows[c][r].re);
+        let wrench = wrench.map(|w| w.re);
+        let (selection, tension) = self.redundancy.select(&structure, &wrench).map_err(at)?;
+        let tension = self.redundancy.distribution().lift(&line, selection, &tension);
+        Ok(Rigid {
+            motion,
+            prescribed,
+            length: cables.map(|c| c.length),
+            speed: cables.map(|c| c.speed),
+            acceleration,
+            angular_rate: cables.map(|c| c.angular_rate),
+            wrench,
+            tension,
+            selection,
+        })
+    }
+
+    /// The answer at `time` (s) for these internal states (see [`InverseDynamics::start`]).
+    ///
+    /// # Errors
+    /// A time outside the trajectory, a pose outside the anchors, no feasible tensions, an effect that cannot be turned
+    /// round there.
+    pub fn at(&self, time: f64, internal: &[f64]) -> Result<Instant, InverseError> {
+        let plant = &*self.plant;
+        let rigid = self.rigid(time)?;
+        let elastic = self.layout.jets(plant, &rigid.elastic(), internal);
+        let mut pull = rigid.tension;
+        let (mut unstretched, mut rate, mut winch_speed) = (rigid.length, rigid.speed, rigid.speed);
+        let mut acceleration = rigid.acceleration.map(|a| a.re);
+        for i in 0..CABLES {
+            let cable = &plant.data().cables[i];
+            if cable.model != CableModel::Rigid {
+                let l = elastic.unstretched[i];
+                unstretched[i] = l;
+                rate[i] = Jet::new(l.v1, l.v2, l.v3, 0.0);
+                acceleration[i] = l.v2;
+            }
+            // The cable's inertia moves with its paid-out end, or with the platform where that end has no mass.
+            let (length, speed, second) = if cable.model == CableModel::LumpedMass {
+                let l = elastic.unstretched[i];
+                winch_speed[i] = rate[i];
+                (l, rate[i], Jet::new(l.v2, l.v3, 0.0, 0.0))
+            } else {
+                (rigid.length[i], rigid.speed[i], rigid.acceleration[i])
+            };
+            pull[i] -= cable.axial_mass(length) * second + cable.axial_bias(length, speed, rigid.angular_rate[i]);
+        }
+        let mut context = Context {
+            inputs: Inputs { winch_force: [Jet::from(0.0); CABLES], disturbance: rigid.prescribed.disturbance },
+            length: rigid.length,
+            speed: rigid.speed,
+            unstretched,
+            // As the forward evaluation has it: the rate is a state only where the paid-out end has a mass.
+            unstretched_rate: winch_speed,
+            motion: &rigid.prescribed,
+        };
+        let winch = winch::commands(plant, &pull, &winch_speed, &mut context)?;
+        let mut states = vec![0.0; plant.dimension()];
+        for k in 0..3 {
+            states[k] = rigid.motion.pose[k][0];
+            states[3 + k] = rigid.motion.pose[k][1];
+        }
+        for i in 0..CABLES {
+            if let Some(at) = plant.unstretched_index(i) {
+                states[at] = unstretched[i].re;
+            }
+            if let Some(at) = plant.rate_index(i) {
+                states[at] = rate[i].re;
+            }
+            let range = plant.effect_states(i);
+            let mut values: [f64; MAX_EFFECT_STATES] = winch.states[i];
+            for (kind, at) in &plant.cable[i].law {
+                for k in *at..*at + kind.states() {
+                    values[k] = elastic.states[i][k].re;
+                }
+            }
+            let n = range.len();
+            states[range].copy_from_slice(&values[..n]);
+        }
+        Ok(Instant {
+            time,
+            motion: rigid.motion,
+            wrench: rigid.wrench,
+            tension: rigid.tension.map(|t| t.re),
+            tension_rate: rigid.tension.map(|t| t.v1),
+            selection: rigid.selection,
+            unstretched: unstretched.map(|l| l.re),
+            unstretched_rate: rate.map(|l| l.re),
+            unstretched_acceleration: acceleration,
+            winch_force: winch.force,
+            states,
+        })
+    }
+
+    /// The answer at each of `times` (s, increasing, within the trajectory), internal states integrated at
+    /// `relative_tolerance` from their slow solution at the first.
+    ///
+    /// # Errors
+    /// As [`InverseDynamics::at`]; a failed integration.
+    pub fn run(&self, times: &[f64], relative_tolerance: f64) -> Result<Vec<Instant>, InverseError> {
+        let Some(first) = times.first() else { return Ok(Vec::new()) };
+        // The first time without an answer is told, before an integration stumbles somewhere in between.
+        for &time in times {
+            self.rigid(time)?;
+        }
+        let mut internal = self.start(*first)?;
+        let mut radau = Radau::new(internal.len(), 0, relative_tolerance);
+        let mut answers = Vec::with_capacity(times.len());
+        let mut now = *first;
+        for &time in times {
+            if time < now || (time == now && !answers.is_empty()) {
+                return Err(InverseError::Time { time });
+            }
+            if time > now && !internal.is_empty() {
+                let mut system = InternalSystem::new(self, &internal);
+                let result = radau.advance(&mut system, now, &mut internal, time - now);
+                system.failure()?;
+                result.map_err(InverseError::Integration)?;
+            }
+            now = time;
+            answers.push(self.at(time, &internal)?);
+        }
+        Ok(answers)
+    }
+}
+
+impl Rigid {
+    /// What the elastic side of the cables depends on.
+    fn elastic(&self) -> internal::Drive {
+        internal::Drive { time: self.prescribed.time, length: self.length, speed: self.speed, tension: self.tension }
+    }
+}
+
+impl Plant {
+    /// Whether some expression on a winch depends on winch forces.
+    pub(crate) fn winch_terms_use_forces(&self) -> bool {
+        self.cable.iter().flat_map(|c| &c.pull).any(|kind| match kind {
+            EffectKind::Expression(e) => e.formula().uses(|v| matches!(v, Variable::WinchForce(_))),
+            _ => false,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

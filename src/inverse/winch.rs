@@ -1,0 +1,132 @@
+//! From the pull that a cable must feel back to the force that its winch must be told.
+
+use num_dual::Dual64;
+
+use super::wrench::Context;
+use super::{InverseError, Jet};
+use crate::dynamics::MAX_EFFECT_STATES;
+use crate::effect::{EffectKind, WinchContext};
+use crate::parameters::CABLES;
+use crate::plant::Plant;
+
+/// Most rounds of the fixed point where winch terms depend on the winch forces.
+const ROUNDS: usize = 50;
+
+/// Winch forces (N) and the states of the winches' own effects that go with them.
+pub(super) struct WinchSide {
+    pub(super) force: [f64; CABLES],
+    pub(super) states: [[f64; MAX_EFFECT_STATES]; CABLES],
+}
+
+/// Winch forces under which the cables feel `pull` (jets good to first order).
+pub(super) fn commands(
+    plant: &Plant,
+    pull: &[Jet; CABLES],
+    speed: &[Jet; CABLES],
+    context: &mut Context<'_, Jet>,
+) -> Result<WinchSide, InverseError> {
+    let time = context.motion.time;
+    let mut force = pull.map(|p| p.re);
+    for _ in 0..ROUNDS {
+        context.inputs.winch_force = force.map(Jet::from);
+        let mut states = [[0.0; MAX_EFFECT_STATES]; CABLES];
+        let mut next = [0.0; CABLES];
+        for i in 0..CABLES {
+            let added = plant.cable[i].pull.iter().fold(Jet::from(0.0), |sum, kind| sum + kind.pull(&context.view()));
+            let winch = WinchContext { time, speed: speed[i] };
+            next[i] = command(plant, i, pull[i], added, &winch, &mut states[i])?;
+        }
+        let change = (0..CABLES).map(|i| (next[i] - force[i]).abs()).fold(0.0, f64::max);
+        let size = next.iter().fold(1.0_f64, |a, b| a.max(b.abs()));
+        force = next;
+        if !plant.winch_terms_use_forces() || change <= 1e-13 * size {
+            return Ok(WinchSide { force, states });
+        }
+    }
+    Err(InverseError::NotInvertible {
+        time: time.re,
+        cable: None,
+        effect: "expression",
+        reason: "the winch forces that it depends on do not settle".to_owned(),
+    })
+}
+
+/// The command of one winch behind whose effects, with the force `added` before its losses, the pull is `pull`.
+fn command(
+    plant: &Plant,
+    cable: usize,
+    pull: Jet,
+    added: Jet,
+    context: &WinchContext<Jet>,
+    states: &mut [f64; MAX_EFFECT_STATES],
+) -> Result<f64, InverseError> {
+    let effects = &plant.cable[cable];
+    let fail = |kind: &EffectKind, reason: String| InverseError::NotInvertible {
+        time: context.time.re,
+        cable: Some(cable + 1),
+        effect: kind.info().id,
+        reason,
+    };
+    let mut force = pull;
+    if let Some(first) = effects.loss.first() {
+        let felt = |force: Jet| effects.loss.iter().fold(force, |sum, kind| sum + kind.loss(force, context));
+        let slope = |force: f64| {
+            let winch = WinchContext { time: Dual64::from(context.time.re), speed: Dual64::from(context.speed.re) };
+            let force = Dual64::from_re(force).derivative();
+            effects.loss.iter().fold(force, |sum, kind| sum + kind.loss(force, &winch)).eps
+        };
+        force = solve(pull, felt, slope)
+            .ok_or_else(|| fail(first, format!("no winch force overcomes it at a pull of {:.6} N", pull.re)))?;
+    }
+    force -= added;
+    for (kind, at) in effects.command.iter().rev() {
+        if kind.states() > 0 {
+            // Such an effect hands on its own state, and its state's rate follows from the force before it.
+            states[*at] = force.re;
+            let rate = |before: Dual64| {
+                let winch = WinchContext { time: Dual64::from(context.time.re), speed: Dual64::from(context.speed.re) };
+                let mut rates = [Dual64::from(0.0); MAX_EFFECT_STATES];
+                kind.command(before, &[Dual64::from(force.re)], &mut rates, &winch);
+                rates[0]
+            };
+            let at_zero = rate(Dual64::from_re(0.0).derivative());
+            force = Jet::from((force.v1 - at_zero.re) / at_zero.eps);
+        } else {
+            let pass = |force: Jet| kind.command(force, &[], &mut [], context);
+            let slope = |force: f64| {
+                let winch = WinchContext { time: Dual64::from(context.time.re), speed: Dual64::from(context.speed.re) };
+                kind.command(Dual64::from_re(force).derivative(), &[], &mut [], &winch).eps
+            };
+            force = solve(force, pass, slope)
+                .ok_or_else(|| fail(kind, format!("no winch force makes {:.6} N behind it", force.re)))?;
+        }
+    }
+    Ok(force.re)
+}
+
+/// Solves `function(x) = target` for a function that is nearly the identity, by Newton's method, with derivatives.
+fn solve(target: Jet, function: impl Fn(Jet) -> Jet, slope: impl Fn(f64) -> f64) -> Option<Jet> {
+    let mut x = target.re;
+    let size = target.re.abs().max(1.0);
+    for _ in 0..50 {
+        let misfit = function(Jet::from(x)).re - target.re;
+        if misfit.abs() <= 1e-13 * size {
+            let k = slope(x);
+            if k == 0.0 {
+                // At or beyond a limit the derivative is lost, the value stands.
+                return Some(Jet::from(x));
+            }
+            let mut refined = Jet::from(x);
+            for _ in 0..3 {
+                refined -= (function(refined) - target) / k;
+            }
+            return Some(refined);
+        }
+        let k = slope(x);
+        if k == 0.0 || !k.is_finite() {
+            return None;
+        }
+        x -= misfit / k;
+    }
+    None
+}

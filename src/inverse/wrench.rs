@@ -1,0 +1,99 @@
+//! The wrench that the cables' tensions must exert for a prescribed motion.
+
+use crate::dynamics::Inputs;
+use crate::dynamics::matrix3;
+use crate::effect::PlatformContext;
+use crate::kinematics::CableKinematics;
+use crate::parameters::CABLES;
+use crate::plant::Plant;
+use crate::scalar::Real;
+
+/// Pose, twist and acceleration of the platform, disturbance and time, as values or with derivatives.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prescribed<S> {
+    pub(super) time: S,
+    pub(super) pose: [S; 3],
+    pub(super) twist: [S; 3],
+    pub(super) acceleration: [S; 3],
+    pub(super) disturbance: [S; 3],
+}
+
+/// Kinematics of the cables and their length accelerations (12).
+pub(super) fn cable_motion<S: Real>(plant: &Plant, p: &Prescribed<S>) -> ([CableKinematics<S>; CABLES], [S; CABLES]) {
+    let cables = crate::kinematics::cables(plant.geometry(), &p.pose, &p.twist);
+    let accelerations =
+        cables.map(|c| matrix3::dot(&c.jacobian_row(), &p.acceleration) + c.length_acceleration_bias(p.twist[2]));
+    (cables, accelerations)
+}
+
+/// What platform-side effects see under a prescribed motion.
+pub(super) struct Context<'a, S> {
+    pub(super) inputs: Inputs<S>,
+    pub(super) length: [S; CABLES],
+    pub(super) speed: [S; CABLES],
+    pub(super) unstretched: [S; CABLES],
+    pub(super) unstretched_rate: [S; CABLES],
+    pub(super) motion: &'a Prescribed<S>,
+}
+
+impl<S: Real> Context<'_, S> {
+    pub(super) fn view(&self) -> PlatformContext<'_, S> {
+        PlatformContext {
+            time: self.motion.time,
+            pose: &self.motion.pose,
+            twist: &self.motion.twist,
+            inputs: &self.inputs,
+            cable_length: &self.length,
+            cable_speed: &self.speed,
+            unstretched_length: &self.unstretched,
+            unstretched_rate: &self.unstretched_rate,
+        }
+    }
+}
+
+/// `A T` for the prescribed motion (26), (27): the platform's inertia, less disturbance, effects and the cables' transverse
+/// forces (22), (25).
+pub(super) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &[CableKinematics<S>; CABLES]) -> [S; 3] {
+    let data = plant.data();
+    let omega = p.twist[2];
+    let rotation = [p.pose[2].cos(), p.pose[2].sin()];
+    let mut wrench = matrix3::product(&plant.platform_mass(rotation).full(), &p.acceleration);
+    let [cx, cy] = plant.com_arm(rotation);
+    let centrifugal = omega * omega * data.mass;
+    wrench[0] -= centrifugal * cx;
+    wrench[1] -= centrifugal * cy;
+    for k in 0..3 {
+        wrench[k] -= p.disturbance[k];
+    }
+    // Effects on the platform that the inverse problem admits see neither winch forces nor unstretched lengths.
+    let zero = [S::from(0.0); CABLES];
+    let context = Context {
+        inputs: Inputs { winch_force: zero, disturbance: p.disturbance },
+        length: cables.map(|c| c.length),
+        speed: cables.map(|c| c.speed),
+        unstretched: cables.map(|c| c.length),
+        unstretched_rate: cables.map(|c| c.speed),
+        motion: p,
+    };
+    for kind in &plant.wrench {
+        let force = kind.wrench(&context.view());
+        for k in 0..3 {
+            wrench[k] -= force[k];
+        }
+    }
+    for i in 0..CABLES {
+        let k = &cables[i];
+        let normal = k.normal_row();
+        // L α̈ (14) and Q = -ρ/3 (L² α̈ + 3 L L̇ α̇).
+        let turning = matrix3::dot(&normal, &p.acceleration) + k.normal_acceleration_bias(omega);
+        let density = data.cables[i].acting_density();
+        let mut q = -(k.length * (turning + k.speed * k.angular_rate * 3.0)) * (density / 3.0);
+        for kind in &plant.cable[i].transverse {
+            q += kind.transverse_force(k.length, k.angular_rate);
+        }
+        for c in 0..3 {
+            wrench[c] -= q * normal[c];
+        }
+    }
+    wrench
+}
