@@ -18,8 +18,7 @@ Usage: cargo xtask <task>
 
   test [--fast]   everything: formatting, lints, documentation, licences, Rust tests, the FMUs,
                   the tests seen from outside (Python), a second FMI importer.
-                  --fast leaves out the documentation, the second importer and every test
-                  marked slow
+                  --fast leaves out the documentation and the second importer
   lint            formatting, lints, documentation and licences only
   score [ARGS]    the whole discovery suite; ARGS go to `python -m discovery_suite score`
   venv            make the Python environment of the tests and print its interpreter
