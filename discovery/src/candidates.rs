@@ -186,7 +186,7 @@ pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
 fn cables(lib: &mut Library, situation: &Situation) {
     lib.each_cable("cable_stiffness", &[vec![0.02]], 0, proportional(0.02));
     lib.each_cable("cable_damping", &[vec![0.5]], 0, proportional(0.5));
-    for tau in [1.0, 4.0, 15.0, 60.0] {
+    for tau in [2.0, 10.0, 50.0] {
         // Creep strain is in proportion to 1/EA_c.
         let build = move |a: &[f64]| (a[0] > 0.0).then(|| vec![3e8 / a[0], tau]);
         lib.each_cable("cable_creep", &[vec![3e8, tau]], 1, build);
@@ -205,17 +205,17 @@ fn cables(lib: &mut Library, situation: &Situation) {
     while period < 6.0 * situation.duration {
         let build = move |a: &[f64]| Some(vec![1e-5 * a[0].hypot(a[1]), period, a[1].atan2(a[0])]);
         lib.whole("cable_thermal_expansion", &[vec![1e-5, period, 0.0], vec![1e-5, period, PI / 2.0]], 1, build);
-        period *= 1.5;
+        period *= 2.0;
     }
     lib.each_cable("cable_drag", &[vec![0.01]], 0, proportional(0.01));
 }
 
 fn winches(lib: &mut Library, situation: &Situation) {
-    for speed in [0.003, 0.01, 0.03, 0.1, 0.3] {
+    for speed in [0.005, 0.02, 0.08, 0.3] {
         lib.each_cable("winch_coulomb_friction", &[vec![50.0, speed]], 1, move |a| Some(vec![50.0 * a[0], speed]));
     }
     lib.each_cable("winch_viscous_friction", &[vec![50.0]], 0, proportional(50.0));
-    for speed in [0.02, 0.06, 0.2] {
+    for speed in [0.05] {
         let build = move |a: &[f64]| {
             // Columns: Coulomb part, the peak above it, viscous part.
             (a[0] > 0.0 && a[0] + a[1] > 0.0)
@@ -226,7 +226,7 @@ fn winches(lib: &mut Library, situation: &Situation) {
     lib.each_cable("pulley_capstan_loss", &[vec![0.005]], 0, proportional(0.005));
     lib.each_cable("winch_force_gain", &[vec![0.01]], 0, proportional(0.01));
     lib.each_cable("winch_force_bias", &[vec![50.0]], 0, proportional(50.0));
-    for tau in [0.02, 0.1, 0.4] {
+    for tau in [0.03, 0.2] {
         lib.each_cable("winch_lag", &[vec![tau]], 1, move |a| (a[0] > 0.05).then(|| vec![tau * a[0].min(4.0)]));
         lib.each_cable("winch_delay", &[vec![tau]], 1, move |a| (a[0] > 0.05).then(|| vec![tau * a[0].min(4.0)]));
     }
@@ -234,11 +234,11 @@ fn winches(lib: &mut Library, situation: &Situation) {
     for cable in [None, Some(1), Some(2), Some(3), Some(4)] {
         let (low, high) = (situation.quantile(cable, 0.0), situation.quantile(cable, 1.0));
         let margin = 0.5 * (high - low).max(1.0);
-        for share in [0.5, 0.7, 0.85, 0.95] {
+        for share in [0.6, 0.9] {
             let upper = situation.quantile(cable, share);
             saturation(lib, cable, low - margin, upper);
         }
-        for share in [0.05, 0.15, 0.3] {
+        for share in [0.1, 0.3] {
             let lower = situation.quantile(cable, share);
             saturation(lib, cable, lower, high + margin);
         }
@@ -286,7 +286,7 @@ fn platform(lib: &mut Library, situation: &Situation) {
     lib.whole("platform_com_offset", &[vec![0.05, 0.0], vec![0.0, 0.05]], 0, |a| Some(vec![0.05 * a[0], 0.05 * a[1]]));
     lib.whole("platform_linear_drag", &[vec![20.0]], 0, proportional(20.0));
     lib.whole("platform_quadratic_drag", &[vec![20.0, 0.0, 0.0]], 0, |a| Some(vec![20.0 * a[0], 0.0, 0.0]));
-    for speed in [3.0, 8.0] {
+    for speed in [6.0] {
         for direction in 0..8 {
             let angle = f64::from(direction) * PI / 4.0;
             let wind = [speed * angle.cos(), speed * angle.sin()];

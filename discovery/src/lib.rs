@@ -1,17 +1,28 @@
 //! Finds the physical effect a cable-robot simulation is missing.
+//!
+//! Measured trials go in ([`data`]), a [`outcome::Discovery`] comes out ([`discover`]). The way there: the model is
+//! linearised along the smoothed trajectory of the data; a Kalman filter whitens the innovations; the signature of every
+//! effect of the catalogue passes through the same filter, so that least squares becomes generalised least squares; the
+//! best is taken up, refined on the full model, compared with its rivals, and kept if it earns its place on held-out data.
 
 pub mod data;
+pub mod outcome;
 pub mod report;
 
 mod candidates;
 mod clean;
+mod discover;
 mod estimate;
 mod gap;
 mod kalman;
 mod model;
-pub mod outcome;
 mod path;
 mod regression;
 mod search;
 mod signature;
-pub use search::probe;
+mod spectrum;
+mod verify;
+
+pub use discover::{DiscoverError, discover};
+pub use estimate::FitError;
+pub use search::Progress;

@@ -7,6 +7,7 @@ use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
 use crate::estimate::{Fit, SMALLEST_LATENT, for_trial};
 use crate::kalman::{Forcing, Normal, Randomness, filter, whiten};
+use crate::signature::combine;
 
 /// The normal equations of all columns at one size of the latent disturbances.
 pub(crate) struct Level {
@@ -29,24 +30,59 @@ pub(crate) fn ladder(randomness: &Randomness) -> Vec<Randomness> {
     levels
 }
 
-/// Forms the normal equations at every level.
-pub(crate) fn levels(fit: &Fit, trials: &[Trial], forcing: &[Forcing], sizes: &[Randomness]) -> Vec<Level> {
-    sizes
-        .iter()
-        .map(|randomness| {
-            let parts: Vec<Normal> = (0..trials.len())
-                .into_par_iter()
-                .map(|t| {
-                    let r = for_trial(randomness, &trials[t]);
-                    let filtered = filter(&fit.linear[t], &r, false);
-                    whiten(&fit.linear[t], &r, &filtered, &forcing[t], |_, _, _| {})
-                })
-                .collect();
-            let mut normal = Normal::empty(forcing[0].columns);
-            parts.iter().for_each(|p| normal.add(p));
-            Level { randomness: randomness.clone(), normal }
-        })
-        .collect()
+/// Columns kept for the smaller levels: those of the candidates that do best at the largest.
+const KEPT: usize = 40;
+
+/// Forms the normal equations at every size: all columns at the first, the best candidates' columns at the others.
+pub(crate) fn levels(
+    fit: &Fit,
+    trials: &[Trial],
+    forcing: &[Forcing],
+    library: &Library,
+    sizes: &[Randomness],
+) -> Vec<Level> {
+    let mut out: Vec<Level> = Vec::new();
+    let all: Vec<usize> = (0..forcing[0].columns).collect();
+    let mut columns = all.clone();
+    let mut reduced: Option<Vec<Forcing>> = None;
+    for randomness in sizes {
+        let used = reduced.as_deref().unwrap_or(forcing);
+        let parts: Vec<Normal> = (0..trials.len())
+            .into_par_iter()
+            .map(|t| {
+                let r = for_trial(randomness, &trials[t]);
+                let filtered = filter(&fit.linear[t], &r, false);
+                whiten(&fit.linear[t], &r, &filtered, &used[t], |_, _, _| {})
+            })
+            .collect();
+        let mut small = Normal::empty(columns.len());
+        parts.iter().for_each(|p| small.add(p));
+        let normal = spread(&small, &columns, all.len());
+        out.push(Level { randomness: randomness.clone(), normal });
+        if reduced.is_none() {
+            let best = rank(library, &out, &[], 0.0);
+            columns = best.iter().take(KEPT).flat_map(|s| library.candidates[s.candidate].columns.clone()).collect();
+            columns.sort_unstable();
+            columns.dedup();
+            let picks: Vec<Vec<(usize, f64)>> = columns.iter().map(|c| vec![(*c, 1.0)]).collect();
+            reduced = Some(forcing.iter().map(|f| combine(f, &picks)).collect());
+        }
+    }
+    out
+}
+
+/// The normal equations of some columns among all; the others say nothing.
+fn spread(small: &Normal, columns: &[usize], all: usize) -> Normal {
+    let mut normal = Normal::empty(all);
+    for (a, &ca) in columns.iter().enumerate() {
+        normal.right[ca] = small.right[a];
+        for (b, &cb) in columns.iter().enumerate() {
+            normal.gram[ca * all + cb] = small.gram[a * small.columns + b];
+        }
+    }
+    (normal.total, normal.count) = (small.total, small.count);
+    normal.minus_two_log_likelihood = small.minus_two_log_likelihood;
+    normal
 }
 
 /// A solved subset of columns.

@@ -1,19 +1,375 @@
-//! The search: one effect after the other, refined, pruned, checked on held-out data.
-
-use std::time::Instant;
+//! The search: one effect after the other, refined, compared with its rivals, checked on held-out data.
 
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
-use crate::candidates::{Library, Situation, catalogue};
-use crate::clean::remove_outliers;
-use crate::data::Trial;
-use crate::estimate::*;
+use crate::candidates::{Library, Situation, catalogue, dictionary};
+use crate::data::{Channel, Trial};
+use crate::estimate::{Estimate, Fit, FitError, refine};
+use crate::gap::{gap, predict};
 use crate::kalman::Forcing;
-use crate::regression::{baseline, ladder, levels, rank};
-use crate::{gap, signature};
+use crate::outcome::{HORIZON, SearchStep};
+use crate::regression::{Scored, baseline, ladder, levels, rank};
+use crate::signature;
 
-pub(crate) fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) -> Vec<Forcing> {
+/// Fall of the information criterion below which nothing is believed, beyond the penalty of the parameters.
+const EVIDENCE: f64 = 10.0;
+/// Share by which an effect must shrink the squared gap on held-out data.
+const EARNED: f64 = 0.005;
+/// Share of the best candidate's gain at which a simpler one is preferred.
+const SIMPLER: f64 = 0.93;
+/// Most effects added.
+const MOST_EFFECTS: usize = 5;
+/// Most rivals of one effect that are fitted in full.
+const MOST_RIVALS: usize = 3;
+/// Gauss-Newton rounds of a refinement.
+const ROUNDS: usize = 6;
+
+/// Progress: a message and the fraction done.
+pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
+
+/// The data of a search and what is known of its noise.
+pub(crate) struct Evidence {
+    pub(crate) train: Vec<Trial>,
+    pub(crate) holdout: Vec<Trial>,
+    /// Noise by channel of [`Channel::all`].
+    pub(crate) noise: Vec<f64>,
+}
+
+/// A model fitted to both sets.
+#[derive(Clone)]
+pub(crate) struct Fitted {
+    pub(crate) train: Fit,
+    pub(crate) holdout: Fit,
+    pub(crate) estimate: Option<Estimate>,
+    /// `-2 log L` on the training data plus the penalty of the parameters.
+    pub(crate) score: f64,
+    /// Gap on held-out data over 5 s and 20 s.
+    pub(crate) gap: [f64; 2],
+}
+
+/// An effect that was taken up, with the rivals it had then.
+#[derive(Clone)]
+pub(crate) struct Taken {
+    pub(crate) rivals: Vec<EffectSpec>,
+    pub(crate) delta_bic: f64,
+}
+
+pub(crate) struct Search<'a> {
+    pub(crate) evidence: &'a Evidence,
+    /// Number of effects that the model as given has.
+    pub(crate) given: usize,
+    pub(crate) taken: Vec<Taken>,
+    pub(crate) steps: Vec<SearchStep>,
+    pub(crate) candidates: usize,
+    pub(crate) progress: Progress<'a>,
+    penalty: f64,
+}
+
+impl<'a> Search<'a> {
+    pub(crate) fn new(evidence: &'a Evidence, given: usize, progress: Progress<'a>) -> Self {
+        let count: usize = evidence
+            .train
+            .iter()
+            .map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count())
+            .sum();
+        // Extended BIC over a catalogue of some 200 columns.
+        let penalty = (count.max(2) as f64).ln() + 2.0 * 200.0_f64.ln();
+        Self { evidence, given, taken: Vec::new(), steps: Vec::new(), candidates: 0, progress, penalty }
+    }
+
+    /// Fits the model as given.
+    pub(crate) fn base(&self, model: &Model) -> Result<Fitted, FitError> {
+        let e = self.evidence;
+        let randomness = crate::estimate::first_randomness(model, &e.noise);
+        let mut train = Fit::new(model, &e.train, &randomness, None)?;
+        train.smooth(&e.train)?;
+        train.fit_randomness(&e.train, &e.noise, true);
+        train.smooth(&e.train)?;
+        let mut holdout = Fit::new(model, &e.holdout, &train.randomness, None)?;
+        holdout.smooth(&e.holdout)?;
+        Ok(self.finish(train, holdout, None))
+    }
+
+    fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
+        let e = self.evidence;
+        let parameters: usize = train.model.effects[self.given..].iter().map(|s| s.values.len().max(1)).sum();
+        let score =
+            train.minus_two_log_likelihood(&e.train, &train.randomness) + self.penalty * parameters as f64;
+        let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
+        let gap = [gap_over(HORIZON), gap_over(20.0)];
+        Fitted { train, holdout, estimate, score, gap }
+    }
+
+    /// Fits `model`, starting from another fit, with its own effects' parameters refined.
+    pub(crate) fn fit(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
+        let e = self.evidence;
+        let mut train = Fit::new(model, &e.train, &from.train.randomness, Some(&from.train))?;
+        if train.examined.states() != from.train.examined.states() {
+            train.smooth(&e.train)?;
+            train.fit_randomness(&e.train, &e.noise, true);
+        }
+        let estimate = refine(&mut train, &e.train, &e.noise, self.given, rounds)?;
+        train.fit_randomness(&e.train, &e.noise, false);
+        let mut holdout = Fit::new(&train.model, &e.holdout, &train.randomness, Some(&from.holdout))?;
+        holdout.smooth(&e.holdout)?;
+        Ok(self.finish(train, holdout, Some(estimate)))
+    }
+
+    fn note(&mut self, effect: &EffectSpec, outcome: &str, delta_bic: f64, reason: &str) {
+        self.steps.push(SearchStep {
+            effect: effect.clone(),
+            outcome: outcome.to_owned(),
+            delta_bic,
+            reason: reason.to_owned(),
+        });
+    }
+
+    /// Whether `next` is better on held-out data by what an effect must earn.
+    fn earns(before: &Fitted, next: &Fitted) -> bool {
+        let shrink = |k: usize| 1.0 - (next.gap[k] / before.gap[k]).powi(2);
+        let (short, long) = (shrink(0), shrink(1));
+        short.max(long) >= EARNED && short.min(long) > -2.0 * EARNED
+    }
+
+    /// Adds effects of the catalogue as long as they earn their place.
+    pub(crate) fn catalogue_rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+        if fitted.train.examined.plant.unstretched_index(0).is_none() {
+            fitted = self.elasticity(fitted)?;
+        }
+        for round in 0..MOST_EFFECTS {
+            (self.progress)("weighing the catalogue", 0.1 + 0.12 * round as f64);
+            let situation = self.situation(&fitted.train);
+            let library = catalogue(&fitted.train.model, &situation);
+            let Some((next, taken)) = self.round(&fitted, &library, true)? else { break };
+            self.taken.push(taken);
+            fitted = next;
+        }
+        Ok(fitted)
+    }
+
+    /// What the candidates need to know of the data, with the spectral peaks of the latent forces.
+    fn situation(&self, fit: &Fit) -> Situation {
+        let mut situation = Situation::of(&self.evidence.train);
+        situation.peaks = crate::spectrum::peaks(fit, &self.evidence.train);
+        situation
+    }
+
+    /// One round over a library: the best candidate, refined, if it earns its place.
+    fn round(
+        &mut self,
+        fitted: &Fitted,
+        library: &Library,
+        parsimony: bool,
+    ) -> Result<Option<(Fitted, Taken)>, FitError> {
+        let e = self.evidence;
+        let fit = &fitted.train;
+        self.candidates = self.candidates.max(library.candidates.len());
+        let forcing = library_forcing(fit, &e.train, library);
+        let levels = levels(fit, &e.train, &forcing, library, &ladder(&fit.randomness));
+        let base = baseline(&levels, &[]);
+        let ranked = rank(library, &levels, &[], self.penalty);
+        let mut refused = 0;
+        let mut at = 0;
+        while refused < 2 && at < ranked.len() {
+            let best = &ranked[at];
+            let gain = base - best.score;
+            if gain < EVIDENCE {
+                return Ok(None);
+            }
+            let chosen = if parsimony { simplest(library, &ranked[at..], base) } else { best };
+            let Some(effect) = effect_of(library, chosen) else {
+                at += 1;
+                continue;
+            };
+            let mut model = fit.model.clone();
+            model.effects.push(effect.clone());
+            let mut from = fitted.clone();
+            from.train.randomness = levels[chosen.level].randomness.clone();
+            from.train.randomness.noise = fit.randomness.noise.clone();
+            let next = self.fit(&model, &from, ROUNDS);
+            match next {
+                Ok(next) if next.score < fitted.score - EVIDENCE && Self::earns(fitted, &next) => {
+                    let delta_bic = next.score - fitted.score;
+                    let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
+                    self.note(&refined, "added", delta_bic, "");
+                    let rivals = rivals(library, &ranked, chosen, base);
+                    return Ok(Some((next, Taken { rivals, delta_bic })));
+                }
+                Ok(next) => {
+                    let reason = if next.score < fitted.score - EVIDENCE {
+                        "it does not shrink the gap on held-out data"
+                    } else {
+                        "too little evidence after refinement"
+                    };
+                    self.note(&effect, "refused", next.score - fitted.score, reason);
+                }
+                Err(_) => self.note(&effect, "refused", f64::NAN, "it cannot be simulated"),
+            }
+            refused += 1;
+            let (id, cable) = (effect.id.clone(), effect.cable);
+            at += ranked[at..]
+                .iter()
+                .position(|s| {
+                    let c = &library.candidates[s.candidate];
+                    c.id != id || c.cable != cable
+                })
+                .unwrap_or(ranked.len());
+        }
+        Ok(None)
+    }
+
+    /// The paper's own story: a rigid model of elastic cables.
+    fn elasticity(&mut self, fitted: Fitted) -> Result<Fitted, FitError> {
+        (self.progress)("trying elastic cables", 0.08);
+        let parameters = &fitted.train.model.parameters;
+        let guess = self.stiffness_guess(&fitted).unwrap_or(parameters.axial_stiffness());
+        let Ok(effect) = EffectSpec::new("cable_elasticity", None, &[guess, parameters.cable_damping]) else {
+            return Ok(fitted);
+        };
+        let mut model = fitted.train.model.clone();
+        model.effects.push(effect.clone());
+        let next = self.fit(&model, &fitted, ROUNDS + 2)?;
+        if next.score < fitted.score - EVIDENCE && Self::earns(&fitted, &next) {
+            let delta_bic = next.score - fitted.score;
+            let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
+            self.note(&refined, "added", delta_bic, "");
+            self.taken.push(Taken { rivals: Vec::new(), delta_bic });
+            return Ok(next);
+        }
+        self.note(&effect, "refused", next.score - fitted.score, "rigid cables explain the data as well");
+        Ok(fitted)
+    }
+
+    /// Axial stiffness (N) from the mean stretch under the mean winch force.
+    fn stiffness_guess(&self, fitted: &Fitted) -> Option<f64> {
+        let mut ratios = Vec::new();
+        for (t, trial) in self.evidence.train.iter().enumerate() {
+            for i in 0..4 {
+                let Some(j) = trial.channels.iter().position(|c| *c == Channel::UnstretchedLength(i)) else { continue };
+                for k in (0..trial.len()).step_by(20) {
+                    let y = fitted.train.trajectories[t].states(k);
+                    let geometry = fitted.train.examined.plant.geometry();
+                    let length = cdpr::kinematics::cable_lengths(geometry, &[y[0], y[1], y[2]])[i];
+                    let l = trial.measured[k][j];
+                    let ratio = trial.inputs[k].winch_force[i] * l / (length - l);
+                    if ratio.is_finite() && ratio > 0.0 {
+                        ratios.push(ratio);
+                    }
+                }
+            }
+        }
+        let guess = crate::clean::median(ratios);
+        (guess.is_finite() && guess > 1e4 && guess < 1e10).then_some(guess)
+    }
+
+    /// Terms outside the catalogue; kept only when together they at least halve what is left of the gap.
+    pub(crate) fn dictionary_rounds(&mut self, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+        let (steps, taken) = (self.steps.len(), self.taken.len());
+        let mut current = fitted.clone();
+        for round in 0..3 {
+            (self.progress)("looking for terms outside the catalogue", 0.7 + 0.05 * round as f64);
+            let library = dictionary(&self.situation(&current.train));
+            let Some((next, mut term)) = self.round(&current, &library, false)? else { break };
+            term.rivals.clear();
+            self.taken.push(term);
+            current = next;
+            if current.gap[0] < 1.05 {
+                break;
+            }
+        }
+        let left = |f: &Fitted| (f.gap[0].powi(2) - 1.0).max(0.0).sqrt();
+        if self.taken.len() > taken && left(&current) <= 0.5 * left(fitted) {
+            return Ok(Some(current));
+        }
+        self.taken.truncate(taken);
+        for step in &mut self.steps[steps..] {
+            if step.outcome == "added" {
+                step.outcome = "refused".to_owned();
+                step.reason = "the terms found do not halve what is left of the gap".to_owned();
+            }
+        }
+        Ok(None)
+    }
+
+    /// Takes out effects without which the model is as good.
+    pub(crate) fn prune(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+        let mut at = self.given;
+        while at < fitted.train.model.effects.len() && fitted.train.model.effects.len() > self.given + 1 {
+            let mut model = fitted.train.model.clone();
+            let effect = model.effects.remove(at);
+            let without = self.fit(&model, &fitted, 3)?;
+            if without.score < fitted.score + EVIDENCE || !Self::earns(&without, &fitted) {
+                self.note(&effect, "removed", fitted.score - without.score, "the model is as good without it");
+                self.taken.remove(at - self.given);
+                fitted = without;
+            } else {
+                self.taken[at - self.given].delta_bic = fitted.score - without.score;
+                at += 1;
+            }
+        }
+        Ok(fitted)
+    }
+
+    /// Fits the rivals of effect `at` in its place; returns them with their scores, the best first.
+    pub(crate) fn rivals_of(&mut self, fitted: &Fitted, at: usize) -> Vec<(EffectSpec, Fitted)> {
+        let mut out = Vec::new();
+        for rival in self.taken[at - self.given].rivals.clone() {
+            let mut model = fitted.train.model.clone();
+            model.effects[at] = rival.clone();
+            if model.check().is_err() {
+                continue;
+            }
+            if let Ok(other) = self.fit(&model, fitted, 4) {
+                out.push((other.train.model.effects[at].clone(), other));
+            }
+        }
+        out.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
+        out
+    }
+}
+
+fn effect_of(library: &Library, scored: &Scored) -> Option<EffectSpec> {
+    library.candidates[scored.candidate].effect(&scored.amplitudes)
+}
+
+/// The candidate with the fewest columns among those nearly as good as the best.
+fn simplest<'a>(library: &Library, ranked: &'a [Scored], base: f64) -> &'a Scored {
+    let enough = SIMPLER * (base - ranked[0].score);
+    let size = |s: &Scored| library.candidates[s.candidate].columns.len();
+    ranked
+        .iter()
+        .filter(|s| base - s.score >= enough)
+        .min_by(|a, b| size(a).cmp(&size(b)).then(a.score.total_cmp(&b.score)))
+        .unwrap_or(&ranked[0])
+}
+
+/// The best candidates that are another explanation than the one chosen, for a full comparison.
+fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64) -> Vec<EffectSpec> {
+    let own = &library.candidates[chosen.candidate];
+    let gain = base - chosen.score;
+    let look_alikes: Vec<&str> =
+        cdpr::effect::find(own.id).map_or(Vec::new(), |i| i.look_alikes.iter().map(|l| l.id).collect());
+    let mut out: Vec<EffectSpec> = Vec::new();
+    for scored in ranked {
+        let c = &library.candidates[scored.candidate];
+        if (c.id == own.id && c.cable == own.cable) || out.iter().any(|e| e.id == c.id && e.cable == c.cable) {
+            continue;
+        }
+        let share = (base - scored.score) / gain;
+        let wanted = share > 0.6 || (look_alikes.contains(&c.id) && c.cable == own.cable && share > 0.3);
+        if wanted && let Some(effect) = effect_of(library, scored) {
+            out.push(effect);
+            if out.len() == MOST_RIVALS {
+                break;
+            }
+        }
+    }
+    out
+}
+
+/// Signatures of a library along the fit's trajectories.
+fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) -> Vec<Forcing> {
     trials
         .iter()
         .enumerate()
@@ -25,88 +381,8 @@ pub(crate) fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) ->
                 &fit.linear[t],
                 trial,
                 &fit.trajectories[t],
-                &|| {},
             );
             signature::combine(&raw, &library.columns)
         })
         .collect()
-}
-
-#[allow(missing_docs)]
-pub fn probe(model: &Model, mut trials: Vec<Trial>) {
-    let t0 = Instant::now();
-    for t in &mut trials {
-        remove_outliers(t);
-    }
-    let noise = noise_of_data(&trials);
-    let r = first_randomness(model, &noise);
-    let mut fit = Fit::new(model, &trials, &r, None).unwrap();
-    fit.smooth(&trials).unwrap();
-    fit.fit_randomness(&trials, &noise, true);
-    println!(
-        "{:.2}s ml F {:.3} W {:.3} L {:.1}",
-        t0.elapsed().as_secs_f64(),
-        fit.randomness.force,
-        fit.randomness.winch,
-        fit.minus_two_log_likelihood(&trials, &fit.randomness)
-    );
-    for h in [1.0, 5.0, 20.0] {
-        let p = gap::predict(&fit, &trials, h);
-        println!("gap {h}: {:.3}", gap::gap(&trials, &p, &noise).total());
-    }
-    for round in 0..4 {
-        let situation = Situation::of(&trials);
-        let lib = catalogue(&fit.model, &situation);
-        let forcing = library_forcing(&fit, &trials, &lib);
-        println!("{:.2}s forcing", t0.elapsed().as_secs_f64());
-        let lv = levels(&fit, &trials, &forcing, &ladder(&fit.randomness));
-        let n: usize = lv[0].normal.count;
-        let penalty = (n as f64).ln() + 2.0 * (lib.columns.len() as f64).ln();
-        let base = baseline(&lv, &[]);
-        println!("{:.2}s levels; base {base:.1} penalty {penalty:.1}", t0.elapsed().as_secs_f64());
-        let ranked = rank(&lib, &lv, &[], penalty);
-        for s in ranked.iter().take(8) {
-            let c = &lib.candidates[s.candidate];
-            println!(
-                "   {:10.1} lvl {} {:?}",
-                s.score - base,
-                s.level,
-                c.effect(&s.amplitudes).map(|e| (e.id.clone(), e.cable, e.values.clone()))
-            );
-        }
-        let Some(best) = ranked.first() else { break };
-        if best.score > base - 10.0 {
-            break;
-        }
-        let effect: EffectSpec = lib.candidates[best.candidate].effect(&best.amplitudes).unwrap();
-        let mut model = fit.model.clone();
-        model.effects.push(effect);
-        let mut next = Fit::new(&model, &trials, &lv[best.level].randomness, Some(&fit)).unwrap();
-        let est = refine(&mut next, &trials, &noise, 0, 6).unwrap();
-        println!(
-            "{:.2}s refined: L {:.1} F {:.3} W {:.3}",
-            t0.elapsed().as_secs_f64(),
-            next.minus_two_log_likelihood(&trials, &next.randomness),
-            next.randomness.force,
-            next.randomness.winch
-        );
-        for (f, se) in est.free.iter().zip(&est.standard_error) {
-            let e = &next.model.effects[f.effect];
-            println!(
-                "     {} {:?} {} = {:.6} +- {:.6} wald {:.1}",
-                e.id,
-                e.cable,
-                e.info().unwrap().parameters[f.parameter].name,
-                e.values[f.parameter],
-                se,
-                est.wald[f.effect]
-            );
-        }
-        for h in [1.0, 5.0, 20.0] {
-            let p = gap::predict(&next, &trials, h);
-            println!("  gap {h}: {:.4}", gap::gap(&trials, &p, &noise).total());
-        }
-        fit = next;
-        let _ = round;
-    }
 }

@@ -208,7 +208,6 @@ pub(crate) fn forcing(
     linear: &LinearTrial,
     trial: &Trial,
     trajectory: &Trajectory,
-    done: &(dyn Fn() + Sync),
 ) -> Forcing {
     let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), variations.len());
     debug_assert_eq!(trajectory.width, n + LATENTS);
@@ -228,7 +227,6 @@ pub(crate) fn forcing(
                     single(base, &v, trial, trajectory, &reference)
                 }
             });
-            done();
             out
         })
         .collect();

@@ -1,0 +1,370 @@
+//! From recordings and a model to a verdict.
+
+use std::time::Instant;
+
+use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
+
+use crate::clean::remove_outliers;
+use crate::data::Trial;
+use crate::estimate::{FitError, noise_of_data};
+use crate::gap::predict;
+use crate::outcome::{
+    Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Verdict,
+};
+use crate::search::{Evidence, Fitted, Progress, Search};
+use crate::verify;
+
+/// Difference of the information criterion up to which two explanations are not told apart.
+const INDISTINGUISHABLE: f64 = 10.0;
+/// The same as a share of what the effect explains: no law is known to be exact beyond this.
+const INDISTINGUISHABLE_SHARE: f64 = 0.01;
+/// Gap over the main horizon on held-out data up to which nothing is left to explain.
+const NOTHING_LEFT: f64 = 1.1;
+
+/// Why there is no verdict.
+#[derive(Debug, thiserror::Error)]
+pub enum DiscoverError {
+    /// No trial, or trials that differ in what matters.
+    #[error("{0}")]
+    Data(String),
+    /// The model cannot be fitted to the data.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}
+
+/// Finds out what `model` is missing, from training trials; held-out trials verify.
+///
+/// With no held-out trial the last 30 % of the longest trial are held out. `progress` gets a message and a fraction.
+///
+/// # Errors
+/// No data, or a model that cannot be fitted to them.
+pub fn discover(
+    model: &Model,
+    mut train: Vec<Trial>,
+    mut holdout: Vec<Trial>,
+    progress: Progress<'_>,
+) -> Result<Discovery, DiscoverError> {
+    let begun = Instant::now();
+    if train.is_empty() {
+        return Err(DiscoverError::Data("no training data; expected one recording or more".to_owned()));
+    }
+    progress("cleaning the data", 0.0);
+    let outliers = train.iter_mut().chain(&mut holdout).map(remove_outliers).sum();
+    let mut remarks = Vec::new();
+    let holdout_source = if holdout.is_empty() {
+        hold_out(&mut train, &mut holdout)?
+    } else {
+        let names: Vec<&str> = holdout.iter().map(|t| t.name.as_str()).collect();
+        format!("the trial{} {}", if names.len() > 1 { "s" } else { "" }, names.join(", "))
+    };
+    let all: Vec<Trial> = train.iter().chain(&holdout).cloned().collect();
+    let noise = noise_of_data(&all);
+    let evidence = Evidence { train, holdout, noise };
+    progress("fitting the model as given", 0.02);
+    let mut search = Search::new(&evidence, model.effects.len(), progress);
+    let base = search.base(model)?;
+    let mut fitted = search.catalogue_rounds(base.clone())?;
+    let mut alternatives = Vec::new();
+    fitted = settle(&mut search, fitted, &mut alternatives)?;
+    if fitted.gap[0] > NOTHING_LEFT {
+        fitted = beyond_catalogue(&mut search, &base, fitted, &mut alternatives)?;
+    }
+    progress("verifying on held-out data", 0.92);
+    let given = search.given;
+    let (mut effects, mut terms) = (Vec::new(), Vec::new());
+    let mut located: Vec<Located> = Vec::new();
+    let total: f64 = search.taken.iter().map(|t| t.delta_bic.abs()).sum();
+    for (k, taken) in search.taken.iter().enumerate() {
+        let at = given + k;
+        let effect = fitted.train.model.effects[at].clone();
+        let mut reduced = fitted.train.model.clone();
+        reduced.effects.remove(at);
+        let without = search.fit(&reduced, &fitted, 1)?;
+        let (places, depends_on) = verify::places(&effect);
+        let when = verify::when(&fitted.train, &without.train, &evidence.train);
+        for place in &places {
+            let share = taken.delta_bic.abs() / total.max(1e-9) / places.len() as f64;
+            add_place(&mut located, place, share, &when, &depends_on);
+        }
+        let found = Found {
+            standard_error: standard_errors(&fitted, at),
+            delta_bic: taken.delta_bic,
+            holdout_gap_without: Some(without.gap[0]),
+            alternatives: alternatives.get(k).cloned().unwrap_or_default(),
+            effect: effect.clone(),
+        };
+        if effect.id == "expression" { terms.push(found) } else { effects.push(found) }
+    }
+    effects.sort_by(|a: &Found, b: &Found| a.delta_bic.total_cmp(&b.delta_bic));
+    located.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let whiteness = verify::whiteness(&fitted.train, &evidence.train, &fitted.train.randomness.noise);
+    let noise = fitted.train.randomness.noise.clone();
+    let of = |f: &Fitted| {
+        [
+            verify::gaps(&f.train, &evidence.train, &noise),
+            verify::gaps(&f.holdout, &evidence.holdout, &noise),
+        ]
+    };
+    let (before, after) = (of(&base), of(&fitted));
+    let horizons = verify::horizon_gaps([&before[0], &before[1]], [&after[0], &after[1]]);
+    let verdict = judge(&fitted, &base, &effects, &terms, &mut remarks);
+    if whiteness.iter().any(|w| w.statistic > w.limit) {
+        let names: Vec<String> =
+            whiteness.iter().filter(|w| w.statistic > w.limit).map(|w| w.channel.name()).collect();
+        remarks.push(format!(
+            "What remains is not white in {}: the laws found do not fit to the last detail.",
+            names.join(", ")
+        ));
+    }
+    let size = |f: &Fitted| f.train.randomness.force.hypot(f.train.randomness.winch);
+    let arm = base.train.randomness.arm;
+    let (candidates, steps) = (search.candidates, std::mem::take(&mut search.steps));
+    let trials = compared(&base, &fitted, &evidence);
+    progress("done", 1.0);
+    Ok(Discovery {
+        verdict,
+        base: model.clone(),
+        model: fitted.train.model.clone(),
+        effects,
+        terms,
+        located,
+        horizons,
+        holdout_source,
+        whiteness,
+        remainder_force: BeforeAfter { before: size(&base), after: size(&fitted) },
+        remainder_torque: BeforeAfter {
+            before: arm * base.train.randomness.force,
+            after: arm * fitted.train.randomness.force,
+        },
+        trials,
+        candidates,
+        outliers,
+        steps,
+        remarks,
+        seconds: begun.elapsed().as_secs_f64(),
+    })
+}
+
+/// Cuts the last 30 % off the longest trial.
+fn hold_out(train: &mut [Trial], holdout: &mut Vec<Trial>) -> Result<String, DiscoverError> {
+    let longest = (0..train.len()).max_by_key(|t| train[*t].len()).unwrap_or(0);
+    let trial = &train[longest];
+    let cut = trial.len() * 7 / 10;
+    if trial.len() - cut < 50 {
+        return Err(DiscoverError::Data(format!(
+            "{} has {} samples: too few to hold a part out; expected 170 or more, or --holdout",
+            trial.name,
+            trial.len()
+        )));
+    }
+    let name = format!("the last {:.0} s of {}", trial.time[trial.len() - 1] - trial.time[cut], trial.name);
+    holdout.push(trial.part(cut..trial.len(), name.clone()));
+    train[longest] = trial.part(0..cut, trial.name.clone());
+    Ok(name)
+}
+
+/// Prunes, compares every effect with its rivals, and takes up a rival that is clearly better.
+fn settle(
+    search: &mut Search<'_>,
+    mut fitted: Fitted,
+    alternatives: &mut Vec<Vec<Alternative>>,
+) -> Result<Fitted, FitError> {
+    (search.progress)("comparing explanations", 0.75);
+    fitted = search.prune(fitted)?;
+    alternatives.clear();
+    for k in 0..search.taken.len() {
+        let at = search.given + k;
+        let mut others = search.rivals_of(&fitted, at);
+        let weight = |delta: f64| INDISTINGUISHABLE.max(INDISTINGUISHABLE_SHARE * delta.abs());
+        let better = others.first().is_some_and(|(_, other)| {
+            if degenerate(&other.train.model.effects[at]) {
+                return false;
+            }
+            // A richer law must be better by what counts; one as simple, at all.
+            let richer = other.train.model.effects[at].values.len() > fitted.train.model.effects[at].values.len();
+            other.score < fitted.score - if richer { 2.0 * weight(search.taken[k].delta_bic) } else { 0.0 }
+        });
+        if better {
+            let (effect, other) = others.remove(0);
+            let old = fitted.train.model.effects[at].clone();
+            search.steps.push(SearchStep {
+                effect,
+                outcome: "replaced".to_owned(),
+                delta_bic: other.score - fitted.score,
+                reason: format!("in place of {}", old.id),
+            });
+            search.taken[k].delta_bic += other.score - fitted.score;
+            others.push((old, fitted));
+            fitted = other;
+        }
+        let limit = weight(search.taken[k].delta_bic);
+        let mut list: Vec<Alternative> = others
+            .into_iter()
+            .map(|(effect, other)| {
+                let delta_bic = other.score - fitted.score;
+                Alternative {
+                    separate_by: separate_by(&fitted.train.model.effects[at], &effect),
+                    effect,
+                    delta_bic,
+                    correlation: None,
+                    indistinguishable: delta_bic < limit && !degenerate(&other.train.model.effects[at]),
+                }
+            })
+            .collect();
+        list.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
+        alternatives.push(list);
+    }
+    Ok(fitted)
+}
+
+/// Terms outside the catalogue: on top of what was found, or instead of it, whichever explains more.
+fn beyond_catalogue(
+    search: &mut Search<'_>,
+    base: &Fitted,
+    fitted: Fitted,
+    alternatives: &mut Vec<Vec<Alternative>>,
+) -> Result<Fitted, FitError> {
+    let Some(with_terms) = search.dictionary_rounds(&fitted)? else {
+        if search.taken.is_empty() {
+            return Ok(fitted);
+        }
+        // Perhaps what was found stands in the way.
+        let kept = (std::mem::take(&mut search.taken), std::mem::take(alternatives));
+        if let Some(instead) = search.dictionary_rounds(base)?
+            && instead.score < fitted.score
+            && instead.gap[0] < fitted.gap[0]
+        {
+            return Ok(instead);
+        }
+        (search.taken, *alternatives) = kept;
+        return Ok(fitted);
+    };
+    let before = search.taken.len();
+    let pruned = search.prune(with_terms)?;
+    if search.taken.len() != before {
+        alternatives.clear();
+    }
+    Ok(pruned)
+}
+
+fn judge(fitted: &Fitted, base: &Fitted, effects: &[Found], terms: &[Found], remarks: &mut Vec<String>) -> Verdict {
+    let left = |f: &Fitted| (f.gap[0].powi(2) - 1.0).max(0.0).sqrt();
+    if !terms.is_empty() {
+        return Verdict::Unnamed;
+    }
+    if effects.is_empty() {
+        if fitted.gap[0] > 1.5 {
+            remarks.push(
+                "The model does not reproduce the data, and neither the catalogue nor the dictionary of terms explains \
+                 it."
+                    .to_owned(),
+            );
+            return Verdict::Unnamed;
+        }
+        return Verdict::NoMissingEffect;
+    }
+    if left(fitted) > 0.5 * left(base) && fitted.gap[0] > 1.5 {
+        remarks.push("What was found explains less than half of the gap; something else is missing too.".to_owned());
+        return Verdict::Unnamed;
+    }
+    if effects.iter().any(|e| e.alternatives.iter().any(|a| a.indistinguishable)) {
+        return Verdict::Ambiguous;
+    }
+    Verdict::Named
+}
+
+/// Whether an effect's shape has run out of the range in which it is itself: creep that is done within a sample is only a
+/// softer spring.
+fn degenerate(effect: &EffectSpec) -> bool {
+    let Ok(info) = effect.info() else { return false };
+    info.parameters.iter().zip(&effect.values).enumerate().any(|(k, (parameter, value))| {
+        let (low, high) = parameter.typical;
+        !crate::estimate::is_size(&effect.id, k) && low > 0.0 && !(low / 3.0..=3.0 * high).contains(value)
+    })
+}
+
+/// The experiment that tells two effects apart, from the catalogue.
+fn separate_by(a: &EffectSpec, b: &EffectSpec) -> String {
+    let look = |from: &EffectSpec, to: &EffectSpec| {
+        cdpr::effect::find(&from.id)
+            .and_then(|info| info.look_alikes.iter().find(|l| l.id == to.id))
+            .map(|l| l.separate_by.to_owned())
+    };
+    if a.id == b.id {
+        return "move one winch at a time".to_owned();
+    }
+    look(a, b).or_else(|| look(b, a)).unwrap_or_else(|| {
+        "repeat with larger and faster motion at two pretensions, one winch excited at a time".to_owned()
+    })
+}
+
+fn standard_errors(fitted: &Fitted, at: usize) -> Vec<Option<f64>> {
+    let effect = &fitted.train.model.effects[at];
+    let mut out = vec![None; effect.values.len()];
+    if let Some(estimate) = &fitted.estimate {
+        for (free, se) in estimate.free.iter().zip(&estimate.standard_error) {
+            if free.effect == at && se.is_finite() {
+                out[free.parameter] = Some(*se);
+            }
+        }
+    }
+    out
+}
+
+fn add_place(
+    located: &mut Vec<Located>,
+    place: &str,
+    share: f64,
+    when: &[(usize, f64, f64)],
+    depends_on: &[&'static str],
+) {
+    if let Some(known) = located.iter_mut().find(|l| l.place == place) {
+        known.share += share;
+        for on in depends_on {
+            if !known.depends_on.iter().any(|d| d == on) {
+                known.depends_on.push((*on).to_owned());
+            }
+        }
+        return;
+    }
+    located.push(Located {
+        place: place.to_owned(),
+        share,
+        when: when.to_vec(),
+        depends_on: depends_on.iter().map(|d| (*d).to_owned()).collect(),
+    });
+}
+
+/// Trials with predictions of both models.
+fn compared(base: &Fitted, fitted: &Fitted, evidence: &Evidence) -> Vec<Compared> {
+    let mut out = Vec::new();
+    let sets = [(&evidence.train, &base.train, &fitted.train), (&evidence.holdout, &base.holdout, &fitted.holdout)];
+    for (held, (trials, before, after)) in sets.into_iter().enumerate() {
+        let (before_shown, after_shown) = (predict(before, trials, HORIZON), predict(after, trials, HORIZON));
+        for (t, (b, a)) in before_shown.into_iter().zip(after_shown).enumerate() {
+            let trial = &trials[t];
+            let rows = 0..trial.len();
+            let (old, new) = (&before.trajectories[t], &after.trajectories[t]);
+            let plant = &after.examined.plant;
+            out.push(Compared {
+                holdout: held == 1,
+                before: b.shown,
+                after: a.shown,
+                restarts: a.restarts,
+                latents: rows.clone().map(|k| std::array::from_fn(|l| old.latents(k)[l])).collect(),
+                motion: rows.clone().map(|k| std::array::from_fn(|c| new.states(k)[c])).collect(),
+                winch_speed: rows
+                    .map(|k| {
+                        let y = new.states(k);
+                        let [pose, twist] = [[y[0], y[1], y[2]], [y[3], y[4], y[5]]];
+                        let cables = cdpr::kinematics::cables(plant.geometry(), &pose, &twist);
+                        std::array::from_fn(|i| plant.rate_index(i).map_or(cables[i].speed, |at| y[at]))
+                    })
+                    .collect(),
+                trial: trial.clone(),
+            });
+        }
+    }
+    out
+}
