@@ -18,3 +18,4 @@ pub mod plant;
 pub mod release;
 pub mod scalar;
 pub mod simulation;
+pub mod statics;

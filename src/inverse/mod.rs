@@ -16,7 +16,7 @@ mod internal;
 mod spline;
 mod trajectory;
 mod winch;
-mod wrench;
+pub(crate) mod wrench;
 
 pub use trajectory::{Ends, Motion, Samples, SplineTrajectory, Trajectory, TrajectoryError};
 

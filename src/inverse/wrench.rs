@@ -10,16 +10,16 @@ use crate::scalar::Real;
 
 /// Pose, twist and acceleration of the platform, disturbance and time, as values or with derivatives.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Prescribed<S> {
-    pub(super) time: S,
-    pub(super) pose: [S; 3],
-    pub(super) twist: [S; 3],
-    pub(super) acceleration: [S; 3],
-    pub(super) disturbance: [S; 3],
+pub(crate) struct Prescribed<S> {
+    pub(crate) time: S,
+    pub(crate) pose: [S; 3],
+    pub(crate) twist: [S; 3],
+    pub(crate) acceleration: [S; 3],
+    pub(crate) disturbance: [S; 3],
 }
 
 /// Kinematics of the cables and their length accelerations (12).
-pub(super) fn cable_motion<S: Real>(plant: &Plant, p: &Prescribed<S>) -> ([CableKinematics<S>; CABLES], [S; CABLES]) {
+pub(crate) fn cable_motion<S: Real>(plant: &Plant, p: &Prescribed<S>) -> ([CableKinematics<S>; CABLES], [S; CABLES]) {
     let cables = crate::kinematics::cables(plant.geometry(), &p.pose, &p.twist);
     let accelerations =
         cables.map(|c| matrix3::dot(&c.jacobian_row(), &p.acceleration) + c.length_acceleration_bias(p.twist[2]));
@@ -27,17 +27,17 @@ pub(super) fn cable_motion<S: Real>(plant: &Plant, p: &Prescribed<S>) -> ([Cable
 }
 
 /// What platform-side effects see under a prescribed motion.
-pub(super) struct Context<'a, S> {
-    pub(super) inputs: Inputs<S>,
-    pub(super) length: [S; CABLES],
-    pub(super) speed: [S; CABLES],
-    pub(super) unstretched: [S; CABLES],
-    pub(super) unstretched_rate: [S; CABLES],
-    pub(super) motion: &'a Prescribed<S>,
+pub(crate) struct Context<'a, S> {
+    pub(crate) inputs: Inputs<S>,
+    pub(crate) length: [S; CABLES],
+    pub(crate) speed: [S; CABLES],
+    pub(crate) unstretched: [S; CABLES],
+    pub(crate) unstretched_rate: [S; CABLES],
+    pub(crate) motion: &'a Prescribed<S>,
 }
 
 impl<S: Real> Context<'_, S> {
-    pub(super) fn view(&self) -> PlatformContext<'_, S> {
+    pub(crate) fn view(&self) -> PlatformContext<'_, S> {
         PlatformContext {
             time: self.motion.time,
             pose: &self.motion.pose,
@@ -53,7 +53,7 @@ impl<S: Real> Context<'_, S> {
 
 /// `A T` for the prescribed motion (26), (27): the platform's inertia, less disturbance, effects and the cables' transverse
 /// forces (22), (25).
-pub(super) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &[CableKinematics<S>; CABLES]) -> [S; 3] {
+pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &[CableKinematics<S>; CABLES]) -> [S; 3] {
     let data = plant.data();
     let omega = p.twist[2];
     let rotation = [p.pose[2].cos(), p.pose[2].sin()];

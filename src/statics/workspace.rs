@@ -1,0 +1,146 @@
+//! Which wrenches the cables can exert where: wrench closure, wrench feasibility, capacity margin, maps.
+
+use nalgebra::{SMatrix, Vector3};
+
+use crate::geometry::Geometry;
+use crate::inverse::distribution::{Bounds, TensionLine, structure_matrix};
+use crate::parameters::CABLES;
+
+/// Wrenches that the cables must be able to exert: a box about a centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RequiredWrenches {
+    /// Its centre `[f_x, f_y, τ]` (N, N m): the opposite of a steady disturbance.
+    pub centre: [f64; 3],
+    /// Half its widths (N, N m).
+    pub half_width: [f64; 3],
+}
+
+/// One pose's answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Feasibility {
+    /// The cables clear of the platform and the platform within the anchors.
+    pub reachable: bool,
+    /// Any wrench can be exerted with unbounded tensions: all entries of the internal tension are positive.
+    pub closure: bool,
+    /// Smallest over largest entry of the internal tension: 1 where equal tensions balance, negative without closure.
+    pub balance: f64,
+    /// Distance (N) of the required wrenches from the border of what the bounded tensions exert, torques divided by the arm:
+    /// positive where all are feasible.
+    pub margin: f64,
+}
+
+impl Feasibility {
+    /// All required wrenches can be exerted within the bounds.
+    pub fn feasible(&self) -> bool {
+        self.reachable && self.margin >= 0.0
+    }
+}
+
+/// A facet of the available wrenches: `normal · w <= offset`, with torques divided by the arm.
+fn facets(structure: &SMatrix<f64, 3, CABLES>, arm: f64, bounds: &Bounds) -> Vec<(Vector3<f64>, f64)> {
+    let columns: [Vector3<f64>; CABLES] =
+        std::array::from_fn(|i| Vector3::new(structure[(0, i)], structure[(1, i)], structure[(2, i)] / arm));
+    let mut facets = Vec::with_capacity(12);
+    for i in 0..CABLES {
+        for j in i + 1..CABLES {
+            let normal = columns[i].cross(&columns[j]);
+            let norm = normal.norm();
+            // Parallel cables span no facet.
+            if norm < 1e-12 {
+                continue;
+            }
+            for normal in [normal / norm, -normal / norm] {
+                // The farthest point in this direction: each tension at the bound that helps.
+                let offset = columns
+                    .iter()
+                    .map(|c| {
+                        let along = normal.dot(c);
+                        along * if along > 0.0 { bounds.upper() } else { bounds.lower() }
+                    })
+                    .sum();
+                facets.push((normal, offset));
+            }
+        }
+    }
+    facets
+}
+
+/// Capacity margin (N): how far inside the wrenches that tensions within `bounds` exert the required ones lie, negative
+/// outside; torques are divided by the attachment radius.
+///
+/// The available wrenches are a zonotope whose facets are spanned by pairs of cables (Bouchard, Gosselin and Moore, J. Mech.
+/// Robot. 2, 2010); the margin is that of Guay, Cardou, Cruz-Ruiz and Caro (Trans. Can. Soc. Mech. Eng. 38, 2014).
+pub fn capacity_margin(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, required: &RequiredWrenches) -> f64 {
+    let arm = geometry.attachment_scale();
+    let structure = structure_matrix(geometry, pose);
+    facets(&structure, arm, bounds)
+        .iter()
+        .map(|(normal, offset)| {
+            let scale = [1.0, 1.0, 1.0 / arm];
+            let farthest: f64 = (0..3)
+                .map(|k| scale[k] * (normal[k] * required.centre[k] + normal[k].abs() * required.half_width[k]))
+                .sum();
+            offset - farthest
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Feasibility of one pose.
+pub fn feasibility(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, required: &RequiredWrenches) -> Feasibility {
+    let structure = structure_matrix(geometry, pose);
+    let (mut least, mut most) = (-1.0, 1.0);
+    if let Ok(line) = TensionLine::of(&structure, &[0.0; 3]) {
+        least = line.internal.iter().copied().fold(f64::INFINITY, f64::min);
+        most = line.internal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    }
+    Feasibility {
+        reachable: geometry.check_pose(pose).is_ok(),
+        closure: least > 1e-9,
+        balance: least / most,
+        margin: capacity_margin(geometry, pose, bounds, required),
+    }
+}
+
+/// A map over positions at one orientation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkspaceMap {
+    /// Positions along x (m).
+    pub x: Vec<f64>,
+    /// Positions along y (m).
+    pub y: Vec<f64>,
+    /// Orientation (rad).
+    pub phi: f64,
+    /// Answers, row by row: `cells[j * x.len() + i]` is at `(x[i], y[j])`.
+    pub cells: Vec<Feasibility>,
+}
+
+impl WorkspaceMap {
+    /// Maps `points` × `points` positions over the anchors' square at orientation `phi` (rad).
+    pub fn new(geometry: &Geometry, phi: f64, points: usize, bounds: &Bounds, required: &RequiredWrenches) -> Self {
+        let axis = |k: usize| -> Vec<f64> {
+            let (low, high) = geometry
+                .anchor
+                .iter()
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), a| (low.min(a[k]), high.max(a[k])));
+            let step = (high - low) / points.max(1) as f64;
+            (0..points).map(|i| low + step * (i as f64 + 0.5)).collect()
+        };
+        let (x, y) = (axis(0), axis(1));
+        let cells = y
+            .iter()
+            .flat_map(|y| x.iter().map(move |x| [*x, *y, phi]))
+            .map(|pose| feasibility(geometry, &pose, bounds, required))
+            .collect();
+        Self { x, y, phi, cells }
+    }
+
+    /// Share of the square that is feasible.
+    pub fn feasible_share(&self) -> f64 {
+        self.cells.iter().filter(|c| c.feasible()).count() as f64 / self.cells.len().max(1) as f64
+    }
+
+    /// Share of the square with wrench closure.
+    pub fn closure_share(&self) -> f64 {
+        self.cells.iter().filter(|c| c.reachable && c.closure).count() as f64 / self.cells.len().max(1) as f64
+    }
+}
