@@ -1,3 +1,52 @@
-//! The `cdpr` command.
+//! The `cdpr` command: one file for each subcommand, and what they share.
 
-fn main() {}
+mod csv_io;
+mod demo;
+mod effects;
+mod failure;
+mod fmu;
+mod model;
+mod number;
+mod plot;
+mod progress;
+mod simulate;
+mod whole;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Dynamics of a planar cable-driven parallel robot: simulation, FMU, and the search for missing effects.
+#[derive(Parser)]
+#[command(
+    name = "cdpr",
+    version,
+    arg_required_else_help = true,
+    after_help = "Examples:\n  \
+        cdpr demo                                  the whole story in one go\n  \
+        cdpr fmu -o CablePlatform.fmu              an FMU of the default model\n  \
+        cdpr simulate -o run.csv --plot run.svg    60 s of simulation, with a picture\n\n\
+        Exit codes: 0 done, 1 the work failed, 2 wrong use or bad input."
+)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Demo(demo::Arguments),
+    Fmu(fmu::Arguments),
+    Simulate(simulate::Arguments),
+    Effects(effects::Arguments),
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Fmu(arguments) => fmu::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Effects(arguments) => effects::run(&arguments),
+    };
+    done.map_or_else(|error| failure::report(&error), |()| ExitCode::SUCCESS)
+}

@@ -1,0 +1,35 @@
+//! `cdpr demo`: the whole story in one go, chapter by chapter.
+
+mod importer;
+mod release;
+
+use std::io::{Write, stdout};
+use std::path::PathBuf;
+
+use crate::model;
+
+/// Show what this program does: build an FMU, drive it, compare; no input needed.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  cdpr demo --out demo")]
+pub(crate) struct Arguments {
+    /// Folder for everything that is made
+    #[arg(long, value_name = "DIR", default_value = "cdpr-demo")]
+    out: PathBuf,
+}
+
+/// A file that the demo made, and what it is.
+struct Made {
+    path: PathBuf,
+    what: &'static str,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    model::folder(&arguments.out)?;
+    let made = release::tell(&arguments.out)?;
+    let mut out = stdout().lock();
+    writeln!(out, "\nMade in {}:", arguments.out.display())?;
+    for Made { path, what } in made {
+        writeln!(out, "  {:<40} {what}", path.display())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,95 @@
+//! `cdpr effects`: the catalogue.
+
+use std::fmt::Write as _;
+use std::io::{Write, stdout};
+
+use cdpr::effect::{CATALOGUE, EffectInfo, ParameterInfo, Scope};
+use serde_json::{Value, json};
+
+/// List the effects that a model can have: id, equation, parameters, where they show.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    cdpr effects\n  \
+    cdpr effects --json > effects.json\n\n\
+    An effect is put into a model file as\n  \
+    [[effect]]\n  \
+    id = \"winch_coulomb_friction\"\n  \
+    cable = 3\n  \
+    force = 250.0")]
+pub(crate) struct Arguments {
+    /// Write JSON, with bounds, typical ranges, sources and look-alikes
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut out = stdout().lock();
+    if arguments.json {
+        let catalogue: Vec<Value> = CATALOGUE.iter().map(as_json).collect();
+        serde_json::to_writer_pretty(&mut out, &catalogue).map_err(std::io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        for info in CATALOGUE {
+            writeln!(out, "{}", as_text(info))?;
+        }
+    }
+    Ok(out.flush()?)
+}
+
+fn scope(scope: Scope) -> &'static str {
+    match scope {
+        Scope::EachCable => "one cable, or all without `cable`",
+        Scope::Whole => "the whole",
+    }
+}
+
+fn as_text(info: &EffectInfo) -> String {
+    let mut text = format!("{}: {}\n", info.id, info.title);
+    let mut line = |key: &str, value: &str| {
+        let _ = writeln!(text, "    {key:<9} {value}");
+    };
+    line("equation", info.equation);
+    line("on", scope(info.scope));
+    for (k, parameter) in info.parameters.iter().enumerate() {
+        let default = parameter.default.map_or(String::new(), |value| format!(" (default {value})"));
+        let value = format!("{} [{}] {}{default}", parameter.name, parameter.unit, parameter.description);
+        line(if k == 0 { "with" } else { "" }, &value);
+    }
+    line("shows in", info.shows_in);
+    for (k, other) in info.look_alikes.iter().enumerate() {
+        let value = format!("{}; to tell them apart: {}", other.id, other.separate_by);
+        line(if k == 0 { "mistaken" } else { "" }, &value);
+    }
+    text
+}
+
+fn as_json(info: &EffectInfo) -> Value {
+    json!({
+        "id": info.id,
+        "title": info.title,
+        "equation": info.equation,
+        "scope": match info.scope { Scope::EachCable => "each_cable", Scope::Whole => "whole" },
+        "parameters": info.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        "shows_in": info.shows_in,
+        "validity": info.validity,
+        "source": info.source,
+        "look_alikes": info
+            .look_alikes
+            .iter()
+            .map(|other| json!({ "id": other.id, "separate_by": other.separate_by }))
+            .collect::<Vec<_>>(),
+    })
+}
+
+/// A bound that does not exist becomes `null`.
+fn parameter(parameter: &ParameterInfo) -> Value {
+    json!({
+        "name": parameter.name,
+        "unit": parameter.unit,
+        "description": parameter.description,
+        "default": parameter.default,
+        "min": parameter.min,
+        "max": parameter.max,
+        "typical": parameter.typical,
+    })
+}

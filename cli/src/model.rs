@@ -1,0 +1,25 @@
+//! The model that a command works on.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::Context;
+use cdpr::model_file::Model;
+
+use crate::failure::BadInput;
+
+/// The model file's text and model; of the default model without a file.
+pub(crate) fn read(path: Option<&Path>) -> anyhow::Result<(String, Model)> {
+    let Some(path) = path else {
+        let model = Model::default();
+        return Ok((model.to_toml(), model));
+    };
+    let text = fs::read_to_string(path).map_err(|error| BadInput::in_file(path, error))?;
+    let model = Model::from_toml(&text).map_err(|error| BadInput::in_file(path, error))?;
+    Ok((text, model))
+}
+
+/// Makes sure that a folder is there.
+pub(crate) fn folder(path: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(path).with_context(|| format!("{}: cannot be made", path.display()))
+}
