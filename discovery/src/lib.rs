@@ -8,6 +8,7 @@
 pub mod data;
 pub mod outcome;
 pub mod report;
+pub mod write;
 
 mod candidates;
 mod clean;

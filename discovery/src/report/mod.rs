@@ -20,6 +20,8 @@ pub use check::{ReportError, check};
 pub use data::*;
 pub use page::render;
 pub use picture::{gap_picture, most_telling};
+pub(crate) use place::channel_words;
+pub use words::{Summary, phrase, summary};
 
 #[cfg(test)]
 mod tests;

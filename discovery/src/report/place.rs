@@ -125,7 +125,7 @@ impl Part {
 }
 
 /// `cable_length[1]` as `cable length 1`; `x` stays `x`.
-pub(super) fn channel_words(channel: &str) -> String {
+pub(crate) fn channel_words(channel: &str) -> String {
     let (name, index) = split_index(channel);
     match index {
         Some(i) => format!("{}\u{a0}{i}", words(name)),

@@ -6,23 +6,24 @@ use super::data::{Alternative, BeforeAfter, Effect, NullTest, Parameter, Report,
 use super::number::{gap, percent, plain, quantity, significant};
 use super::place::Place;
 
-/// The top of the report.
+/// The result in words, as at the top of the report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Summary {
+pub struct Summary {
     /// The verdict in two or three words.
-    pub(super) badge: &'static str,
+    pub badge: &'static str,
     /// The one sentence.
-    pub(super) headline: String,
+    pub headline: String,
     /// How large it is and what it brings, one sentence each.
-    pub(super) lead: Vec<String>,
+    pub lead: Vec<String>,
     /// Where and when, how sure, and what stays unexplained, one sentence each.
-    pub(super) detail: Vec<String>,
+    pub detail: Vec<String>,
     /// What to do next, where there is something: one sentence each.
-    pub(super) next: Vec<String>,
+    pub next: Vec<String>,
 }
 
-/// Writes the top of the report.
-pub(super) fn summary(report: &Report) -> Summary {
+/// The result in words: a sentence, and the sentences that follow it.
+#[must_use]
+pub fn summary(report: &Report) -> Summary {
     let several = report.effects.len() > 1 || report.verdict != Verdict::Named;
     let mut lead: Vec<String> = report.effects.iter().map(|e| size(e, several)).collect();
     lead.extend(terms(report));
@@ -135,7 +136,9 @@ fn alternative_phrase(alternative: &Alternative) -> String {
     phrase(&alternative.label, &alternative.place)
 }
 
-fn phrase(label: &str, place: &str) -> String {
+/// A label and its place: `Coulomb friction` and `winch[3]` make `Coulomb friction on winch 3`.
+#[must_use]
+pub fn phrase(label: &str, place: &str) -> String {
     let place = Place::parse(place).phrase();
     // "drag on the platform on the platform" and its like.
     if label.ends_with(&place) { label.to_owned() } else { format!("{label} {place}") }

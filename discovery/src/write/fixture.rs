@@ -1,0 +1,159 @@
+//! A discovery made by hand: Coulomb friction on winch 3, two trials, the second held out.
+
+use std::f64::consts::TAU;
+
+use cdpr::dynamics::Inputs;
+use cdpr::effect::EffectSpec;
+use cdpr::geometry::Geometry;
+use cdpr::kinematics::cables;
+use cdpr::model_file::Model;
+
+use crate::data::{Channel, Trial};
+use crate::outcome::{
+    Alternative, BeforeAfter, Compared, Discovery, Found, HorizonGap, Located, SearchStep, Verdict, Whiteness,
+};
+
+pub(super) const FORCE: f64 = 180.0;
+pub(super) const SPEED: f64 = 0.01;
+pub(super) const NOISE: f64 = 0.005;
+const STEP: f64 = 0.05;
+const SAMPLES: usize = 2000;
+const RESTART: usize = 100;
+
+pub(super) fn friction() -> Found {
+    let spec = |id: &str, values: &[f64]| EffectSpec::new(id, Some(3), values).unwrap();
+    Found {
+        effect: spec("winch_coulomb_friction", &[FORCE, SPEED]),
+        standard_error: vec![Some(1.9), None],
+        delta_bic: -812.4,
+        holdout_gap_without: Some(39.5),
+        alternatives: vec![
+            Alternative {
+                effect: spec("pulley_capstan_loss", &[0.009]),
+                delta_bic: 1.2,
+                correlation: Some(0.999),
+                indistinguishable: true,
+                separate_by: "change the pretension".to_owned(),
+            },
+            Alternative {
+                effect: spec("winch_viscous_friction", &[420.0]),
+                delta_bic: 240.0,
+                correlation: None,
+                indistinguishable: false,
+                separate_by: "half and twice the speed".to_owned(),
+            },
+        ],
+    }
+}
+
+pub(super) fn term(target: &str, expression: &str) -> Found {
+    Found {
+        effect: EffectSpec::expression(target, expression).unwrap(),
+        standard_error: vec![Some(0.6)],
+        delta_bic: -52.0,
+        holdout_gap_without: None,
+        alternatives: Vec::new(),
+    }
+}
+
+/// The verdict is `ambiguous`: the first alternative is a twin.
+pub(super) fn discovery() -> Discovery {
+    let base = Model::default();
+    let mut model = base.clone();
+    model.effects.push(friction().effect);
+    let pair = |before, after| BeforeAfter { before, after };
+    let horizon = |horizon, before| HorizonGap {
+        horizon,
+        train: pair(before, 1.02),
+        holdout: pair(before - 1.0, 1.04),
+        channels: vec![
+            (Channel::Pose(0), pair(12.0, 1.0), Some(pair(11.0, 1.01))),
+            (Channel::UnstretchedLength(2), pair(9.0, 1.0), None),
+        ],
+    };
+    let trials = vec![compared("runs/held_out.csv", true, 3.0), compared("runs/first.csv", false, 0.0)];
+    Discovery {
+        verdict: Verdict::Ambiguous,
+        base,
+        model,
+        effects: vec![friction()],
+        terms: Vec::new(),
+        located: vec![Located {
+            place: "winch[3]".to_owned(),
+            share: 0.93,
+            when: vec![(0, 12.0, 31.5)],
+            depends_on: vec!["speed".to_owned(), "direction".to_owned()],
+        }],
+        horizons: vec![horizon(1.0, 4.0), horizon(5.0, 41.0), horizon(20.0, 300.0)],
+        holdout_source: "held_out.csv".to_owned(),
+        whiteness: trials[0]
+            .trial
+            .channels
+            .iter()
+            .map(|c| Whiteness { channel: *c, noise: NOISE, samples: SAMPLES, statistic: 21.0, limit: 37.6 })
+            .collect(),
+        remainder_force: pair(90.0, 1.5),
+        remainder_torque: pair(700.0, 12.0),
+        trials,
+        candidates: 87,
+        outliers: 3,
+        steps: vec![SearchStep {
+            effect: friction().effect,
+            outcome: "added".to_owned(),
+            delta_bic: -812.4,
+            reason: "largest gain".to_owned(),
+        }],
+        remarks: vec!["Pretension stays within 3 % of 20 kN.".to_owned()],
+        seconds: 12.5,
+    }
+}
+
+/// A platform going to and fro; the latent pull at winch 3 is the friction, the model as given drifts off with it.
+fn compared(name: &str, holdout: bool, shift: f64) -> Compared {
+    let base = Model::default();
+    let geometry = Geometry::new(&base.parameters);
+    let channels = vec![
+        Channel::Pose(0),
+        Channel::Pose(1),
+        Channel::Pose(2),
+        Channel::UnstretchedLength(0),
+        Channel::UnstretchedLength(1),
+        Channel::UnstretchedLength(2),
+        Channel::UnstretchedLength(3),
+    ];
+    let mut trial = Trial {
+        name: name.to_owned(),
+        time: Vec::new(),
+        inputs: Vec::new(),
+        channels: channels.clone(),
+        measured: Vec::new(),
+    };
+    let restarts: Vec<usize> = (1..SAMPLES / RESTART).map(|k| k * RESTART).collect();
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    let (mut latents, mut motion, mut winch_speed) = (Vec::new(), Vec::new(), Vec::new());
+    for k in 0..SAMPLES {
+        let t = k as f64 * STEP;
+        let rate = TAU / 25.0;
+        let phase = rate * t + shift;
+        let pose = [2.0 * phase.sin(), 1.5 * phase.cos(), 0.0];
+        let twist = [2.0 * rate * phase.cos(), -1.5 * rate * phase.sin(), 0.0];
+        let cables = cables(&geometry, &pose, &twist);
+        let friction = FORCE * (cables[2].speed / SPEED).tanh();
+        // Reproducible, and without a memory that a test could trip over.
+        let noise = NOISE * (12.9898 * k as f64 + shift).sin();
+        let shown: Vec<f64> = pose.iter().copied().chain(cables.iter().map(|c| 0.999 * c.length)).collect();
+        let since = ((k % RESTART) as f64 * STEP).powi(2) * 1e-3;
+        let simulated = |drift: f64| -> Vec<f64> {
+            shown.iter().map(|v| if k < RESTART { f64::NAN } else { v + drift * friction / FORCE }).collect()
+        };
+        trial.time.push(t);
+        trial.inputs.push(Inputs { winch_force: [2e4; 4], ..Inputs::default() });
+        trial.measured.push(shown.iter().map(|v| if k == 150 { f64::NAN } else { v + noise }).collect());
+        before.push(simulated(10.0 * since));
+        after.push(simulated(0.0));
+        latents.push([0.0, 0.0, 0.0, 0.0, 0.0, friction, 0.0]);
+        motion.push([pose[0], pose[1], pose[2], twist[0], twist[1], twist[2]]);
+        winch_speed.push(cables.map(|c| c.speed));
+    }
+    Compared { trial, holdout, before, after, restarts, latents, motion, winch_speed }
+}

@@ -1,0 +1,152 @@
+//! Effects in words: the catalogue's name fit for the middle of a sentence, the place, the parameters with units.
+
+use cdpr::effect::{EffectKind, EffectSpec, Stage};
+
+use crate::outcome::Found;
+use crate::report;
+
+/// The ends of catalogue titles that a place says better, and what takes their stead in front.
+const ENDS: [(&str, &str); 11] = [
+    (" in the winch", ""),
+    (" of the winch force", "force "),
+    (" of the winch encoder", ""),
+    (" of the winch", ""),
+    (" in the pulleys", ""),
+    (" of the platform", ""),
+    (" of the cables", ""),
+    (" of a length sensor", ""),
+    (" of the pose sensor", ""),
+    (" given as an expression", ""),
+    (" cable", ""),
+];
+
+/// First words of catalogue titles that a place says better.
+const BEGINNINGS: [&str; 4] = ["platform ", "cable ", "anchor ", "attachment "];
+
+/// Names that keep their capital.
+const NAMES: [&str; 2] = ["Coulomb", "Stribeck"];
+
+/// The catalogue's name of an effect for the middle of a sentence, without the place: `Coulomb friction`, `force gain
+/// error`, `mass error`.
+#[must_use]
+pub fn label(spec: &EffectSpec) -> String {
+    let title = spec.info().map_or(spec.id.as_str(), |info| info.title);
+    let mut text = title.to_owned();
+    if !NAMES.iter().any(|name| text.starts_with(name)) {
+        text = text.chars().take(1).flat_map(char::to_lowercase).chain(text.chars().skip(1)).collect();
+    }
+    for (end, front) in ENDS {
+        if let Some(rest) = text.strip_suffix(end) {
+            text = format!("{front}{rest}");
+            break;
+        }
+    }
+    match BEGINNINGS.iter().find_map(|word| text.strip_prefix(word)) {
+        Some(rest) => rest.to_owned(),
+        None => text,
+    }
+}
+
+/// The place an effect acts on, as in `discovery.json`: `winch[3]`, `cable`, `platform`, `sensor.cable_length[1]`.
+#[must_use]
+pub fn place(spec: &EffectSpec) -> String {
+    let indexed = |name: &str| match spec.cable {
+        Some(cable) => format!("{name}[{cable}]"),
+        None => name.to_owned(),
+    };
+    if let Some(target) = &spec.target {
+        return target.clone();
+    }
+    match spec.id.as_str() {
+        "anchor_offset" => return indexed("anchor"),
+        "attachment_offset" => return indexed("attachment"),
+        "winch_drum_inertia" => return indexed("winch"),
+        "platform_inertia" | "platform_rotational_damping" => return "platform.torque".to_owned(),
+        "length_sensor_scale" => return indexed("sensor.unstretched_length"),
+        "length_sensor_bias" => {
+            return indexed(&format!("sensor.{}", spec.channel.as_deref().unwrap_or("unstretched_length")));
+        }
+        _ => {}
+    }
+    match EffectKind::new(spec).map(|kind| kind.stage()) {
+        Ok(Stage::CommandDelay | Stage::Command(_) | Stage::WinchLoss) => indexed("winch"),
+        Ok(Stage::WinchPull(i)) => format!("winch[{}]", i + 1),
+        Ok(Stage::ElasticLaw | Stage::Transverse) => indexed("cable"),
+        Ok(Stage::Sensor) => "sensor.pose".to_owned(),
+        Ok(Stage::Parameters) if spec.id.starts_with("cable_") => indexed("cable"),
+        Ok(Stage::Parameters | Stage::PlatformWrench) | Err(_) => "platform".to_owned(),
+    }
+}
+
+/// The parameters of an effect with their units, in the order of the catalogue.
+#[must_use]
+pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<report::Parameter> {
+    let Ok(info) = spec.info() else { return Vec::new() };
+    info.parameters
+        .iter()
+        .zip(&spec.values)
+        .enumerate()
+        .map(|(k, (parameter, value))| report::Parameter {
+            name: parameter.name.to_owned(),
+            value: *value,
+            standard_error: standard_error.get(k).copied().flatten().filter(|e| e.is_finite()),
+            // Products in units have a dot in FMI and a space in print.
+            unit: parameter.unit.replace('.', " "),
+        })
+        .collect()
+}
+
+/// What was found, with its place: `Coulomb friction on winch 3`.
+pub(super) fn heading(found: &Found) -> String {
+    report::phrase(&label(&found.effect), &place(&found.effect))
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::{CATALOGUE, Scope};
+
+    use super::*;
+
+    fn spec(id: &str, cable: Option<usize>, values: &[f64]) -> EffectSpec {
+        EffectSpec::new(id, cable, values).unwrap()
+    }
+
+    #[test]
+    fn labels_read_well_before_their_place() {
+        let cases = [
+            (spec("winch_coulomb_friction", Some(3), &[100.0, 0.01]), "Coulomb friction on winch\u{a0}3"),
+            (spec("winch_viscous_friction", None, &[100.0]), "viscous friction on all winches"),
+            (spec("winch_force_gain", Some(2), &[0.03]), "force gain error on winch\u{a0}2"),
+            (spec("winch_delay", None, &[0.1]), "dead time on all winches"),
+            (spec("pulley_capstan_loss", Some(1), &[0.01]), "capstan loss on winch\u{a0}1"),
+            (spec("cable_stiffness", Some(4), &[0.1]), "stiffness error in cable\u{a0}4"),
+            (spec("cable_elasticity", None, &[1.5e7, 2e4]), "elasticity in all cables"),
+            (spec("platform_mass", None, &[50.0]), "mass error on the platform"),
+            (spec("platform_quadratic_drag", None, &[50.0, 0.0, 0.0]), "quadratic drag on the platform"),
+            (spec("platform_inertia", None, &[50.0]), "inertia error on the platform's rotation"),
+            (spec("anchor_offset", Some(2), &[0.1, 0.0]), "offset at anchor\u{a0}2"),
+            (spec("length_sensor_scale", Some(2), &[0.001]), "scale error in the measured unstretched length\u{a0}2"),
+            (spec("pose_sensor_delay", None, &[0.1]), "delay in the measured pose"),
+            (EffectSpec::expression("platform.torque", "3*phi").unwrap(), "term on the platform's rotation"),
+        ];
+        for (effect, expected) in cases {
+            assert_eq!(report::phrase(&label(&effect), &place(&effect)), expected);
+        }
+    }
+
+    /// Whatever the catalogue holds: a label of its own, and a place that the report can draw or say.
+    #[test]
+    fn every_effect_has_label_and_place() {
+        for info in CATALOGUE.iter().filter(|info| info.id != "expression") {
+            let values: Vec<f64> = info.parameters.iter().map(|p| p.typical.0.max(p.min)).collect();
+            let cable = (info.scope == Scope::EachCable).then_some(2);
+            let spec =
+                EffectSpec { id: info.id.to_owned(), cable, values, channel: None, target: None, expression: None };
+            let (label, place) = (label(&spec), place(&spec));
+            assert!(!label.is_empty() && !label.contains("winch") && !label.contains("cable"), "{}: {label}", info.id);
+            let known = ["platform", "winch", "cable", "anchor", "attachment", "sensor."];
+            assert!(known.iter().any(|k| place.starts_with(k)), "{}: {place}", info.id);
+            assert_eq!(cable.is_some(), place.ends_with("[2]"), "{}: {place}", info.id);
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! What a discovery is written as: `discovery.json`, `gap.csv`, and the report's data.
+//!
+//! Everything here makes text or plain data out of a [`Discovery`](crate::outcome::Discovery); nothing touches files.
+
+mod json;
+mod label;
+mod moment;
+mod report;
+mod series;
+mod signature;
+mod table;
+
+pub use json::discovery_json;
+pub use label::{label, parameters, place};
+pub use report::{About, report};
+pub use table::{COLUMNS, gap_csv};
+
+#[cfg(test)]
+mod fixture;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,126 @@
+//! The smoothed motion of a trial sample by sample, and what the model as given misses there.
+
+use cdpr::dynamics::Inputs;
+use cdpr::effect::{EffectKind, EffectSpec, PlatformContext, Stage, WinchContext};
+use cdpr::geometry::Geometry;
+use cdpr::kinematics::{CableKinematics, cables};
+use cdpr::parameters::CABLES;
+
+use crate::outcome::Compared;
+
+/// Half the time (s) over which rates of forces and speeds are taken: the latent disturbances change no faster.
+const HALF_SLOPE: f64 = 0.5;
+
+/// One sample of the smoothed motion.
+pub(super) struct Moment {
+    pub(super) time: f64,
+    pub(super) pose: [f64; 3],
+    pub(super) twist: [f64; 3],
+    /// `[ax, ay, φ̈]` (m/s², rad/s²).
+    pub(super) acceleration: [f64; 3],
+    pub(super) inputs: Inputs,
+    /// Rates of the winch forces (N/s).
+    pub(super) force_rate: [f64; CABLES],
+    /// Speed at which cable leaves each winch (m/s), and its rate (m/s²).
+    pub(super) winch_speed: [f64; CABLES],
+    pub(super) winch_acceleration: [f64; CABLES],
+    pub(super) cables: [CableKinematics; CABLES],
+    /// What the model as given misses: force and torque on the platform (N, N m), pull at each winch (N).
+    pub(super) latent: [f64; 7],
+}
+
+/// The moments of a trial, about `interval` (s) apart.
+pub(super) fn moments(compared: &Compared, geometry: &Geometry, interval: f64) -> Vec<Moment> {
+    let trial = &compared.trial;
+    let every = ((interval / trial.interval().max(1e-9)).round() as usize).max(1);
+    (0..trial.len())
+        .step_by(every)
+        .map(|k| {
+            let time = trial.time[k];
+            // The samples about half a slope's time before and after.
+            let before = trial.time[..k].iter().rposition(|t| time - t >= HALF_SLOPE).unwrap_or(0);
+            let after = trial.time[k..].iter().position(|t| t - time >= HALF_SLOPE).map_or(trial.len() - 1, |n| k + n);
+            let span = (trial.time[after] - trial.time[before]).max(1e-9);
+            let slope = |value: &dyn Fn(usize) -> f64| (value(after) - value(before)) / span;
+            let motion = &compared.motion[k];
+            let (pose, twist) = ([motion[0], motion[1], motion[2]], [motion[3], motion[4], motion[5]]);
+            Moment {
+                time,
+                pose,
+                twist,
+                acceleration: std::array::from_fn(|a| slope(&|k| compared.motion[k][3 + a])),
+                inputs: trial.inputs[k],
+                force_rate: std::array::from_fn(|i| slope(&|k| trial.inputs[k].winch_force[i])),
+                winch_speed: compared.winch_speed[k],
+                winch_acceleration: std::array::from_fn(|i| slope(&|k| compared.winch_speed[k][i])),
+                cables: cables(geometry, &pose, &twist),
+                latent: compared.latents[k],
+            }
+        })
+        .collect()
+}
+
+impl Moment {
+    /// What the model as given misses on the platform, force and torque (N, N m), wherever it comes from.
+    pub(super) fn missing_wrench(&self) -> [f64; 3] {
+        let mut wrench = [self.latent[0], self.latent[1], self.latent[2]];
+        for (cable, pull) in self.cables.iter().zip(&self.latent[3..]) {
+            for (sum, row) in wrench.iter_mut().zip(cable.jacobian_row()) {
+                *sum -= pull * row;
+            }
+        }
+        wrench
+    }
+
+    /// The pull (N) that an effect adds at winch `i`, as far as its law says it for one instant.
+    pub(super) fn pull(&self, spec: &EffectSpec, kind: &EffectKind, i: usize) -> f64 {
+        if spec.cable.is_some_and(|cable| cable != i + 1) {
+            return 0.0;
+        }
+        let force = self.inputs.winch_force[i];
+        let context = WinchContext { time: self.time, speed: self.winch_speed[i] };
+        match kind.stage() {
+            Stage::WinchLoss => kind.loss(force, &context),
+            // Late by a dead time or a lag: as much behind as the force changes in that time.
+            Stage::CommandDelay => -kind.delay() * self.force_rate[i],
+            Stage::Command(_) if spec.id == "winch_lag" => -spec.values[0] * self.force_rate[i],
+            Stage::Command(_) => kind.command(force, &[], &mut [], &context) - force,
+            Stage::WinchPull(at) if at == i => self.in_context(|context| kind.pull(context)),
+            Stage::Parameters if spec.id == "winch_drum_inertia" => spec.values[0] * self.winch_acceleration[i],
+            _ => 0.0,
+        }
+    }
+
+    /// The force and torque (N, N m) that an effect adds on the platform, by way of the winches too.
+    pub(super) fn wrench(&self, spec: &EffectSpec, kind: &EffectKind) -> [f64; 3] {
+        let [ax, ay, spin] = self.acceleration;
+        let mut wrench = match (kind.stage(), spec.id.as_str()) {
+            (Stage::PlatformWrench, _) => self.in_context(|context| kind.wrench(context)),
+            (_, "platform_mass") => [-spec.values[0] * ax, -spec.values[0] * ay, 0.0],
+            (_, "platform_inertia") => [0.0, 0.0, -spec.values[0] * spin],
+            _ => [0.0; 3],
+        };
+        for (i, cable) in self.cables.iter().enumerate() {
+            let pull = self.pull(spec, kind, i);
+            for (sum, row) in wrench.iter_mut().zip(cable.jacobian_row()) {
+                *sum -= pull * row;
+            }
+        }
+        wrench
+    }
+
+    /// What a platform-side effect sees here; cables count as unstretched.
+    pub(super) fn in_context<T>(&self, use_it: impl FnOnce(&PlatformContext<'_, f64>) -> T) -> T {
+        let length = std::array::from_fn(|i| self.cables[i].length);
+        use_it(&PlatformContext {
+            time: self.time,
+            pose: &self.pose,
+            twist: &self.twist,
+            inputs: &self.inputs,
+            cable_length: &length,
+            cable_speed: &std::array::from_fn(|i| self.cables[i].speed),
+            unstretched_length: &length,
+            unstretched_rate: &self.winch_speed,
+        })
+    }
+}

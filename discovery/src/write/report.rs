@@ -1,0 +1,223 @@
+//! The report's data.
+
+use std::path::Path;
+
+use crate::data::Channel;
+use crate::outcome::{Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Verdict};
+use crate::report::{
+    self, ChannelGap, FileUsed, Gap, HorizonGap, Method, Remainder, Report, Robot, Setting, Span, Step, Term, Whiteness,
+};
+
+use super::json::training_trials;
+use super::label::{label, parameters, place};
+use super::series::trial;
+use super::signature::signatures;
+
+/// Most points of the platform's path.
+const PATH: usize = 600;
+
+/// What the report says of the run beside its result.
+#[derive(Clone, Debug, Default)]
+pub struct About {
+    /// What was examined, in a few words.
+    pub title: String,
+    /// The files read and written.
+    pub files: Vec<FileUsed>,
+    /// Settings of the run: name and value with unit.
+    pub settings: Vec<Setting>,
+}
+
+/// The report's data.
+#[must_use]
+pub fn report(discovery: &Discovery, about: &About) -> Report {
+    let channels: Vec<report::Channel> = all_channels(discovery).iter().map(|c| channel(*c, discovery)).collect();
+    let noise = |c: &Channel| channels.iter().find(|known| known.name == c.name()).map_or(f64::NAN, |k| k.noise);
+    let names = short_names(&discovery.trials);
+    let trials: Vec<report::Trial> = discovery
+        .trials
+        .iter()
+        .zip(&names)
+        .map(|(t, name)| {
+            let noise: Vec<f64> = t.trial.channels.iter().map(noise).collect();
+            report::Trial { name: name.clone(), ..trial(t, &noise) }
+        })
+        .collect();
+    Report {
+        title: about.title.clone(),
+        verdict: match discovery.verdict {
+            Verdict::NoMissingEffect => report::Verdict::NoMissingEffect,
+            Verdict::Named => report::Verdict::Named,
+            Verdict::Ambiguous => report::Verdict::Ambiguous,
+            Verdict::Unnamed => report::Verdict::Unnamed,
+        },
+        effects: discovery.effects.iter().map(effect).collect(),
+        located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
+        terms: discovery.terms.iter().map(term).collect(),
+        gap: gap(discovery),
+        remainder: Remainder {
+            force: discovery.remainder_force.after,
+            torque: discovery.remainder_torque.after,
+            force_before: Some(discovery.remainder_force.before),
+            torque_before: Some(discovery.remainder_torque.before),
+        },
+        signatures: signatures(discovery),
+        robot: robot(discovery),
+        files: about.files.clone(),
+        settings: about.settings.clone(),
+        method: Method {
+            candidates: discovery.candidates,
+            trials: discovery.trials.iter().filter(|t| !t.holdout).count(),
+            samples: discovery.trials.iter().filter(|t| !t.holdout).map(numbers).sum(),
+            seconds: discovery.seconds,
+            null_test: None,
+            steps: discovery.steps.iter().map(step).collect(),
+        },
+        remarks: discovery.remarks.clone(),
+        channels,
+        trials,
+    }
+}
+
+/// Every channel of any trial, in the order of [`Channel::all`].
+pub(super) fn all_channels(discovery: &Discovery) -> Vec<Channel> {
+    Channel::all().into_iter().filter(|c| discovery.trials.iter().any(|t| t.trial.channels.contains(c))).collect()
+}
+
+/// The files' names without their folders, where that leaves them different.
+fn short_names(trials: &[Compared]) -> Vec<String> {
+    let short = |t: &Compared| match Path::new(&t.trial.name).file_name() {
+        Some(name) => name.to_string_lossy().into_owned(),
+        None => t.trial.name.clone(),
+    };
+    let names: Vec<String> = trials.iter().map(short).collect();
+    let mut different = names.clone();
+    different.sort();
+    different.dedup();
+    if different.len() == names.len() { names } else { trials.iter().map(|t| t.trial.name.clone()).collect() }
+}
+
+/// Measurements that are there.
+fn numbers(compared: &Compared) -> usize {
+    compared.trial.measured.iter().flatten().filter(|v| v.is_finite()).count()
+}
+
+fn channel(channel: Channel, discovery: &Discovery) -> report::Channel {
+    let test = discovery.whiteness.iter().find(|w| w.channel == channel);
+    report::Channel {
+        name: channel.name(),
+        unit: channel.unit().to_owned(),
+        noise: test.map_or(f64::NAN, |w| w.noise),
+        samples: test.map_or(0, |w| w.samples),
+        whiteness: test.map(|w| Whiteness {
+            name: "Ljung-Box Q(20)".to_owned(),
+            statistic: w.statistic,
+            limit: w.limit,
+            pass: w.statistic <= w.limit,
+        }),
+    }
+}
+
+fn effect(found: &Found) -> report::Effect {
+    report::Effect {
+        id: found.effect.id.clone(),
+        label: label(&found.effect),
+        place: place(&found.effect),
+        cable: found.effect.cable,
+        equation: found.effect.info().map_or(String::new(), |info| info.equation.to_owned()),
+        parameters: parameters(&found.effect, &found.standard_error),
+        delta_bic: found.delta_bic,
+        holdout_gap_without: found.holdout_gap_without,
+        alternatives: found.alternatives.iter().map(alternative).collect(),
+    }
+}
+
+fn alternative(other: &Alternative) -> report::Alternative {
+    report::Alternative {
+        id: other.effect.id.clone(),
+        label: label(&other.effect),
+        place: place(&other.effect),
+        cable: other.effect.cable,
+        parameters: parameters(&other.effect, &[]),
+        delta_bic: other.delta_bic,
+        correlation: other.correlation,
+        indistinguishable: other.indistinguishable,
+        separate_by: other.separate_by.clone(),
+    }
+}
+
+fn term(found: &Found) -> Term {
+    Term {
+        target: place(&found.effect),
+        expression: found.effect.expression.clone().unwrap_or_default(),
+        standard_errors: found.standard_error.iter().map(|e| e.unwrap_or(f64::NAN)).collect(),
+        delta_bic: found.delta_bic,
+        holdout_gap_without: found.holdout_gap_without,
+    }
+}
+
+fn located(located: &Located, trials: &[Compared]) -> report::Located {
+    let training = training_trials(trials);
+    report::Located {
+        place: located.place.clone(),
+        share_of_gap: located.share,
+        when: located
+            .when
+            .iter()
+            .filter_map(|(t, start, end)| Some(Span { trial: *training.get(*t)?, start: *start, end: *end }))
+            .collect(),
+        depends_on: located.depends_on.clone(),
+    }
+}
+
+fn pair(pair: BeforeAfter) -> report::BeforeAfter {
+    report::BeforeAfter { before: pair.before, after: pair.after }
+}
+
+fn gap(discovery: &Discovery) -> Gap {
+    // A gap that could not be computed is not a number; nothing held out leaves none.
+    let held_out = |gap: BeforeAfter| (gap.before.is_finite() && gap.after.is_finite()).then(|| pair(gap));
+    let main = discovery.horizons.iter().find(|h| h.horizon == HORIZON);
+    let nothing = report::BeforeAfter { before: f64::NAN, after: f64::NAN };
+    let channels = main.map_or(&[][..], |h| &h.channels);
+    Gap {
+        horizon_s: HORIZON,
+        train: main.map_or(nothing, |h| pair(h.train)),
+        holdout: main.and_then(|h| held_out(h.holdout)),
+        holdout_source: discovery.holdout_source.clone(),
+        channels: channels
+            .iter()
+            .map(|(c, train, holdout)| ChannelGap {
+                channel: c.name(),
+                train: pair(*train),
+                holdout: holdout.and_then(held_out),
+            })
+            .collect(),
+        horizons: discovery
+            .horizons
+            .iter()
+            .map(|h| HorizonGap { horizon_s: h.horizon, train: pair(h.train), holdout: held_out(h.holdout) })
+            .collect(),
+    }
+}
+
+fn robot(discovery: &Discovery) -> Robot {
+    let geometry = cdpr::geometry::Geometry::new(&discovery.base.parameters);
+    let motion: Vec<&[f64; 6]> = discovery.trials.iter().flat_map(|t| &t.motion).collect();
+    let every = motion.len().div_ceil(PATH).max(1);
+    let first = motion.first().map_or([0.0; 3], |m| [m[0], m[1], m[2]]);
+    Robot {
+        anchors: geometry.anchor.to_vec(),
+        attachments: geometry.attachment.to_vec(),
+        pose: first,
+        path: motion.iter().step_by(every).map(|m| [m[0], m[1]]).collect(),
+    }
+}
+
+fn step(step: &SearchStep) -> Step {
+    Step {
+        label: report::phrase(&label(&step.effect), &place(&step.effect)),
+        outcome: step.outcome.clone(),
+        delta_bic: step.delta_bic,
+        reason: step.reason.clone(),
+    }
+}

@@ -1,0 +1,400 @@
+//! What the model misses, against the variable it depends on, with the fitted law through it.
+//!
+//! The points are the smoothed latent disturbances of the model as given, less what the other effects found explain.
+//! Effects that no force at a winch or on the platform stands for (sensors, geometry, the cables' own law) share one
+//! picture: the error of the model as given against what was found to change.
+
+use std::cell::RefCell;
+use std::f64::consts::TAU;
+
+use cdpr::effect::{EffectKind, EffectSpec, WinchContext};
+use cdpr::formula::{Formula, Variable};
+use cdpr::geometry::Geometry;
+use cdpr::parameters::CABLES;
+
+use crate::outcome::{Compared, Discovery, Found};
+use crate::report::Signature;
+
+use super::label::heading;
+use super::moment::{Moment, moments};
+
+/// Time between points (s): nearer ones are the same estimate twice.
+const INTERVAL: f64 = 0.25;
+/// Points of a law.
+const LAW: usize = 241;
+/// A wind below this (m/s) is none.
+const CALM: f64 = 1e-6;
+/// Most points of the picture that effects share.
+const SHARED: usize = 1200;
+
+type Points = Box<dyn Fn(&Moment, &Rest<'_>) -> Vec<[f64; 2]>>;
+
+/// How one effect is drawn.
+struct View {
+    x: (String, &'static str),
+    y: (String, &'static str),
+    /// Variable and missing force at a moment; several where the effect acts on several cables or axes.
+    points: Points,
+    law: Box<dyn Fn(f64) -> f64>,
+}
+
+/// What stays of the missing forces when the other effects are taken away.
+struct Rest<'a> {
+    others: &'a [(&'a EffectSpec, EffectKind)],
+}
+
+impl Rest<'_> {
+    fn pull(&self, moment: &Moment, i: usize) -> f64 {
+        moment.latent[3 + i] - self.others.iter().map(|(spec, kind)| moment.pull(spec, kind, i)).sum::<f64>()
+    }
+
+    fn wrench(&self, moment: &Moment) -> [f64; 3] {
+        let mut left = moment.missing_wrench();
+        for (spec, kind) in self.others {
+            for (sum, part) in left.iter_mut().zip(moment.wrench(spec, kind)) {
+                *sum -= part;
+            }
+        }
+        left
+    }
+}
+
+/// One picture for each effect and term that has one of its own, then the one that the others share.
+pub(super) fn signatures(discovery: &Discovery) -> Vec<Signature> {
+    let found: Vec<&Found> = discovery.effects.iter().chain(&discovery.terms).collect();
+    let kinds: Vec<Option<EffectKind>> = found.iter().map(|f| EffectKind::new(&f.effect).ok()).collect();
+    let geometry = Geometry::new(&discovery.base.parameters);
+    let all: Vec<Moment> = discovery.trials.iter().flat_map(|t| moments(t, &geometry, INTERVAL)).collect();
+    let mut list = Vec::new();
+    let mut shared = false;
+    for (k, one) in found.iter().enumerate() {
+        let others: Vec<(&EffectSpec, EffectKind)> = (0..found.len())
+            .filter(|other| *other != k)
+            .filter_map(|other| Some((&found[other].effect, kinds[other].clone()?)))
+            .collect();
+        match kinds[k].as_ref().and_then(|kind| view(&one.effect, kind, &all)) {
+            Some(view) => list.push(drawn(one, &view, &all, &Rest { others: &others })),
+            None => shared = true,
+        }
+    }
+    if shared {
+        list.extend(common(discovery));
+    }
+    list
+}
+
+fn drawn(found: &Found, view: &View, moments: &[Moment], rest: &Rest<'_>) -> Signature {
+    let points: Vec<[f64; 2]> = moments.iter().flat_map(|m| (view.points)(m, rest)).collect();
+    Signature {
+        label: heading(found),
+        x_name: view.x.0.clone(),
+        x_unit: view.x.1.to_owned(),
+        y_name: view.y.0.clone(),
+        y_unit: view.y.1.to_owned(),
+        law: curve(&points, &view.law),
+        points,
+    }
+}
+
+/// The law over the range of the points.
+fn curve(points: &[[f64; 2]], law: &dyn Fn(f64) -> f64) -> Vec<[f64; 2]> {
+    let xs = points.iter().map(|p| p[0]).filter(|x| x.is_finite());
+    let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    if low > high {
+        return Vec::new();
+    }
+    (0..LAW)
+        .map(|k| low + (high - low) * k as f64 / (LAW - 1) as f64)
+        .map(|x| [x, law(x)])
+        .filter(|p| p[1].is_finite())
+        .collect()
+}
+
+/// How an effect is drawn; `None` where no force stands for it.
+fn view(spec: &EffectSpec, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
+    let values = spec.values.clone();
+    let size = values.first().copied().unwrap_or_default();
+    let effect = kind.clone();
+    match spec.id.as_str() {
+        "winch_coulomb_friction" | "winch_viscous_friction" | "winch_stribeck_friction" | "pulley_capstan_loss" => {
+            // A loss that follows the load is drawn for the mean load.
+            let force = mean(moments, spec, |m, i| m.inputs.winch_force[i]);
+            let law = move |speed| effect.loss(force, &WinchContext { time: 0.0, speed });
+            Some(at_winches(spec, ("reel-out speed", "m/s"), |m, i| m.winch_speed[i], law))
+        }
+        "winch_force_gain" | "winch_force_bias" | "winch_saturation" => {
+            let law = move |force| effect.command(force, &[], &mut [], &WinchContext { time: 0.0, speed: 0.0 }) - force;
+            Some(at_winches(spec, ("commanded winch force", "N"), |m, i| m.inputs.winch_force[i], law))
+        }
+        "winch_lag" | "winch_delay" => {
+            Some(at_winches(spec, ("rate of the winch force", "N/s"), |m, i| m.force_rate[i], move |x| -size * x))
+        }
+        "winch_drum_inertia" => {
+            Some(at_winches(spec, ("reel-out acceleration", "m/s²"), |m, i| m.winch_acceleration[i], move |x| size * x))
+        }
+        "platform_linear_drag" => Some(drag([0.0; 2], move |speed| size * speed)),
+        "platform_quadratic_drag" => Some(drag([values[1], values[2]], move |speed| size * speed * speed)),
+        "platform_rotational_damping" => {
+            Some(torque(("angular rate of the platform", "rad/s"), |m| m.twist[2], move |x| -size * x))
+        }
+        "platform_inertia" => {
+            Some(torque(("angular acceleration", "rad/s²"), |m| m.acceleration[2], move |x| -size * x))
+        }
+        "platform_mass" => Some(View {
+            x: ("acceleration along x, and along y".to_owned(), "m/s²"),
+            y: ("missing force along the same".to_owned(), "N"),
+            points: Box::new(|m, rest| {
+                let wrench = rest.wrench(m);
+                (0..2).map(|k| [m.acceleration[k], wrench[k]]).collect()
+            }),
+            law: Box::new(move |x| -size * x),
+        }),
+        "steady_wind" if values[0].hypot(values[1]) > 0.0 => {
+            let strength = values[0].hypot(values[1]);
+            let along = [values[0] / strength, values[1] / strength];
+            Some(force_along(along, "the wind", ("time", "s"), |m| m.time, move |_| strength))
+        }
+        "steady_wind" => Some(torque(("time", "s"), |m| m.time, move |_| values[2])),
+        "periodic_gust" => {
+            let [amplitude, frequency, phase, direction] = values[..] else { return None };
+            let period = TAU / frequency;
+            let along = [direction.cos(), direction.sin()];
+            let law = move |t: f64| amplitude * (frequency * t + phase).sin();
+            Some(force_along(
+                along,
+                "the gust",
+                ("time within the period", "s"),
+                move |m| m.time.rem_euclid(period),
+                law,
+            ))
+        }
+        "umbilical" => {
+            let axis = usize::from(spread(moments, 1) > spread(moments, 0));
+            let (name, ground) = (["x", "y"][axis], values[2 + axis]);
+            Some(View {
+                x: (format!("position {name}"), "m"),
+                y: (format!("missing force along {name}"), "N"),
+                points: Box::new(move |m, rest| vec![[m.pose[axis], rest.wrench(m)[axis]]]),
+                law: Box::new(move |x| -size * (x - ground)),
+            })
+        }
+        "expression" => term(spec, kind),
+        _ => None,
+    }
+}
+
+/// The cables an effect acts on, from 0.
+fn cables_of(spec: &EffectSpec) -> Vec<usize> {
+    spec.cable.map_or_else(|| (0..CABLES).collect(), |cable| vec![cable - 1])
+}
+
+fn at_winches(
+    spec: &EffectSpec,
+    (name, unit): (&str, &'static str),
+    variable: impl Fn(&Moment, usize) -> f64 + 'static,
+    law: impl Fn(f64) -> f64 + 'static,
+) -> View {
+    let on = cables_of(spec);
+    let (of, at) = match spec.cable {
+        Some(cable) => (format!("cable {cable}"), format!("winch {cable}")),
+        None => ("each cable".to_owned(), "its winch".to_owned()),
+    };
+    View {
+        x: (format!("{name}, {of}"), unit),
+        y: (format!("missing pull at {at}"), "N"),
+        points: Box::new(move |m, rest| on.iter().map(|i| [variable(m, *i), rest.pull(m, *i)]).collect()),
+        law: Box::new(law),
+    }
+}
+
+fn torque(
+    (name, unit): (&str, &'static str),
+    variable: impl Fn(&Moment) -> f64 + 'static,
+    law: impl Fn(f64) -> f64 + 'static,
+) -> View {
+    View {
+        x: (name.to_owned(), unit),
+        y: ("missing torque on the platform".to_owned(), "N m"),
+        points: Box::new(move |m, rest| vec![[variable(m), rest.wrench(m)[2]]]),
+        law: Box::new(law),
+    }
+}
+
+fn force_along(
+    along: [f64; 2],
+    what: &str,
+    (name, unit): (&str, &'static str),
+    variable: impl Fn(&Moment) -> f64 + 'static,
+    law: impl Fn(f64) -> f64 + 'static,
+) -> View {
+    View {
+        x: (name.to_owned(), unit),
+        y: (format!("missing force along {what}"), "N"),
+        points: Box::new(move |m, rest| {
+            let wrench = rest.wrench(m);
+            vec![[variable(m), along[0] * wrench[0] + along[1] * wrench[1]]]
+        }),
+        law: Box::new(law),
+    }
+}
+
+fn drag(wind: [f64; 2], law: impl Fn(f64) -> f64 + 'static) -> View {
+    let (x, y) = if wind[0].hypot(wind[1]) > CALM {
+        ("speed of the platform through the air", "missing force against the flow")
+    } else {
+        ("speed of the platform", "missing force against the motion")
+    };
+    View {
+        x: (x.to_owned(), "m/s"),
+        y: (y.to_owned(), "N"),
+        points: Box::new(move |m, rest| {
+            let v = [m.twist[0] - wind[0], m.twist[1] - wind[1]];
+            let speed = v[0].hypot(v[1]);
+            let wrench = rest.wrench(m);
+            if speed > 0.0 { vec![[speed, -(wrench[0] * v[0] + wrench[1] * v[1]) / speed]] } else { Vec::new() }
+        }),
+        law: Box::new(law),
+    }
+}
+
+/// A term against its variable where it has only one, else against its own value.
+fn term(spec: &EffectSpec, kind: &EffectKind) -> Option<View> {
+    let target = spec.target.clone()?;
+    let formula = Formula::parse(spec.expression.as_deref()?).ok()?;
+    let winch = target.strip_prefix("winch[").and_then(|rest| rest.strip_suffix(']')?.parse::<usize>().ok());
+    let axis = match target.as_str() {
+        "platform.force_x" => 0,
+        "platform.force_y" => 1,
+        _ => 2,
+    };
+    let y = match winch {
+        Some(i) => (format!("missing pull at winch {i}"), "N"),
+        None => (
+            ["missing force along x", "missing force along y", "missing torque"][axis].to_owned(),
+            ["N", "N", "N m"][axis],
+        ),
+    };
+    let residual = move |m: &Moment, rest: &Rest<'_>| match winch {
+        Some(i) => rest.pull(m, i - 1),
+        None => rest.wrench(m)[axis],
+    };
+    let seen = RefCell::new(Vec::new());
+    formula.value(|variable| {
+        if !seen.borrow().contains(&variable) {
+            seen.borrow_mut().push(variable);
+        }
+        1.0
+    });
+    if let [only] = seen.into_inner()[..] {
+        let (name, unit) = named(only);
+        return Some(View {
+            x: (name, unit),
+            y,
+            points: Box::new(move |m, rest| vec![[value(m, only), residual(m, rest)]]),
+            law: Box::new(move |x| formula.value(|_| x)),
+        });
+    }
+    let kind = kind.clone();
+    let unit = y.1;
+    Some(View {
+        x: (format!("the term, {}", spec.expression.as_deref().unwrap_or_default()), unit),
+        y,
+        points: Box::new(move |m, rest| {
+            let own = match winch {
+                Some(_) => m.in_context(|context| kind.pull(context)),
+                None => m.in_context(|context| kind.wrench(context))[axis],
+            };
+            vec![[own, residual(m, rest)]]
+        }),
+        law: Box::new(|x| x),
+    })
+}
+
+fn value(m: &Moment, variable: Variable) -> f64 {
+    match variable {
+        Variable::Time => m.time,
+        Variable::Pose(k) => m.pose[k],
+        Variable::Twist(k) => m.twist[k],
+        Variable::WinchForce(i) => m.inputs.winch_force[i],
+        Variable::Disturbance(k) => m.inputs.disturbance[k],
+        Variable::CableLength(i) | Variable::UnstretchedLength(i) => m.cables[i].length,
+        Variable::CableSpeed(i) => m.cables[i].speed,
+        Variable::UnstretchedRate(i) => m.winch_speed[i],
+    }
+}
+
+fn named(variable: Variable) -> (String, &'static str) {
+    let cable = |name: &str, i: usize, unit| (format!("{name} {}", i + 1), unit);
+    match variable {
+        Variable::Time => ("time".to_owned(), "s"),
+        Variable::Pose(k) => [("position x", "m"), ("position y", "m"), ("rotation φ", "rad")].map(owned)[k].clone(),
+        Variable::Twist(k) => {
+            [("speed along x", "m/s"), ("speed along y", "m/s"), ("angular rate", "rad/s")].map(owned)[k].clone()
+        }
+        Variable::WinchForce(i) => cable("winch force", i, "N"),
+        Variable::Disturbance(k) => {
+            [("recorded force along x", "N"), ("recorded force along y", "N"), ("recorded torque", "N m")].map(owned)[k]
+                .clone()
+        }
+        Variable::CableLength(i) => cable("length of cable", i, "m"),
+        Variable::CableSpeed(i) => cable("lengthening speed of cable", i, "m/s"),
+        Variable::UnstretchedLength(i) => cable("unstretched length of cable", i, "m"),
+        Variable::UnstretchedRate(i) => cable("reel-out speed, cable", i, "m/s"),
+    }
+}
+
+fn owned((name, unit): (&str, &'static str)) -> (String, &'static str) {
+    (name.to_owned(), unit)
+}
+
+fn mean(moments: &[Moment], spec: &EffectSpec, value: impl Fn(&Moment, usize) -> f64) -> f64 {
+    let on = cables_of(spec);
+    let sum: f64 = moments.iter().flat_map(|m| on.iter().map(move |i| (m, *i))).map(|(m, i)| value(m, i)).sum();
+    sum / (moments.len() * on.len()).max(1) as f64
+}
+
+/// Range of a coordinate of the platform (m).
+fn spread(moments: &[Moment], axis: usize) -> f64 {
+    let (low, high) =
+        moments.iter().map(|m| m.pose[axis]).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    high - low
+}
+
+/// The error of the model as given against what the model with everything found predicts otherwise, in the channel that
+/// gains most.
+fn common(discovery: &Discovery) -> Option<Signature> {
+    let noise = |c| discovery.whiteness.iter().find(|w| w.channel == c).map_or(f64::NAN, |w| w.noise);
+    let gained = |c| -> f64 {
+        let per_trial = |t: &Compared| -> f64 {
+            let Some(j) = t.trial.channels.iter().position(|other| *other == c) else { return 0.0 };
+            let gain = |k: usize| {
+                let m = t.trial.measured[k][j];
+                (t.before[k][j] - m).powi(2) - (t.after[k][j] - m).powi(2)
+            };
+            (0..t.trial.len()).map(gain).filter(|g| g.is_finite()).sum::<f64>() / noise(c).powi(2)
+        };
+        discovery.trials.iter().map(per_trial).sum()
+    };
+    let channels = super::report::all_channels(discovery);
+    let best = channels.into_iter().filter(|c| gained(*c) > 0.0).max_by(|a, b| gained(*a).total_cmp(&gained(*b)))?;
+    let mut points = Vec::new();
+    for t in &discovery.trials {
+        let Some(j) = t.trial.channels.iter().position(|c| *c == best) else { continue };
+        points.extend((0..t.trial.len()).filter_map(|k| {
+            let point = [t.after[k][j] - t.before[k][j], t.trial.measured[k][j] - t.before[k][j]];
+            (point[0].is_finite() && point[1].is_finite()).then_some(point)
+        }));
+    }
+    let every = points.len().div_ceil(SHARED).max(1);
+    let points: Vec<[f64; 2]> = points.into_iter().step_by(every).collect();
+    let name = crate::report::channel_words(&best.name());
+    Some(Signature {
+        label: format!("all that was found, in {name}"),
+        x_name: format!("change of the predicted {name} by what was found"),
+        x_unit: best.unit().to_owned(),
+        y_name: "measured minus model as given".to_owned(),
+        y_unit: best.unit().to_owned(),
+        law: curve(&points, &|x| x),
+        points,
+    })
+}

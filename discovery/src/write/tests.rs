@@ -1,0 +1,227 @@
+use cdpr::effect::EffectSpec;
+use serde_json::Value;
+
+use super::fixture::{FORCE, NOISE, SPEED, discovery, friction, term};
+use super::*;
+use crate::outcome::{BeforeAfter, Discovery, Verdict};
+use crate::report::{check, render, summary};
+
+fn json(discovery: &Discovery) -> Value {
+    serde_json::from_str(&discovery_json(discovery).unwrap()).unwrap()
+}
+
+#[test]
+fn the_json_keeps_the_contract() {
+    let document = json(&discovery());
+    assert_eq!(document["schema"], 1);
+    assert_eq!(document["verdict"], "ambiguous");
+    let located = &document["located"][0];
+    assert_eq!(located["where"], "winch[3]");
+    assert_eq!(located["share_of_gap"], 0.93);
+    assert_eq!(located["when"], serde_json::json!([[12.0, 31.5]]));
+    assert_eq!(located["when_in"], serde_json::json!([1]), "the training trial stands second among all");
+    assert_eq!(located["depends_on"], serde_json::json!(["speed", "direction"]));
+    let effect = &document["effects"][0];
+    assert_eq!(effect["id"], "winch_coulomb_friction");
+    assert_eq!(effect["cable"], 3);
+    let force = &effect["parameters"]["force"];
+    assert_eq!((&force["value"], &force["standard_error"], &force["unit"]), (&180.0.into(), &1.9.into(), &"N".into()));
+    assert_eq!(effect["parameters"]["transition_speed"]["standard_error"], Value::Null);
+    assert_eq!(effect["delta_bic"], -812.4);
+    let twins = effect["indistinguishable_from"].as_array().unwrap();
+    assert_eq!(twins.len(), 1, "the one that the data tell apart is no twin");
+    assert_eq!(twins[0]["id"], "pulley_capstan_loss");
+    assert_eq!(twins[0]["delta_bic"], 1.2);
+    assert_eq!(twins[0]["separate_by"], "change the pretension");
+    assert_eq!(effect["worse"][0]["id"], "winch_viscous_friction");
+    let gap = &document["gap"];
+    assert_eq!(gap["horizon_s"], 5.0);
+    assert_eq!((&gap["train"]["before"], &gap["train"]["after"]), (&41.0.into(), &1.02.into()));
+    assert_eq!((&gap["holdout"]["before"], &gap["holdout"]["after"]), (&40.0.into(), &1.04.into()));
+    assert_eq!(gap["channels"]["x"]["before"], 11.0, "held-out data where there are any");
+    assert_eq!(gap["channels"]["unstretched_length[3]"]["before"], 9.0);
+    assert_eq!(gap["horizons"].as_array().unwrap().len(), 3);
+    assert_eq!(document["remainder"]["force"]["after"], 1.5);
+    assert_eq!(document["channels"]["phi"]["unit"], "rad");
+    assert_eq!(document["channels"]["phi"]["whiteness"]["pass"], true);
+}
+
+#[test]
+fn verdicts_and_terms_have_their_words() {
+    let mut unnamed = discovery();
+    unnamed.verdict = Verdict::Unnamed;
+    unnamed.effects.clear();
+    unnamed.terms = vec![term("platform.force_x", "-34.8*x*abs(y)")];
+    let document = json(&unnamed);
+    assert_eq!(document["verdict"], "unnamed");
+    assert_eq!(document["terms"][0]["target"], "platform.force_x");
+    assert_eq!(document["terms"][0]["expression"], "-34.8*x*abs(y)");
+    assert_eq!(document["terms"][0]["standard_error"], serde_json::json!([0.6]));
+    for (verdict, word) in [(Verdict::NoMissingEffect, "no_missing_effect"), (Verdict::Named, "named")] {
+        let document = json(&Discovery { verdict, ..discovery() });
+        assert_eq!(document["verdict"], word);
+    }
+}
+
+#[test]
+fn numbers_that_do_not_exist_are_null() {
+    let mut nothing_held_out = discovery();
+    for horizon in &mut nothing_held_out.horizons {
+        horizon.holdout = BeforeAfter { before: f64::NAN, after: f64::NAN };
+    }
+    nothing_held_out.effects[0].standard_error = vec![Some(f64::INFINITY), None];
+    let document = json(&nothing_held_out);
+    assert_eq!(document["gap"]["holdout"]["before"], Value::Null);
+    assert_eq!(document["effects"][0]["parameters"]["force"]["standard_error"], Value::Null);
+    let report = report(&nothing_held_out, &About::default());
+    assert_eq!(report.gap.holdout, None);
+    assert_eq!(report.effects[0].parameters[0].standard_error, None);
+}
+
+#[test]
+fn the_table_has_every_sample_and_empty_cells_for_gaps() {
+    let discovery = discovery();
+    let text = gap_csv(&discovery);
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    assert_eq!(reader.headers().unwrap(), &COLUMNS[..]);
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 2 * 7 * 2000);
+    let of = |channel: &str, k: usize| {
+        rows.iter().filter(|r| &r[0] == "runs/held_out.csv" && &r[2] == channel).nth(k).unwrap().clone()
+    };
+    assert_eq!(&of("phi", 10)[6], "", "no simulation before the first restart");
+    assert_eq!(&of("phi", 150)[4], "", "a gap in the measurements");
+    assert_eq!(&of("x", 200)[3], "1");
+    assert_eq!(&of("x", 201)[3], "0");
+    let compared = &discovery.trials[0];
+    let shown: f64 = of("unstretched_length[2]", 321)[5].parse().unwrap();
+    assert!((shown - compared.before[321][4]).abs() < 1e-6, "{shown}");
+}
+
+#[test]
+fn the_report_is_drawn_for_every_verdict() {
+    let named = |mut d: Discovery| {
+        d.verdict = Verdict::Named;
+        d.effects[0].alternatives.clear();
+        d
+    };
+    let nothing = |mut d: Discovery| {
+        d.verdict = Verdict::NoMissingEffect;
+        d.effects.clear();
+        d.located.clear();
+        d
+    };
+    let unnamed = |mut d: Discovery| {
+        d.verdict = Verdict::Unnamed;
+        d.terms = vec![
+            term("platform.torque", "3.0*phi - 2.0*vx*abs(vy)"),
+            term("winch[2]", "-12.0*unstretched_length_rate[2]"),
+        ];
+        d
+    };
+    for (case, sentence) in [
+        (discovery(), "Coulomb friction or capstan loss on winch\u{a0}3 is missing"),
+        (named(discovery()), "Coulomb friction on winch\u{a0}3 is missing"),
+        (nothing(discovery()), "Nothing is missing"),
+        (unnamed(discovery()), "of a kind outside the catalogue"),
+    ] {
+        let mut case = case;
+        if case.verdict == Verdict::NoMissingEffect {
+            case.horizons.iter_mut().for_each(|h| h.holdout.after = 1.0);
+        }
+        let report = report(&case, &About { title: "trial runs".to_owned(), ..About::default() });
+        check(&report).unwrap();
+        let headline = summary(&report).headline;
+        assert!(headline.contains(sentence), "{headline}");
+        assert!(render(&report).unwrap().contains("trial runs"));
+    }
+}
+
+#[test]
+fn the_report_points_to_the_right_trial_and_breaks_lines_at_restarts() {
+    let report = report(&discovery(), &About::default());
+    assert_eq!(report.trials[0].name, "held_out.csv", "no folders where the names differ without");
+    assert_eq!(report.located[0].when[0].trial, 1);
+    let trial = &report.trials[1];
+    let series = &trial.series[0];
+    let first = trial.time.iter().position(|t| *t >= 5.0).unwrap();
+    assert!(series.after[first].is_nan() && series.after[first + 1].is_finite());
+    assert_eq!(series.after.iter().skip(first).filter(|v| v.is_nan()).count(), 19, "one break a restart");
+    let map = &trial.residuals;
+    assert_eq!((map.edges.len(), map.rows.len()), (51, 7));
+    assert!(map.rows[0].before[0].is_nan(), "nothing is simulated before the first restart");
+    let after = map.rows[0].after[30];
+    assert!((0.5..1.0).contains(&after), "{after}: a sine of height σ has the root mean square 0.7 σ");
+    assert!(map.rows[0].before[30] > 1.0);
+    assert_eq!(report.channels[0].noise, NOISE);
+}
+
+#[test]
+fn friction_is_drawn_against_the_winch_speed() {
+    let discovery = discovery();
+    let report = report(&discovery, &About::default());
+    let [picture] = &report.signatures[..] else { panic!("{} pictures", report.signatures.len()) };
+    assert_eq!(picture.label, "Coulomb friction on winch\u{a0}3");
+    assert_eq!((picture.x_unit.as_str(), picture.y_unit.as_str()), ("m/s", "N"));
+    for p in picture.points.iter().chain(&picture.law) {
+        assert!((p[1] - FORCE * (p[0] / SPEED).tanh()).abs() < 1e-9, "{p:?}");
+    }
+    assert!(picture.points.len() > 300 && picture.law.len() > 100);
+}
+
+/// With two effects, each picture shows what the other leaves.
+#[test]
+fn what_the_other_effect_explains_is_taken_away() {
+    let mut both = discovery();
+    let mut bias = friction();
+    bias.effect = EffectSpec::new("winch_force_bias", Some(3), &[50.0]).unwrap();
+    both.effects.push(bias);
+    for compared in &mut both.trials {
+        compared.latents.iter_mut().for_each(|l| l[5] += 50.0);
+    }
+    let report = report(&both, &About::default());
+    let [first, second] = &report.signatures[..] else { panic!("{} pictures", report.signatures.len()) };
+    assert!(first.points.iter().all(|p| (p[1] - FORCE * (p[0] / SPEED).tanh()).abs() < 1e-9));
+    assert!(second.points.iter().all(|p| (p[1] - 50.0).abs() < 1e-9 && p[0] == 2e4));
+}
+
+/// The force of a winch seen from the platform: a drag law explains it as far as it points against the motion.
+#[test]
+fn platform_effects_see_the_whole_missing_wrench() {
+    let mut drag = discovery();
+    drag.effects[0].effect = EffectSpec::new("platform_linear_drag", None, &[30.0]).unwrap();
+    for compared in &mut drag.trials {
+        for (latent, motion) in compared.latents.iter_mut().zip(&compared.motion) {
+            *latent = [-30.0 * motion[3], -30.0 * motion[4], 0.0, 0.0, 0.0, 0.0, 0.0];
+        }
+    }
+    let report = report(&drag, &About::default());
+    let picture = &report.signatures[0];
+    assert!(picture.points.iter().all(|p| (p[1] - 30.0 * p[0]).abs() < 1e-9));
+    assert!((picture.law[10][1] - 30.0 * picture.law[10][0]).abs() < 1e-12);
+}
+
+#[test]
+fn terms_are_drawn_against_their_variable_or_their_own_value() {
+    let mut two = discovery();
+    two.effects.clear();
+    two.verdict = Verdict::Unnamed;
+    two.terms = vec![term("winch[3]", "25.0*unstretched_length_rate[3]"), term("platform.force_y", "2.0*x*vy")];
+    let report = report(&two, &About::default());
+    let [one, many] = &report.signatures[..] else { panic!("{} pictures", report.signatures.len()) };
+    assert_eq!(one.x_name, "reel-out speed, cable 3");
+    assert!(one.law.iter().all(|p| (p[1] - 25.0 * p[0]).abs() < 1e-12));
+    assert_eq!(many.x_name, "the term, 2.0*x*vy");
+    assert!(many.law.iter().all(|p| p[0] == p[1]));
+}
+
+/// Nothing that acts as a force stands for a sensor's bias: measured against predicted change.
+#[test]
+fn effects_without_a_force_share_a_picture() {
+    let mut sensor = discovery();
+    sensor.effects[0].effect = EffectSpec::new("length_sensor_bias", Some(2), &[0.03]).unwrap();
+    let report = report(&sensor, &About::default());
+    let [picture] = &report.signatures[..] else { panic!("{} pictures", report.signatures.len()) };
+    assert!(picture.label.starts_with("all that was found"), "{}", picture.label);
+    assert!(picture.points.iter().all(|p| (p[1] - p[0]).abs() < 1.1 * NOISE));
+}
