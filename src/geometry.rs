@@ -73,13 +73,18 @@ impl Geometry {
 }
 
 impl Geometry {
-    /// Whether every attachment point lies inside the polygon of the anchors at `pose` (m, rad).
+    /// Whether every attachment point lies inside the polygon of the anchors at `pose` (m, rad). Does not allocate.
     pub fn holds(&self, pose: &[f64; 3]) -> bool {
-        let hull = convex_hull(&self.anchor);
         let [sin, cos] = [pose[2].sin(), pose[2].cos()];
-        self.attachment
-            .iter()
-            .all(|b| strictly_inside(&hull, [pose[0] + cos * b[0] - sin * b[1], pose[1] + sin * b[0] + cos * b[1]]))
+        // The convex hull of four points is the union of their triangles.
+        let triangles = [[0, 1, 2], [2, 3, 0], [1, 2, 3], [3, 0, 1]].map(|t| t.map(|i: usize| self.anchor[i]));
+        self.attachment.iter().all(|b| {
+            let p = [pose[0] + cos * b[0] - sin * b[1], pose[1] + sin * b[0] + cos * b[1]];
+            triangles.iter().any(|[u, v, w]| {
+                let sides = [cross(*u, *v, p), cross(*v, *w, p), cross(*w, *u, p)];
+                cross(*u, *v, *w) != 0.0 && (sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0))
+            })
+        })
     }
 }
 
@@ -119,4 +124,30 @@ fn enters(hull: &[[f64; 2]], anchor: [f64; 2], end: [f64; 2]) -> bool {
     // A point a little before the end is inside exactly when the segment arrives from inside the convex hull.
     let near = [end[0] + 1e-6 * (anchor[0] - end[0]), end[1] + 1e-6 * (anchor[1] - end[1])];
     strictly_inside(hull, near)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pose_is_held_exactly_where_it_is_inside_the_anchors() {
+        let turned = Parameters { anchor_angle: [-2.0, 0.9, -0.6, 2.2], ..Parameters::default() };
+        for parameters in [Parameters::default(), turned] {
+            let geometry = Geometry::new(&parameters);
+            let hull = convex_hull(&geometry.anchor);
+            let mut held = 0;
+            for k in 0..2000_u32 {
+                let at = |factor: f64| 2.0 * (f64::from(k) * factor).fract() - 1.0;
+                let pose = [1000.0 * at(0.618_034), 1000.0 * at(0.754_878), 3.0 * at(0.569_840)];
+                let [sin, cos] = [pose[2].sin(), pose[2].cos()];
+                let inside = geometry.attachment.iter().all(|b| {
+                    strictly_inside(&hull, [pose[0] + cos * b[0] - sin * b[1], pose[1] + sin * b[0] + cos * b[1]])
+                });
+                assert_eq!(geometry.holds(&pose), inside, "{pose:?}");
+                held += u32::from(inside);
+            }
+            assert!((400..1600).contains(&held), "{held}");
+        }
+    }
 }

@@ -58,7 +58,7 @@ fn as_text(info: &EffectInfo) -> String {
     line("shows in", info.shows_in);
     for (k, other) in info.look_alikes.iter().enumerate() {
         let value = format!("{}; to tell them apart: {}", other.id, other.separate_by);
-        line(if k == 0 { "mistaken" } else { "" }, &value);
+        line(if k == 0 { "like" } else { "" }, &value);
     }
     text
 }

@@ -1,6 +1,6 @@
 //! The plant as an FMI 2.0 co-simulation model: [`CablePlatform`].
 //!
-//! One table ([`table`](self)) says what there is; every file here reads it. What is worth knowing beyond the standard:
+//! One table says what there is; every file here reads it. What is worth knowing beyond the standard:
 //!
 //! - The model is data: `resources/model.toml` is read when an instance is made.
 //! - Outputs show what the sensors show. Setting `x` or `unstretched_length[1]` sets what they show at the start; the
@@ -10,7 +10,8 @@
 //! - A directional derivative with respect to an output that is a state is with respect to the state as the sensor
 //!   shows it. What a dead time holds back does not depend on present states and inputs: with `pose_sensor_delay` the
 //!   outputs `x`, `y`, `phi`, with `winch_delay` everything with respect to that winch's force. `der(x)` is the present
-//!   rate all the same.
+//!   rate all the same. There are no directional derivatives before initialisation has ended.
+//! - `relative_tolerance` follows the experiment's tolerance until it is changed.
 
 mod dependencies;
 mod derivatives;
@@ -62,7 +63,9 @@ pub struct CablePlatform {
     /// Running: the simulation. Before: a trial from the start values as they stand, made when it is asked for.
     simulation: Option<Simulation>,
     /// What was computed for the present instant; dropped whenever something changes.
-    now: Option<Box<Now>>,
+    now: Option<Now>,
+    /// Rates of the states at that instant.
+    rates: Vec<f64>,
     log: Vec<LogEntry>,
     steps: u32,
     events: u32,
@@ -76,15 +79,11 @@ struct Settings {
     model: Model,
     /// Slopes of the inputs, until the simulation runs.
     slopes: Inputs,
-    /// The host set `relative_tolerance`.
-    own_tolerance: bool,
-    /// The host set an unstretched length or its rate.
-    own_lengths: bool,
 }
 
 impl Settings {
     fn new(model: &Model) -> Self {
-        Self { model: model.clone(), slopes: Inputs::default(), own_tolerance: false, own_lengths: false }
+        Self { model: model.clone(), slopes: Inputs::default() }
     }
 }
 
@@ -102,7 +101,6 @@ enum Phase {
 struct Now {
     evaluation: Evaluation,
     outputs: Outputs,
-    rates: Vec<f64>,
 }
 
 impl CablePlatform {
@@ -140,6 +138,7 @@ impl CablePlatform {
             phase: Phase::Instantiated,
             simulation: None,
             now: None,
+            rates: Vec::new(),
             log: Vec::new(),
             steps: 0,
             events: 0,
@@ -166,10 +165,23 @@ impl CablePlatform {
     fn settled(&self, experiment: Experiment) -> Model {
         let mut model = self.settings.model.clone();
         model.start.time = experiment.start_time;
-        if let (false, Some(tolerance)) = (self.settings.own_tolerance, experiment.tolerance) {
+        if let Some(tolerance) = self.asked_tolerance(experiment) {
             model.relative_tolerance = tolerance.clamp(TOLERANCES.0, TOLERANCES.1);
         }
         model
+    }
+
+    /// The experiment's tolerance, unless the host changed the parameter: hosts pass on a default tolerance even where
+    /// their user set the parameter.
+    fn asked_tolerance(&self, experiment: Experiment) -> Option<f64> {
+        let untouched = self.settings.model.relative_tolerance == self.original.relative_tolerance;
+        experiment.tolerance.filter(|_| untouched)
+    }
+
+    /// Whether the host set other start values for the unstretched lengths or their rates than the table's.
+    fn lengths_were_set(&self) -> bool {
+        let (now, then) = (&self.settings.model.start, &self.original.start);
+        now.unstretched_length != then.unstretched_length || now.unstretched_length_rate != then.unstretched_length_rate
     }
 
     /// The simulation now; before the run a trial from the start values as they stand.
@@ -281,12 +293,12 @@ impl FmiModel for CablePlatform {
         self.phase = Phase::Running { tolerance: model.relative_tolerance };
         self.simulation = Some(simulation);
         self.now = None;
-        if let (false, Some(wanted)) = (self.settings.own_tolerance, experiment.tolerance)
+        if let Some(wanted) = self.asked_tolerance(experiment)
             && wanted < TOLERANCES.0
         {
             self.warn(format!("the tolerance {wanted} is below what rounding allows; {} is used", TOLERANCES.0));
         }
-        if self.settings.own_lengths && model.start.initialization != Initialization::FromStates {
+        if self.lengths_were_set() && model.start.initialization != Initialization::FromStates {
             self.warn(
                 "unstretched lengths were set, but are computed: `initialization` is not `from_states`".to_owned(),
             );

@@ -36,9 +36,6 @@ impl RealParameter {
 const POSITIVE: (Option<f64>, Option<f64>) = (Some(0.0), None);
 const ANY: (Option<f64>, Option<f64>) = (None, None);
 
-/// Name of the parameter that holds the integrator's tolerance.
-pub(super) const TOLERANCE: &str = "relative_tolerance";
-
 /// Every real parameter. A lower bound of zero that is itself not allowed is refused at initialisation.
 pub(super) static REALS: [RealParameter; 11] = [
     RealParameter {
@@ -152,12 +149,12 @@ pub(super) static REALS: [RealParameter; 11] = [
         field: |m, _| &mut m.parameters.cable_damping,
     },
     RealParameter {
-        name: TOLERANCE,
+        name: "relative_tolerance",
         per_cable: false,
         reference: 116,
         unit: "1",
         quantity: "",
-        description: "Relative tolerance of the integrator; once set it goes before the experiment's tolerance",
+        description: "Relative tolerance of the integrator; once changed it goes before the experiment's tolerance",
         range: (Some(1e-13), Some(1e-3)),
         nominal: 1e-8,
         field: |m, _| &mut m.relative_tolerance,

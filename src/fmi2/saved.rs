@@ -14,7 +14,6 @@ impl CablePlatform {
     /// Appends everything that a bit-identical continuation needs.
     pub(super) fn write_state(&self, out: &mut Vec<u8>) {
         let mut settings = self.settings.clone();
-        out.extend([u8::from(settings.own_tolerance), u8::from(settings.own_lengths)]);
         for choice in CHOICES {
             out.extend(choice.get(&settings.model).to_le_bytes());
         }
@@ -43,8 +42,6 @@ impl CablePlatform {
     pub(super) fn read_state(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
         let mut reader = Reader(bytes);
         let mut settings = Settings::new(&self.original);
-        let [own_tolerance, own_lengths] = reader.take()?;
-        (settings.own_tolerance, settings.own_lengths) = (own_tolerance != 0, own_lengths != 0);
         for choice in CHOICES {
             let number = i32::from_le_bytes(reader.take()?);
             choice.set(&mut settings.model, number).ok_or_else(broken)?;

@@ -2,7 +2,7 @@
 
 use fmi2_export::{ModelError, Value};
 
-use super::parameters::{REALS, TOLERANCE};
+use super::parameters::REALS;
 use super::role::Instant;
 use super::{CablePlatform, Now, Phase, Role, State};
 use crate::dynamics::Inputs;
@@ -34,24 +34,26 @@ impl CablePlatform {
         })
     }
 
-    /// The simulation and everything evaluated at the present instant.
-    fn now(&mut self) -> Result<(&Simulation, &Now), ModelError> {
+    /// The simulation, everything evaluated at the present instant, and the rates of the states.
+    fn now(&mut self) -> Result<(&Simulation, &Now, &[f64]), ModelError> {
         if self.now.is_none() {
-            let simulation = self.present()?;
+            self.present()?;
+        }
+        if let (Some(simulation), None) = (&self.simulation, &self.now) {
             let evaluation = simulation.evaluate();
             let outputs = simulation.outputs_of(&evaluation);
-            let mut rates = vec![0.0; simulation.states().len()];
-            simulation.plant().write_rates(simulation.states(), &evaluation, &mut rates);
-            self.now = Some(Box::new(Now { evaluation, outputs, rates }));
+            self.rates.resize(simulation.states().len(), 0.0);
+            simulation.plant().write_rates(simulation.states(), &evaluation, &mut self.rates);
+            self.now = Some(Now { evaluation, outputs });
         }
         match (&self.simulation, &self.now) {
-            (Some(simulation), Some(now)) => Ok((simulation, now)),
+            (Some(simulation), Some(now)) => Ok((simulation, now, &self.rates)),
             _ => Err(ModelError::new("there is no simulation")),
         }
     }
 
     fn computed(&mut self, role: Role) -> Result<f64, ModelError> {
-        let (simulation, now) = self.now()?;
+        let (simulation, now, rates) = self.now()?;
         let acceleration = match role {
             Role::Rate(State::UnstretchedRate(_)) => simulation.unstretched_accelerations(&now.evaluation),
             _ => Default::default(),
@@ -60,7 +62,7 @@ impl CablePlatform {
         let instant = Instant {
             outputs: &now.outputs,
             states: simulation.states(),
-            rates: &now.rates,
+            rates,
             acceleration,
             scale: plant.cable.each_ref().map(|c| c.unstretched_sensor.0),
             effects: std::array::from_fn(|i| plant.effect_states(i).start),
@@ -76,7 +78,6 @@ impl CablePlatform {
             _ if running => return Err(ModelError::new("only inputs can be set while the simulation runs")),
             (Role::Parameter(place, i), Value::Real(value)) => {
                 *(REALS[place].field)(&mut self.settings.model, i) = *value;
-                self.settings.own_tolerance |= REALS[place].name == TOLERANCE;
             }
             (Role::EffectParameter(effect, k), Value::Real(value)) => {
                 self.settings.model.effects[effect].values[k] = *value;
@@ -90,7 +91,6 @@ impl CablePlatform {
                 let field = start_field(&mut self.settings.model.start, state)
                     .ok_or_else(|| ModelError::new("the states of effects have no start value"))?;
                 *field = *value;
-                self.settings.own_lengths |= matches!(state, State::UnstretchedLength(_) | State::UnstretchedRate(_));
             }
             _ => return Err(ModelError::new(format!("cannot be set to {value:?}"))),
         }

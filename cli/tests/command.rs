@@ -1,0 +1,115 @@
+//! The real binary in a temporary folder.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+fn cdpr(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cdpr")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn folder(files: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+/// The command fails with this code, says all of `words`, and leaves nothing behind.
+fn fails(files: &[(&str, &str)], arguments: &[&str], code: i32, words: &[&str]) {
+    let folder = folder(files);
+    let output = cdpr(folder.path(), arguments);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    for word in words {
+        assert!(said.contains(word), "{arguments:?}: {word:?} is not in {said:?}");
+    }
+    assert!(output.stdout.is_empty());
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), files.len(), "{arguments:?} left something behind");
+}
+
+const HEADER: &str = "time,winch_force[1],winch_force[2],winch_force[3],winch_force[4]";
+
+#[test]
+fn broken_models_are_bad_input() {
+    for (text, words) in [
+        ("platform_mass = = 1\n", ["line 1", "platform_mass"]),
+        ("\nplatform_mass = -1.0\n", ["line 2", "`platform_mass` is -1"]),
+        ("anchor_radius = 9.0\n", ["attachment_radius", "anchor_radius"]),
+        ("[start]\nphi = 1.6\n", ["cable", "platform"]),
+        ("[start]\nx = 950.0\n", ["line 2", "inside the anchors"]),
+    ] {
+        for command in ["simulate", "fmu"] {
+            let arguments = [command, "--model", "m.toml", "-o", "out"];
+            fails(&[("m.toml", text)], &arguments, 2, &[&["m.toml"], words.as_slice()].concat());
+        }
+    }
+    fails(&[], &["simulate", "--model", "none.toml", "-o", "out.csv"], 2, &["none.toml"]);
+}
+
+#[test]
+fn broken_tables_are_bad_input() {
+    for (body, words) in [
+        (format!("{HEADER}\n0,1,1,1,1\n1,1,x,1,1\n"), ["line 3", "winch_force[2]"]),
+        (format!("{HEADER}\n1,1,1,1,1\n0,1,1,1,1\n"), ["line 3", "time"]),
+        ("time,winch_force[1]\n0,1\n".to_owned(), ["line 1", "winch_force[2]"]),
+        (String::new(), ["no column", "time"]),
+    ] {
+        let words = [&["in.csv"], words.as_slice()].concat();
+        fails(&[("in.csv", &body)], &["simulate", "--input", "in.csv", "-o", "out.csv"], 2, &words);
+    }
+}
+
+#[test]
+fn wrong_use_is_told_from_failed_work() {
+    fails(&[], &["simulate", "--step", "0", "-o", "out.csv"], 2, &["--step", "greater than 0"]);
+    fails(&[], &["simulate", "--stop", "0", "-o", "out.csv"], 2, &["--stop"]);
+    fails(&[], &["simulate", "--pose", "1,2", "-o", "out.csv"], 2, &["--pose", "X,Y,PHI"]);
+    fails(&[], &["simulate", "--pose", "2000,0,0", "-o", "out.csv"], 2, &["2000", "inside the anchors"]);
+    fails(&[], &["fmu", "--target", "beos", "-o", "a.fmu"], 2, &["beos", "linux64"]);
+    let still = "initialization = \"static_equilibrium\"\n[start]\nwinch_force = [0.0, 0.0, 0.0, 0.0]\n\
+                 disturbance_force_x = 1.0\n";
+    fails(&[("m.toml", still)], &["simulate", "--model", "m.toml", "-o", "out.csv"], 1, &["no static equilibrium"]);
+}
+
+#[test]
+fn a_run_that_fails_leaves_the_older_result() {
+    let body = format!("{HEADER}\n0,1000,1000,1000,1000\n1,0,1e9,1e9,0\n");
+    let folder = folder(&[("in.csv", &body), ("out.csv", "older")]);
+    let output = cdpr(folder.path(), &["simulate", "--input", "in.csv", "--stop", "100", "-o", "out.csv"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert_eq!(fs::read_to_string(folder.path().join("out.csv")).unwrap(), "older");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+}
+
+#[test]
+fn results_are_an_input_table_again() {
+    let body = format!("{HEADER},disturbance_torque\n0,1000,1100,1000,900,0\n0.5,1200,1000,900,1000,50\n");
+    let folder = folder(&[("in.csv", &body)]);
+    let run = |input: &str, out: &str| {
+        let output = cdpr(folder.path(), &["simulate", "--input", input, "--stop", "2", "--step", "0.1", "-o", out]);
+        assert!(output.status.success(), "{output:?}");
+        fs::read_to_string(folder.path().join(out)).unwrap()
+    };
+    let first = run("in.csv", "a.csv");
+    assert_eq!(first, run("a.csv", "b.csv"));
+    assert_eq!(first.lines().count(), 22);
+    assert_eq!(first.lines().next().unwrap().split(',').count(), 1 + 7 + 6 + 24);
+}
+
+#[test]
+fn the_demo_makes_what_it_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = cdpr(folder.path(), &["demo", "--out", "a/b"]);
+    assert!(output.status.success(), "{output:?}");
+    let said = String::from_utf8(output.stdout).unwrap();
+    for name in ["CablePlatform.fmu", "model.toml", "release.csv", "release.svg"] {
+        let path = Path::new("a").join("b").join(name);
+        assert!(folder.path().join(&path).is_file(), "{name} is missing");
+        assert!(said.contains(path.to_str().unwrap()), "{name} is not in {said}");
+    }
+    assert!(said.contains("to the last bit"), "{said}");
+}
