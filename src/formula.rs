@@ -5,7 +5,7 @@
 //! `disturbance_force_y`, `disturbance_torque`, and with an index 1 to 4 `winch_force[i]`, `cable_length[i]`,
 //! `cable_speed[i]`, `unstretched_length[i]`, `unstretched_length_rate[i]`. SI units, radians.
 
-use crate::scalar::Real;
+use crate::scalar::{Real, tanh};
 
 /// A variable of a formula; indices count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,10 +182,17 @@ impl Formula {
                         Function::Sin => a.sin(),
                         Function::Cos => a.cos(),
                         Function::Tan => a.tan(),
-                        Function::Tanh => a.tanh(),
+                        Function::Tanh => tanh(a),
                         Function::Exp => a.exp(),
                         Function::Log => a.ln(),
-                        Function::Sqrt => a.sqrt(),
+                        // Dual numbers have no finite derivative of the root of a constant zero.
+                        Function::Sqrt => {
+                            if a.re() == 0.0 {
+                                S::from(0.0)
+                            } else {
+                                a.sqrt()
+                            }
+                        }
                         Function::Abs => a.abs(),
                         Function::Sign => S::from(if a.re() == 0.0 { 0.0 } else { a.re().signum() }),
                     };

@@ -6,6 +6,7 @@
 
 pub mod dynamics;
 pub mod effect;
+pub mod energy;
 pub mod fmi2;
 pub mod formula;
 pub mod geometry;

@@ -9,3 +9,29 @@ use num_dual::DualNum;
 pub trait Real: DualNum<Primitive = f64> + Copy {}
 
 impl<T: DualNum<Primitive = f64> + Copy> Real for T {}
+
+/// Hyperbolic tangent, with a finite derivative everywhere.
+///
+/// Dual numbers may compute it as `sinh/cosh`, which overflow from 710 on; beyond 20 it is ±1 to the last digit.
+#[inline]
+pub fn tanh<S: Real>(x: S) -> S {
+    if x.re().abs() > 20.0 { S::from(x.re().signum()) } else { x.tanh() }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_dual::Dual64;
+
+    use super::*;
+
+    #[test]
+    fn tanh_is_continuous_and_finite() {
+        assert_eq!(tanh(20.0_f64), 20.0_f64.tanh());
+        assert_eq!(tanh(-1e4_f64), -1.0);
+        let far = tanh(Dual64::new(1e4, 1.0));
+        assert_eq!((far.re, far.eps), (1.0, 0.0));
+        let near = tanh(Dual64::new(0.5, 1.0));
+        assert!((near.eps - (1.0 - 0.5_f64.tanh().powi(2))).abs() < 1e-15);
+        assert!(tanh(f64::NAN).is_nan());
+    }
+}

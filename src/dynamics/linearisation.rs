@@ -54,6 +54,11 @@ struct Local<'a> {
     evaluation: &'a Evaluation,
 }
 
+/// A derivative for Newton's matrix, which may be approximate: none where there is none, as of a root at zero.
+fn finite(derivative: f64) -> f64 {
+    if derivative.is_finite() { derivative } else { 0.0 }
+}
+
 struct LocalRates<S> {
     tension: S,
     transverse: S,
@@ -181,7 +186,7 @@ impl Linearisation {
             for kind in &plant.wrench {
                 let wrench = kind.wrench(&context);
                 for r in 0..3 {
-                    target[r][column % 3] += wrench[r].eps;
+                    target[r][column % 3] += finite(wrench[r].eps);
                 }
             }
         }
@@ -208,13 +213,14 @@ impl Linearisation {
             local.rates(s(k.length, 0), s(k.speed, 1), s(k.angular_rate, 2), &own)
         };
         let [by_length, by_speed, by_turning] = [derivative(0), derivative(1), derivative(2)];
-        block.rates_by_motion =
-            std::array::from_fn(|r| [by_length.rates[r].eps, by_speed.rates[r].eps, by_turning.rates[r].eps]);
+        block.rates_by_motion = std::array::from_fn(|r| {
+            [finite(by_length.rates[r].eps), finite(by_speed.rates[r].eps), finite(by_turning.rates[r].eps)]
+        });
         for c in 0..block.size {
             let by_state = derivative(3 + c);
-            block.tension_by_state[c] = by_state.tension.eps;
+            block.tension_by_state[c] = finite(by_state.tension.eps);
             for r in 0..block.size {
-                block.rates_by_state[r][c] = by_state.rates[r].eps;
+                block.rates_by_state[r][c] = finite(by_state.rates[r].eps);
             }
         }
         let (row, pose, twist) = (block.jacobian, &mut self.force_by_pose, &mut self.force_by_twist);
@@ -223,10 +229,10 @@ impl Linearisation {
                 pose[r][c] -= e.tension[i] * hessian[r][c];
             }
         }
-        matrix3::add_outer(pose, &row, &row, -by_length.tension.eps);
-        matrix3::add_outer(pose, &row, &block.curvature, -by_speed.tension.eps);
-        matrix3::add_outer(twist, &row, &row, -by_speed.tension.eps);
-        matrix3::add_outer(twist, &row, &block.normal_over_length, -by_turning.tension.eps);
-        matrix3::add_outer(twist, &normal, &block.normal_over_length, by_turning.transverse.eps);
+        matrix3::add_outer(pose, &row, &row, -finite(by_length.tension.eps));
+        matrix3::add_outer(pose, &row, &block.curvature, -finite(by_speed.tension.eps));
+        matrix3::add_outer(twist, &row, &row, -finite(by_speed.tension.eps));
+        matrix3::add_outer(twist, &row, &block.normal_over_length, -finite(by_turning.tension.eps));
+        matrix3::add_outer(twist, &normal, &block.normal_over_length, finite(by_turning.transverse.eps));
     }
 }

@@ -1,7 +1,7 @@
 //! Capstan loss in the pulleys: μ u tanh(l̇/v_s) with v_s = 0.01 m/s.
 
 use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
-use crate::scalar::Real;
+use crate::scalar::{Real, tanh};
 
 /// Speed over which the loss turns its sign (m/s).
 const TRANSITION_SPEED: f64 = 0.01;
@@ -44,6 +44,6 @@ impl Effect for PulleyCapstanLoss {
     }
 
     fn loss<S: Real>(&self, force: S, context: &WinchContext<S>) -> S {
-        force * (context.speed / TRANSITION_SPEED).tanh() * self.loss
+        force * tanh(context.speed / TRANSITION_SPEED) * self.loss
     }
 }

@@ -1,7 +1,7 @@
 //! Coulomb friction in the winch: F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out.
 
 use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
-use crate::scalar::Real;
+use crate::scalar::{Real, tanh};
 
 /// Coulomb friction in the winch: F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out.
 ///
@@ -44,6 +44,6 @@ impl Effect for WinchCoulombFriction {
     }
 
     fn loss<S: Real>(&self, _force: S, context: &WinchContext<S>) -> S {
-        (context.speed / self.transition_speed).tanh() * self.force
+        tanh(context.speed / self.transition_speed) * self.force
     }
 }

@@ -1,7 +1,7 @@
 //! Stribeck friction in the winch: [F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10.
 
 use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
-use crate::scalar::Real;
+use crate::scalar::{Real, tanh};
 
 /// Stribeck friction in the winch: [F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10.
 ///
@@ -50,6 +50,6 @@ impl Effect for WinchStribeckFriction {
         let relative = context.speed / self.stribeck_speed;
         let level = (-(relative * relative)).exp() * (self.static_friction - self.coulomb) + self.coulomb;
         // The sign turns ten times faster than the Stribeck dip, so that the peak F_s is visible.
-        level * (relative * 10.0).tanh() + context.speed * self.viscous
+        level * tanh(relative * 10.0) + context.speed * self.viscous
     }
 }

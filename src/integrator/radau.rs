@@ -16,6 +16,8 @@ pub struct Memory {
     pub jacobian_time: f64,
     /// See `jacobian_time`.
     pub jacobian_state: Vec<f64>,
+    /// Steps made with the Jacobian.
+    pub jacobian_age: u32,
     /// Last step size and error, for predictive control.
     pub last: (f64, f64),
 }
@@ -30,6 +32,8 @@ pub struct Radau {
     pub(super) jacobian_time: f64,
     pub(super) jacobian_state: Vec<f64>,
     pub(super) has_jacobian: bool,
+    /// Steps made with the Jacobian.
+    pub(super) jacobian_age: u32,
     /// The last Newton iteration contracted too slowly.
     pub(super) stale: bool,
     pub(super) last: (f64, f64),
@@ -64,6 +68,7 @@ impl Radau {
             jacobian_time: 0.0,
             jacobian_state: zeros(),
             has_jacobian: false,
+            jacobian_age: 0,
             stale: false,
             last: (0.0, 0.0),
             weight: zeros(),
@@ -86,9 +91,9 @@ impl Radau {
     pub fn set_tolerance(&mut self, relative_tolerance: f64) {
         self.tolerance = 0.1 * relative_tolerance.powf(2.0 / 3.0);
         // The iteration error must stay below the discretisation error that the tolerance asks for, not only below the
-        // estimate's coarser one.
+        // estimate's coarser one, and short steps add up their errors.
         self.newton_tolerance =
-            (0.1 * relative_tolerance / self.tolerance).max(10.0 * f64::EPSILON / self.tolerance).min(0.03);
+            (0.01 * relative_tolerance / self.tolerance).max(10.0 * f64::EPSILON / self.tolerance).min(0.03);
     }
 
     /// What it has cost so far.
@@ -112,6 +117,7 @@ impl Radau {
             factored_step: self.factored_step,
             jacobian_time: self.jacobian_time,
             jacobian_state: if self.has_jacobian { self.jacobian_state.clone() } else { Vec::new() },
+            jacobian_age: self.jacobian_age,
             last: self.last,
         }
     }
@@ -121,6 +127,7 @@ impl Radau {
         let n = self.jacobian_state.len();
         self.next_step = memory.next_step;
         self.last = memory.last;
+        self.jacobian_age = memory.jacobian_age;
         self.stale = false;
         self.factored_step = memory.factored_step;
         self.jacobian_time = memory.jacobian_time;
@@ -209,6 +216,7 @@ impl Radau {
                         continue;
                     }
                     self.statistics.steps += 1;
+                    self.jacobian_age = self.jacobian_age.saturating_add(1);
                     if h < planned && !rejected {
                         // Cut short by the end or a switch: no reason to plan shorter steps.
                         self.next_step = self.next_step.max(planned);

@@ -7,6 +7,12 @@ use super::{Complex64, Radau, System};
 const NEWTON_LIMIT: u32 = 8;
 /// Contraction above which a step that took several iterations has the Jacobian taken anew.
 const FRESH_CONTRACTION: f64 = 0.02;
+/// Contraction that is taken for granted after a single iteration.
+const LEAST_CONTRACTION: f64 = 1e-3;
+/// Iterations from which on a Jacobian of some age is taken anew: it costs as much as several iterations.
+const SLOW: u32 = 3;
+/// Steps that such a Jacobian has served at least.
+const AGE: u32 = 10;
 /// Relative change of step size up to which the factors are kept.
 const SAME_STEP: f64 = 1e-6;
 
@@ -33,6 +39,7 @@ impl Radau {
             self.jacobian_time = t;
             self.jacobian_state.copy_from_slice(y);
             self.has_jacobian = true;
+            self.jacobian_age = 0;
             self.factored_step = 0.0;
         }
         if (h - self.factored_step).abs() > SAME_STEP * h {
@@ -59,11 +66,20 @@ impl Radau {
             if !change.is_finite() {
                 return Outcome::NotConverged;
             }
-            let theta = if last_change > 0.0 { change / last_change } else { 0.0 };
+            let mut theta = if last_change > 0.0 { change / last_change } else { 0.0 };
+            if iterations == 1 {
+                // Large parts of the motion that the guess has right may hide a small part that converges slowly.
+                theta = theta.max(LEAST_CONTRACTION);
+            }
             last_change = change;
             if change == 0.0 || theta < 0.99 && theta / (1.0 - theta) * change <= self.newton_tolerance {
-                // A single iteration says little: the guess does not know how inputs change in time.
-                self.stale = iterations > 1 && theta > FRESH_CONTRACTION;
+                let old = self.jacobian_age >= AGE;
+                self.stale = if theta > FRESH_CONTRACTION {
+                    // A single iteration may only show that the guess does not know how inputs change in time.
+                    iterations > 1 || old
+                } else {
+                    iterations >= SLOW && old
+                };
                 break;
             }
             if iterations > 1 {

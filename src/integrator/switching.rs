@@ -32,12 +32,13 @@ impl Radau {
         }
         let mut values = std::mem::take(&mut self.switch_values);
         let mut start = std::mem::take(&mut self.switch_start);
-        // One that is negative from the start, by rounding right after its own switch, must first rise.
+        // One may be negative from the start, by rounding right after its own switch or at a step's end: then it counts as
+        // crossing where it falls further, not where it rises.
         system.switching_functions(t, y, &mut start);
         let mut check = |radau: &mut Self, fraction: f64| {
             radau.stage_at(y, fraction);
             system.switching_functions(t + fraction * h, &radau.stage, &mut values);
-            values.iter().zip(&start).any(|(v, s)| *v < 0.0 && *s >= 0.0)
+            values.iter().zip(&start).any(|(v, s)| *v < s.min(0.0))
         };
         let mut low = 0.0;
         let mut high = None;

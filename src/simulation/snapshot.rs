@@ -101,6 +101,7 @@ impl Simulation {
         put(out, &[memory.last.0, memory.last.1]);
         out.extend(count(memory.jacobian_state.len()));
         put(out, &memory.jacobian_state);
+        put(out, &[f64::from(memory.jacobian_age)]);
         put_inputs(out, &self.work.linearised_inputs);
         put_flags(out, self.work.linearised_slack);
     }
@@ -143,6 +144,7 @@ impl Simulation {
         for value in &mut jacobian_state {
             *value = reader.number()?;
         }
+        let jacobian_age = reader.number()? as u32;
         let linearised_inputs = reader.inputs()?;
         let mut linearised_slack = reader.flags()?;
         if !reader.0.is_empty() {
@@ -169,7 +171,16 @@ impl Simulation {
         self.commands.stretches.extend(stretches);
         self.poses.points.clear();
         self.poses.points.extend(points);
-        let memory = Memory { next_step, factored_step, jacobian_time, jacobian_state, last: (last_step, last_error) };
+        let memory = Memory {
+            next_step,
+            factored_step,
+            jacobian_time,
+            jacobian_state,
+            jacobian_age,
+            last: (last_step, last_error),
+        };
+        self.work.linearised_inputs = linearised_inputs;
+        self.work.linearised_slack = linearised_slack;
         let segment = InputSegment { start: jacobian_time, value: linearised_inputs, slope: Inputs::default() };
         let mut system =
             PlantSystem { plant: &self.plant, inputs: segment, slack: &mut linearised_slack, work: &mut self.work };

@@ -1,0 +1,15 @@
+//! The plant and its simulation, seen from outside.
+
+mod catalogue;
+mod effects;
+mod energy;
+mod failures;
+mod kinematics;
+mod long_run;
+mod random;
+mod residual;
+mod saving;
+mod sensors;
+mod slack;
+mod steps;
+mod symmetry;

@@ -1,0 +1,60 @@
+//! What sensors make of the truth.
+
+use cdpr::effect::EffectSpec;
+use cdpr::parameters::{CableInertia, CableModel};
+use cdpr::simulation::{Simulation, Start};
+
+use crate::random::plant;
+
+fn moving(effects: &[EffectSpec]) -> Simulation {
+    let start = Start { pose: [3.0, -2.0, 0.1], twist: [0.4, 0.7, -0.05], ..Start::default() };
+    let mut simulation =
+        Simulation::new(plant(CableModel::LumpedMass, CableInertia::Paper, effects), &start, 1e-11).unwrap();
+    for _ in 0..37 {
+        simulation.advance(0.013).unwrap();
+    }
+    simulation
+}
+
+#[test]
+fn sensors_do_not_touch_the_motion() {
+    let mut channel = EffectSpec::new("length_sensor_bias", Some(2), &[-0.2]).unwrap();
+    channel.channel = Some("cable_length".to_owned());
+    let effects = [
+        EffectSpec::new("length_sensor_bias", Some(1), &[0.125]).unwrap(),
+        channel,
+        EffectSpec::new("length_sensor_scale", Some(1), &[0.002]).unwrap(),
+        EffectSpec::new("pose_sensor_bias", None, &[0.01, -0.02, 0.003]).unwrap(),
+    ];
+    let (with, without) = (moving(&effects), moving(&[]));
+    assert_eq!(with.states(), without.states());
+    let (a, b) = (with.outputs(), without.outputs());
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * (1.0 + b.abs()), "{a} {b}");
+    // The effects act in the order given: the bias first, then the scale.
+    near(a.unstretched_length[0], (b.unstretched_length[0] + 0.125) * 1.002);
+    near(a.unstretched_length[1], b.unstretched_length[1]);
+    near(a.cable_length[1], b.cable_length[1] - 0.2);
+    near(a.cable_length[0], b.cable_length[0]);
+    for (k, bias) in [0.01, -0.02, 0.003].into_iter().enumerate() {
+        near(a.pose[k], b.pose[k] + bias);
+    }
+}
+
+#[test]
+fn a_delayed_pose_is_the_pose_of_then() {
+    let delayed = moving(&[EffectSpec::new("pose_sensor_delay", None, &[0.1234]).unwrap()]);
+    let start = Start { pose: [3.0, -2.0, 0.1], twist: [0.4, 0.7, -0.05], ..Start::default() };
+    let mut then = Simulation::new(plant(CableModel::LumpedMass, CableInertia::Paper, &[]), &start, 1e-11).unwrap();
+    then.advance(37.0 * 0.013 - 0.1234).unwrap();
+    for k in 0..3 {
+        let (a, b) = (delayed.outputs().pose[k], then.states()[k]);
+        // Between its points, 0.02 s apart at most, the history is a cubic.
+        assert!((a - b).abs() < 2e-9, "{a} {b}");
+    }
+    // Before the start there is the start.
+    let mut early =
+        Simulation::new(plant(CableModel::LumpedMass, CableInertia::Paper, delayed.plant().effects()), &start, 1e-11)
+            .unwrap();
+    early.advance(0.05).unwrap();
+    assert_eq!(early.outputs().pose, start.pose);
+}

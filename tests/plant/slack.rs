@@ -1,0 +1,146 @@
+//! Cables going slack and taut again.
+
+use std::sync::Arc;
+
+use cdpr::dynamics::Inputs;
+use cdpr::parameters::{CableInertia, CableModel};
+use cdpr::plant::Plant;
+use cdpr::simulation::{Simulation, Start};
+
+use crate::random::{MODELS, Random, plant, state};
+
+/// Winch 1 lets go for a tenth of a second: its cable goes slack, and taut again.
+fn inputs(time: f64) -> Inputs {
+    let first = if (0.1..0.2).contains(&time) { -500.0 } else { 1e4 };
+    Inputs { winch_force: [first, 1e4, 1e4, 1e4], disturbance: [0.0; 3] }
+}
+
+fn start() -> Start {
+    Start { pose: [2.0, 1.0, 0.05], inputs: inputs(0.0), ..Start::default() }
+}
+
+/// Tiny explicit steps, the slack cables found anew in every one: times of switching of cable 1 and the last state.
+fn reference(plant: &Plant, end: f64, h: f64) -> (Vec<(f64, bool)>, Vec<f64>) {
+    let mut y = start().states(plant).unwrap();
+    let n = y.len();
+    let mut k = [vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+    let mut stage = vec![0.0; n];
+    let mut switches = Vec::new();
+    let mut slack = plant.slack_cables(0.0, &y, &inputs(0.0));
+    for step in 0..(end / h).round() as usize {
+        let time = step as f64 * h;
+        let u = inputs(time + 0.5 * h);
+        let now = plant.slack_cables(time, &y, &u);
+        if now[0] != slack[0] {
+            switches.push((time, now[0]));
+        }
+        slack = now;
+        plant.rates(time, &y, &u, slack, &mut k[0]);
+        for (next, weight) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
+            for i in 0..n {
+                stage[i] = y[i] + weight * h * k[next - 1][i];
+            }
+            plant.rates(time, &stage, &u, slack, &mut k[next]);
+        }
+        for i in 0..n {
+            y[i] += h / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]);
+        }
+    }
+    (switches, y)
+}
+
+#[test]
+fn switches_are_where_tiny_steps_find_them() {
+    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[]);
+    let h = 2e-5;
+    let (switches, end) = reference(&plant, 1.5, h);
+    assert!(switches.len() >= 2 && switches[0].1 && !switches[1].1, "{switches:?}");
+    for step in [0.002_f64, 0.01, 0.1] {
+        let mut simulation = Simulation::new(plant.clone(), &start(), 1e-9).unwrap();
+        let mut found = Vec::new();
+        let mut slack = simulation.slack()[0];
+        for k in 0..(1.5 / step).round() as usize {
+            // The middle of the step says which inputs hold in it.
+            simulation.set_inputs(inputs((k as f64 + 0.5) * step));
+            simulation.advance(step).unwrap();
+            if simulation.slack()[0] != slack {
+                slack = simulation.slack()[0];
+                found.push((simulation.time(), slack));
+            }
+        }
+        if step < 0.01 {
+            assert_eq!(found.len(), switches.len(), "{found:?} {switches:?}");
+            for (a, b) in found.iter().zip(&switches) {
+                assert!(a.1 == b.1 && a.0 >= b.0 - 2.0 * h && a.0 <= b.0 + step + 2.0 * h, "{found:?} {switches:?}");
+            }
+        }
+        assert!(simulation.statistics().switches >= switches.len() as u64);
+        // The reference is of first order in h at its switches.
+        for (k, (a, b)) in simulation.states().iter().zip(&end).enumerate() {
+            assert!((a - b).abs() < 2e-6, "step {step}, state {k}: {a} {b}");
+        }
+    }
+}
+
+/// Switching exactly: results at different communication steps agree far better than a missed switch would allow.
+#[test]
+fn slack_motion_does_not_depend_on_the_step() {
+    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[]);
+    let run = |step: f64| {
+        let mut simulation = Simulation::new(plant.clone(), &start(), 1e-11).unwrap();
+        for k in 0..(1.5 / step).round() as usize {
+            simulation.set_inputs(inputs((k as f64 + 0.5) * step));
+            simulation.advance(step).unwrap();
+        }
+        assert!(simulation.statistics().switches >= 2);
+        simulation.states().to_vec()
+    };
+    let fine = run(0.001);
+    for step in [0.005, 0.02, 0.1] {
+        for (a, b) in run(step).iter().zip(&fine) {
+            assert!((a - b).abs() < 1e-8, "step {step}: {a} {b}");
+        }
+    }
+}
+
+/// Without elasticity the slack set solves a complementarity problem: no tension negative, no slack cable pulling.
+#[test]
+fn the_slack_set_of_stiff_cables_is_consistent() {
+    let mut random = Random(51);
+    let mut seen = [0; 5];
+    for model in MODELS {
+        for inertia in [CableInertia::Paper, CableInertia::Reeled] {
+            let plant = plant(model, inertia, &[]);
+            for _ in 0..500 {
+                let (y, mut u) = state(&mut random, &plant);
+                u.winch_force = std::array::from_fn(|_| random.within(-1500.0, 1500.0));
+                u.disturbance = [random.within(-2e4, 2e4), random.within(-2e4, 2e4), random.within(-2e5, 2e5)];
+                let slack = plant.slack_cables(0.0, &y, &u);
+                let e = plant.evaluate(0.0, &y, &u, slack);
+                for i in 0..4 {
+                    assert_eq!(slack[i], e.tension_uncut[i] < 0.0, "{model:?} {:?}", e.tension_uncut);
+                }
+                seen[slack.iter().filter(|s| **s).count()] += usize::from(model == CableModel::Rigid);
+            }
+        }
+    }
+    assert!(seen.iter().filter(|n| **n > 20).count() >= 4, "too few sets seen: {seen:?}");
+}
+
+/// A cable that starts without tension and is pulled at once, again and again: no chatter.
+#[test]
+fn tension_about_zero_does_not_chatter() {
+    for model in MODELS {
+        let plant: Arc<Plant> = plant(model, CableInertia::Paper, &[]);
+        let start = Start { inputs: Inputs::default(), pose: [1.0, 2.0, 0.1], ..Start::default() };
+        let mut simulation = Simulation::new(plant, &start, 1e-8).unwrap();
+        for k in 0..2000 {
+            let force = 20.0 * (0.3 * f64::from(k)).sin();
+            simulation.set_inputs(Inputs { winch_force: [force, -force, force, 0.0], disturbance: [0.0; 3] });
+            simulation.advance(0.01).unwrap();
+            assert!(simulation.outputs().tension.iter().all(|t| *t >= -1e-6));
+        }
+        let s = simulation.statistics();
+        assert!(s.switches < 20_000 && s.steps < 200_000, "{model:?} {s:?}");
+    }
+}
