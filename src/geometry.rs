@@ -41,50 +41,42 @@ impl Geometry {
                 return Err(ParameterError::new(name, value, "a finite number"));
             }
         }
-        let [sin, cos] = [pose[2].sin(), pose[2].cos()];
-        let points = self.attachment.map(|b| [pose[0] + cos * b[0] - sin * b[1], pose[1] + sin * b[0] + cos * b[1]]);
-        let hull = convex_hull(&self.anchor);
-        for (i, p) in points.iter().enumerate() {
-            if !strictly_inside(&hull, *p) {
-                return Err(ParameterError::new(
-                    "pose",
-                    format!("[{}, {}, {}]", pose[0], pose[1], pose[2]),
-                    format!(
-                        "a pose inside the anchors; attachment point {} is at ({:.3}, {:.3}) m, outside their polygon",
-                        i + 1,
-                        p[0],
-                        p[1]
-                    ),
-                ));
-            }
+        let fail = |expected: String| {
+            Err(ParameterError::new("pose", format!("[{}, {}, {}]", pose[0], pose[1], pose[2]), expected))
+        };
+        let points = self.attachment_points(pose);
+        if let Some(i) = (0..CABLES).find(|i| !inside(&self.anchor, points[*i])) {
+            let [x, y] = points[i];
+            return fail(format!(
+                "a pose inside the anchors; attachment point {} is at ({x:.3}, {y:.3}) m, outside their polygon",
+                i + 1
+            ));
         }
-        let platform = convex_hull(&points);
-        for i in 0..CABLES {
-            if enters(&platform, self.anchor[i], points[i]) {
-                return Err(ParameterError::new(
-                    "pose",
-                    format!("[{}, {}, {}]", pose[0], pose[1], pose[2]),
-                    format!("cables clear of the platform; cable {} runs through it", i + 1),
-                ));
-            }
+        match self.blocked_cable(pose) {
+            Some(i) => fail(format!("cables clear of the platform; cable {} runs through it", i + 1)),
+            None => Ok(()),
         }
-        Ok(())
     }
-}
 
-impl Geometry {
-    /// Whether every attachment point lies inside the polygon of the anchors at `pose` (m, rad). Does not allocate.
+    /// Whether every attachment point lies inside the polygon of the anchors at `pose` (m, rad).
     pub fn holds(&self, pose: &[f64; 3]) -> bool {
-        let [sin, cos] = [pose[2].sin(), pose[2].cos()];
-        // The convex hull of four points is the union of their triangles.
-        let triangles = [[0, 1, 2], [2, 3, 0], [1, 2, 3], [3, 0, 1]].map(|t| t.map(|i: usize| self.anchor[i]));
-        self.attachment.iter().all(|b| {
-            let p = [pose[0] + cos * b[0] - sin * b[1], pose[1] + sin * b[0] + cos * b[1]];
-            triangles.iter().any(|[u, v, w]| {
-                let sides = [cross(*u, *v, p), cross(*v, *w, p), cross(*w, *u, p)];
-                cross(*u, *v, *w) != 0.0 && (sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0))
-            })
+        self.attachment_points(pose).into_iter().all(|p| inside(&self.anchor, p))
+    }
+
+    /// The first cable (0 to 3) that runs through the platform at `pose` (m, rad).
+    pub fn blocked_cable(&self, pose: &[f64; 3]) -> Option<usize> {
+        let points = self.attachment_points(pose);
+        (0..CABLES).find(|i| {
+            // A point a little before the end is inside exactly when the cable arrives from inside the platform.
+            let (anchor, end) = (self.anchor[*i], points[*i]);
+            inside(&points, [end[0] + 1e-6 * (anchor[0] - end[0]), end[1] + 1e-6 * (anchor[1] - end[1])])
         })
+    }
+
+    /// The attachment points in the fixed frame (m).
+    fn attachment_points(&self, pose: &[f64; 3]) -> [[f64; 2]; CABLES] {
+        let [sin, cos] = [pose[2].sin(), pose[2].cos()];
+        self.attachment.map(|b| [pose[0] + cos * b[0] - sin * b[1], pose[1] + sin * b[0] + cos * b[1]])
     }
 }
 
@@ -92,38 +84,13 @@ fn cross(o: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
 }
 
-/// Convex hull, counter-clockwise, by Andrew's monotone chain.
-fn convex_hull(points: &[[f64; 2]; CABLES]) -> Vec<[f64; 2]> {
-    let mut sorted = points.to_vec();
-    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
-    let half = |points: &mut dyn Iterator<Item = [f64; 2]>| {
-        let mut chain: Vec<[f64; 2]> = Vec::new();
-        for p in points {
-            while chain.len() >= 2 && cross(chain[chain.len() - 2], chain[chain.len() - 1], p) <= 0.0 {
-                chain.pop();
-            }
-            chain.push(p);
-        }
-        chain.pop();
-        chain
-    };
-    let mut hull = half(&mut sorted.iter().copied());
-    hull.extend(half(&mut sorted.iter().rev().copied()));
-    hull
-}
-
-fn strictly_inside(hull: &[[f64; 2]], p: [f64; 2]) -> bool {
-    hull.len() >= 3 && (0..hull.len()).all(|k| cross(hull[k], hull[(k + 1) % hull.len()], p) > 0.0)
-}
-
-/// Whether the segment from `anchor` to the hull's vertex `end` passes through the hull's inside before its end.
-fn enters(hull: &[[f64; 2]], anchor: [f64; 2], end: [f64; 2]) -> bool {
-    if hull.len() < 3 {
-        return false;
-    }
-    // A point a little before the end is inside exactly when the segment arrives from inside the convex hull.
-    let near = [end[0] + 1e-6 * (anchor[0] - end[0]), end[1] + 1e-6 * (anchor[1] - end[1])];
-    strictly_inside(hull, near)
+/// Whether `p` lies in the convex hull of four points, which is the union of their triangles.
+fn inside(points: &[[f64; 2]; CABLES], p: [f64; 2]) -> bool {
+    [[0, 1, 2], [2, 3, 0], [1, 2, 3], [3, 0, 1]].into_iter().any(|triangle: [usize; 3]| {
+        let [u, v, w] = triangle.map(|i| points[i]);
+        let sides = [cross(u, v, p), cross(v, w, p), cross(w, u, p)];
+        cross(u, v, w) != 0.0 && (sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0))
+    })
 }
 
 #[cfg(test)]
@@ -131,23 +98,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pose_is_held_exactly_where_it_is_inside_the_anchors() {
-        let turned = Parameters { anchor_angle: [-2.0, 0.9, -0.6, 2.2], ..Parameters::default() };
-        for parameters in [Parameters::default(), turned] {
-            let geometry = Geometry::new(&parameters);
-            let hull = convex_hull(&geometry.anchor);
-            let mut held = 0;
-            for k in 0..2000_u32 {
-                let at = |factor: f64| 2.0 * (f64::from(k) * factor).fract() - 1.0;
-                let pose = [1000.0 * at(0.618_034), 1000.0 * at(0.754_878), 3.0 * at(0.569_840)];
-                let [sin, cos] = [pose[2].sin(), pose[2].cos()];
-                let inside = geometry.attachment.iter().all(|b| {
-                    strictly_inside(&hull, [pose[0] + cos * b[0] - sin * b[1], pose[1] + sin * b[0] + cos * b[1]])
-                });
-                assert_eq!(geometry.holds(&pose), inside, "{pose:?}");
-                held += u32::from(inside);
+    fn a_hull_of_four_points_in_any_order() {
+        let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
+        for order in [[0, 1, 2, 3], [0, 2, 1, 3], [3, 1, 0, 2]] {
+            let points = order.map(|k: usize| corners[k]);
+            for (p, expected) in
+                [([2.0, 1.5], true), ([3.9, 0.1], true), ([0.1, 2.9], true), ([4.1, 1.0], false), ([2.0, -0.1], false)]
+            {
+                assert_eq!(inside(&points, p), expected, "{order:?} {p:?}");
             }
-            assert!((400..1600).contains(&held), "{held}");
         }
+        let dented = [[0.0, 0.0], [4.0, 0.0], [0.0, 4.0], [1.0, 1.0]];
+        assert!(inside(&dented, [1.9, 1.9]) && !inside(&dented, [2.1, 2.1]));
+        assert!(!inside(&[[0.0, 0.0]; 4], [0.0, 0.0]), "a point has no inside");
+    }
+
+    #[test]
+    fn poses_outside_the_anchors_and_through_the_platform_are_told() {
+        let geometry = Geometry::new(&Parameters::default());
+        assert_eq!(geometry.check_pose(&[100.0, -200.0, 0.5]), Ok(()));
+        let outside = [630.0, 0.0, 0.0];
+        assert!(!geometry.holds(&outside));
+        assert!(geometry.check_pose(&outside).unwrap_err().expected.contains("inside the anchors"));
+        // At an eighth of a turn the crossed cables lie along the platform's sides; beyond it they cross it.
+        assert_eq!(geometry.blocked_cable(&[0.0, 0.0, 0.7]), None);
+        assert!(geometry.blocked_cable(&[0.0, 0.0, 1.0]).is_some());
+        assert!(geometry.check_pose(&[0.0, 0.0, 1.0]).unwrap_err().expected.contains("runs through it"));
     }
 }

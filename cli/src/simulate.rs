@@ -79,8 +79,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut table = ResultWriter::new(WholeFile::create(&arguments.output)?)?;
     let mut recording = arguments.plot.is_some().then(Recording::new);
     let mut progress = Progress::new("simulating");
+    let mut blocked = false;
     let schedule = Schedule { inputs: &inputs, begin, stop, step: arguments.step };
+    let geometry = *simulation.plant().geometry();
     follow(&mut simulation, &schedule, |time, inputs, outputs| {
+        if let (Some(i), false) = (geometry.blocked_cable(&outputs.pose), blocked) {
+            blocked = true;
+            let cable = i + 1;
+            eprintln!(
+                "cdpr: warning: cable {cable} runs through the platform from t = {time} s on, which the equations take \
+                 no notice of"
+            );
+        }
         table.row(time, &csv_io::input_values(inputs), &csv_io::output_values(outputs))?;
         if let Some(recording) = &mut recording {
             recording.add(time, inputs, outputs);

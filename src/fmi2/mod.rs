@@ -71,6 +71,8 @@ pub struct CablePlatform {
     events: u32,
     /// Slack cables, as last logged.
     slack: [bool; CABLES],
+    /// A cable through the platform has been told of.
+    blocked: bool,
 }
 
 /// What the host can set before the simulation runs.
@@ -143,6 +145,7 @@ impl CablePlatform {
             steps: 0,
             events: 0,
             slack: [false; CABLES],
+            blocked: false,
         })
     }
 
@@ -314,10 +317,19 @@ impl FmiModel for CablePlatform {
         let advanced = simulation.advance(end - simulation.time());
         let (reached, after) = (simulation.time(), simulation.slack());
         let y = simulation.states();
-        let inside = simulation.plant().geometry().holds(&[y[0], y[1], y[2]]);
+        let pose = [y[0], y[1], y[2]];
+        let geometry = simulation.plant().geometry();
+        let (inside, blocked) = (geometry.holds(&pose), geometry.blocked_cable(&pose));
         self.now = None;
         self.steps += 1;
         self.log_slack(after, reached);
+        if let (Some(i), false) = (blocked, self.blocked) {
+            self.blocked = true;
+            self.warn(format!(
+                "cable {} runs through the platform from t = {reached} s on, which the equations take no notice of",
+                i + 1
+            ));
+        }
         if advanced.is_err() || self.steps.is_multiple_of(STEPS_PER_STATISTICS) {
             self.log_statistics();
         }
@@ -366,7 +378,7 @@ impl FmiModel for CablePlatform {
         self.simulation = None;
         self.now = None;
         self.log.clear();
-        (self.steps, self.events, self.slack) = (0, 0, [false; CABLES]);
+        (self.steps, self.events, self.slack, self.blocked) = (0, 0, [false; CABLES], false);
     }
 
     fn take_log(&mut self) -> Vec<LogEntry> {

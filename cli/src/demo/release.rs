@@ -145,7 +145,7 @@ fn picture(recording: &Recording, comparison: &Comparison) -> Figure {
 
 fn report(slave: &Slave<'_>, comparison: &Comparison) -> anyhow::Result<()> {
     let mut out = stdout().lock();
-    writeln!(out, "The platform of the paper, in an FMU ({} variables), is released at", slave.variables())?;
+    writeln!(out, "The platform of the paper, in an FMU ({} real variables), is released at", slave.variables())?;
     writeln!(out, "x = y = 0.1 m, phi = 0.1 rad with every winch pulling 1000 N, and driven through FMI for 50 s.")?;
     writeln!(out)?;
     writeln!(out, "Largest difference from a table made with an independent integrator:")?;

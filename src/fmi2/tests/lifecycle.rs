@@ -159,6 +159,20 @@ fn a_cable_that_goes_slack_is_logged() {
 }
 
 #[test]
+fn a_cable_through_the_platform_is_told_once() {
+    let mut platform = CablePlatform::instantiate(None).unwrap();
+    set(&mut platform, "omega", 0.5);
+    initialise(&mut platform, EXPERIMENT);
+    let mut told = 0;
+    for k in 0..40 {
+        platform.step(f64::from(k) * 0.1, 0.1).unwrap();
+        told += warnings(&mut platform).iter().filter(|w| w.contains("runs through the platform")).count();
+    }
+    assert!(get(&mut platform, "phi") > 1.5);
+    assert_eq!(told, 1);
+}
+
+#[test]
 fn a_platform_that_leaves_the_anchors_ends_the_run() {
     let mut platform = CablePlatform::instantiate(None).unwrap();
     initialise(&mut platform, EXPERIMENT);
