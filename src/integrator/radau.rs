@@ -217,8 +217,8 @@ impl Radau {
                     }
                     self.statistics.steps += 1;
                     self.jacobian_age = self.jacobian_age.saturating_add(1);
-                    if h < planned && !rejected {
-                        // Cut short by the end or a switch: no reason to plan shorter steps.
+                    if h < 0.1 * planned && !rejected {
+                        // Cut very short by the end or a switch, which says little of the steps to come.
                         self.next_step = self.next_step.max(planned);
                     }
                     limit = f64::INFINITY;

@@ -192,7 +192,7 @@ impl Radau {
     /// Step size control after Gustafsson.
     fn control(&mut self, h: f64, error: f64, iterations: u32, rejected: bool) -> Outcome {
         let limit = f64::from(NEWTON_LIMIT);
-        let safety = 0.9 * (2.0 * limit + 1.0) / (2.0 * limit + f64::from(iterations));
+        let safety = 0.8 * (2.0 * limit + 1.0) / (2.0 * limit + f64::from(iterations));
         let bound = |quotient: f64| quotient.clamp(0.125, 5.0);
         let fourth_root = |value: f64| value.sqrt().sqrt();
         let mut quotient = bound(fourth_root(error) / safety);
