@@ -80,7 +80,11 @@ pub fn discover(
         let effect = fitted.train.model.effects[at].clone();
         let mut reduced = fitted.train.model.clone();
         reduced.effects.remove(at);
-        let without = search.fit(&reduced, &fitted, 1)?;
+        let without = if search.taken.len() == 1 && given == 0 {
+            base.clone()
+        } else {
+            search.fit(&reduced, &fitted, 1).unwrap_or_else(|_| base.clone())
+        };
         let (places, depends_on) = verify::places(&effect);
         let when = verify::when(&fitted.train, &without.train, &evidence.train);
         for place in &places {

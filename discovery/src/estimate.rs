@@ -212,11 +212,20 @@ impl Fit {
         self.filter(trials, randomness).iter().map(|f| f.minus_two_log_likelihood).sum()
     }
 
-    /// Sizes of latent forces (and noise) by maximum likelihood: coordinate search on a logarithmic grid.
+    /// Sizes of latent forces (and noise) by maximum likelihood: none at all if that is better, else a coordinate search
+    /// on a logarithmic grid.
     pub(crate) fn fit_randomness(&mut self, trials: &[Trial], noise: &[f64], coarse: bool) {
         let mut best = self.randomness.clone();
         let mut value = self.minus_two_log_likelihood(trials, &best);
-        let factors: &[f64] = if coarse { &[10.0, 3.0] } else { &[3.0, 1.5] };
+        let nothing = Randomness { force: SMALLEST_LATENT, winch: SMALLEST_LATENT, ..best.clone() };
+        if best != nothing {
+            let at_nothing = self.minus_two_log_likelihood(trials, &nothing);
+            if at_nothing < value {
+                (best, value) = (nothing.clone(), at_nothing);
+            }
+        }
+        // From nothing, one step up on each axis tells whether there is anything.
+        let factors: &[f64] = if coarse { &[10.0, 3.0] } else { &[3.0] };
         for &factor in factors {
             for axis in 0..2 {
                 for direction in [1.0 / factor, factor] {
@@ -235,6 +244,9 @@ impl Fit {
                         (best, value) = (trial, candidate);
                     }
                 }
+            }
+            if best == nothing {
+                break;
             }
         }
         self.randomness = best;
@@ -345,7 +357,7 @@ pub(crate) fn parameter_normal(fit: &Fit, trials: &[Trial], free: &[Free]) -> (N
             let forcing = signature::difference(&fit.examined, &varied, &trials[t], &fit.trajectories[t]);
             let randomness = for_trial(&fit.randomness, &trials[t]);
             let filtered = filter(&fit.linear[t], &randomness, false);
-            whiten(&fit.linear[t], &randomness, &filtered, &forcing, |_, _, _| {})
+            whiten(&fit.linear[t], &randomness, &filtered, &forcing, None)
         })
         .collect();
     parts.iter().for_each(|part| normal.add(part));
@@ -390,16 +402,16 @@ pub(crate) fn refine(
         if !moved {
             break;
         }
-        if round < 2 {
+        if round == 0 {
             fit.smooth(trials)?;
-            fit.fit_randomness(trials, noise, round == 0);
+            fit.fit_randomness(trials, noise, true);
         }
         let step = usable.iter().enumerate().all(|(slot, at)| {
             let se = normal_error(&solved.1, slot);
             let _ = at;
             (solved.0[slot] / se).abs() < 0.05
         });
-        if step && round >= 2 {
+        if step && round >= 1 {
             break;
         }
     }
@@ -414,14 +426,20 @@ fn normal_error(covariance: &DMatrix<f64>, slot: usize) -> f64 {
 fn move_parameter(model: &mut Model, free: Free, change: f64) {
     let spec = &mut model.effects[free.effect];
     let Ok(info) = spec.info() else { return };
+    let id = spec.id.clone();
     let parameter = &info.parameters[free.parameter];
     let value = &mut spec.values[free.parameter];
+    let before = *value;
     let angle = parameter.unit == "rad";
     let size = value.abs().max(0.05 * parameter.typical.1.abs()).max(1e-12);
     let limit = if angle { 0.5 } else { size };
     *value = (*value + change.clamp(-limit, limit)).clamp(parameter.min, parameter.max);
-    if parameter.min == 0.0 || parameter.name.contains("speed") || parameter.name.contains("time_constant") {
-        *value = value.max(parameter.min.max(1e-6 * size));
+    let (low, high) = parameter.typical;
+    if !is_size(&id, free.parameter) && low > 0.0 {
+        // Shapes stay where the law is itself, and change at most fourfold a step.
+        *value = value.clamp(0.25 * before, 4.0 * before).clamp(0.1 * low, 10.0 * high);
+    } else if parameter.min == 0.0 {
+        *value = value.max(1e-6 * size);
     }
 }
 

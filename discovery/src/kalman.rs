@@ -283,12 +283,14 @@ impl Normal {
 }
 
 /// Passes signatures through the filter and forms the normal equations (Willsky and Jones, generalised least squares).
+///
+/// With `pairs` only those entries `(a, b)`, `b <= a`, of the Gram matrix are formed; the others stay zero.
 pub(crate) fn whiten(
     linear: &LinearTrial,
     randomness: &Randomness,
     filtered: &Filtered,
     forcing: &Forcing,
-    mut each_row: impl FnMut(usize, f64, &[f64]),
+    pairs: Option<&[(usize, usize)]>,
 ) -> Normal {
     let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
     let columns = forcing.columns;
@@ -327,15 +329,23 @@ pub(crate) fn whiten(
             for value in &mut e {
                 *value *= inverse;
             }
-            each_row(at, innovation, &e);
             normal.total += innovation * innovation;
             normal.count += 1;
-            for a in 0..columns {
-                let ea = e[a];
-                normal.right[a] += ea * innovation;
-                if ea != 0.0 {
-                    for (slot, eb) in normal.gram[a * columns..a * columns + a + 1].iter_mut().zip(&e) {
-                        *slot += ea * eb;
+            for (slot, value) in normal.right.iter_mut().zip(&e) {
+                *slot += value * innovation;
+            }
+            match pairs {
+                Some(pairs) => {
+                    for &(a, b) in pairs {
+                        normal.gram[a * columns + b] += e[a] * e[b];
+                    }
+                }
+                None => {
+                    for a in 0..columns {
+                        let ea = e[a];
+                        for (slot, eb) in normal.gram[a * columns..a * columns + a + 1].iter_mut().zip(&e) {
+                            *slot += ea * eb;
+                        }
                     }
                 }
             }

@@ -49,6 +49,19 @@ impl Examined {
         Simulation::from_states(self.plant.clone(), trial.time[0], y.to_vec(), trial.inputs[0], TOLERANCE)
     }
 
+    /// Which states the sensors can show: with lengths and poses alone neither rates nor effect states.
+    pub(crate) fn shown_states(&self, channels: &[Channel]) -> Vec<bool> {
+        let all = self.pose_delay != 0.0 || channels.iter().any(|c| matches!(c, Channel::Tension(_)));
+        let mut shown = vec![all; self.states()];
+        shown[..3].fill(true);
+        for i in 0..4 {
+            if let Some(at) = self.plant.unstretched_index(i) {
+                shown[at] = true;
+            }
+        }
+        shown
+    }
+
     /// What the sensors show of the simulation's present state, in the order of `channels`.
     ///
     /// A delayed pose is taken back along twist and acceleration from the present state, so that it says something of it.

@@ -133,6 +133,7 @@ pub(crate) fn linearise(
         prior_deviation: prior_deviation(model),
     };
     let mut simulation = model.simulation(trial, trajectory.states(0));
+    let shown_states = model.shown_states(&trial.channels);
     let (mut shown, mut moved_shown) = (Vec::new(), Vec::new());
     let (mut moved, mut next) = (vec![0.0; n], vec![0.0; n]);
     let (mut rates, mut moved_rates) = (vec![0.0; n], vec![0.0; n]);
@@ -144,7 +145,7 @@ pub(crate) fn linearise(
         for j in 0..m {
             linear.residual[k * m + j] = trial.measured[k][j] - shown[j];
         }
-        for c in 0..n {
+        for c in (0..n).filter(|c| shown_states[*c]) {
             moved.copy_from_slice(x);
             moved[c] += steps[c];
             simulation.nudge_states(&moved);

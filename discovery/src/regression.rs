@@ -42,25 +42,25 @@ pub(crate) fn levels(
     sizes: &[Randomness],
 ) -> Vec<Level> {
     let mut out: Vec<Level> = Vec::new();
-    let all: Vec<usize> = (0..forcing[0].columns).collect();
-    let mut columns = all.clone();
+    let all = forcing[0].columns;
+    let mut columns: Vec<usize> = (0..all).collect();
     let mut reduced: Option<Vec<Forcing>> = None;
     for randomness in sizes {
         let used = reduced.as_deref().unwrap_or(forcing);
+        let pairs = pairs(library, &columns);
         let parts: Vec<Normal> = (0..trials.len())
             .into_par_iter()
             .map(|t| {
                 let r = for_trial(randomness, &trials[t]);
                 let filtered = filter(&fit.linear[t], &r, false);
-                whiten(&fit.linear[t], &r, &filtered, &used[t], |_, _, _| {})
+                whiten(&fit.linear[t], &r, &filtered, &used[t], Some(&pairs))
             })
             .collect();
         let mut small = Normal::empty(columns.len());
         parts.iter().for_each(|p| small.add(p));
-        let normal = spread(&small, &columns, all.len());
-        out.push(Level { randomness: randomness.clone(), normal });
-        if reduced.is_none() {
-            let best = rank(library, &out, &[], 0.0);
+        out.push(Level { randomness: randomness.clone(), normal: spread(&small, &columns, all) });
+        if reduced.is_none() && sizes.len() > 1 {
+            let best = rank(library, &out, 0.0);
             columns = best.iter().take(KEPT).flat_map(|s| library.candidates[s.candidate].columns.clone()).collect();
             columns.sort_unstable();
             columns.dedup();
@@ -68,6 +68,21 @@ pub(crate) fn levels(
             reduced = Some(forcing.iter().map(|f| combine(f, &picks)).collect());
         }
     }
+    out
+}
+
+/// Pairs of columns (by their place in `columns`) that some candidate needs together.
+fn pairs(library: &Library, columns: &[usize]) -> Vec<(usize, usize)> {
+    let place = |c: usize| columns.binary_search(&c).ok();
+    let mut out = Vec::new();
+    for candidate in &library.candidates {
+        let places: Vec<usize> = candidate.columns.iter().filter_map(|c| place(*c)).collect();
+        for (k, a) in places.iter().enumerate() {
+            out.extend(places[..=k].iter().map(|b| (*a.max(b), *a.min(b))));
+        }
+    }
+    out.sort_unstable();
+    out.dedup();
     out
 }
 
@@ -117,34 +132,29 @@ pub(crate) struct Scored {
     pub(crate) candidate: usize,
     /// Level at which it does best.
     pub(crate) level: usize,
-    /// `-2 log L` with it (and the columns given), plus the penalty of its parameters.
+    /// `-2 log L` with it, plus the penalty of its parameters.
     pub(crate) score: f64,
     /// Amplitudes of its columns.
     pub(crate) amplitudes: Vec<f64>,
 }
 
-/// Weighs every candidate together with the columns already chosen; the best first. Amplitudes that no parameter values
-/// have are not considered.
-pub(crate) fn rank(library: &Library, levels: &[Level], chosen: &[usize], penalty: f64) -> Vec<Scored> {
+/// Weighs every candidate, the best first. Amplitudes that no parameter values have are not considered.
+pub(crate) fn rank(library: &Library, levels: &[Level], penalty: f64) -> Vec<Scored> {
     let mut all: Vec<Scored> = library
         .candidates
         .par_iter()
         .enumerate()
-        .filter_map(|(at, candidate)| best_level(candidate, at, levels, chosen, penalty))
+        .filter_map(|(at, candidate)| best_level(candidate, at, levels, penalty))
         .collect();
     all.sort_by(|a, b| a.score.total_cmp(&b.score));
     all
 }
 
-fn best_level(candidate: &Candidate, at: usize, levels: &[Level], chosen: &[usize], penalty: f64) -> Option<Scored> {
+fn best_level(candidate: &Candidate, at: usize, levels: &[Level], penalty: f64) -> Option<Scored> {
     let own = candidate.columns.len();
-    if candidate.columns.iter().any(|c| chosen.contains(c)) {
-        return None;
-    }
-    let columns: Vec<usize> = candidate.columns.iter().chain(chosen).copied().collect();
     let mut best: Option<Scored> = None;
     for (l, level) in levels.iter().enumerate() {
-        let Some(solved) = subset(&level.normal, &columns) else { continue };
+        let Some(solved) = subset(&level.normal, &candidate.columns) else { continue };
         let score = level.normal.minus_two_log_likelihood - solved.drop + penalty * (own + candidate.tried) as f64;
         if best.as_ref().is_none_or(|b| score < b.score) && candidate.effect(&solved.amplitudes[..own]).is_some() {
             best = Some(Scored { candidate: at, level: l, score, amplitudes: solved.amplitudes[..own].to_vec() });
@@ -153,13 +163,7 @@ fn best_level(candidate: &Candidate, at: usize, levels: &[Level], chosen: &[usiz
     best
 }
 
-/// `-2 log L` without any candidate but the chosen columns, at the best level.
-pub(crate) fn baseline(levels: &[Level], chosen: &[usize]) -> f64 {
-    levels
-        .iter()
-        .map(|level| {
-            let drop = if chosen.is_empty() { 0.0 } else { subset(&level.normal, chosen).map_or(0.0, |s| s.drop) };
-            level.normal.minus_two_log_likelihood - drop
-        })
-        .fold(f64::INFINITY, f64::min)
+/// `-2 log L` without any candidate, at the best level.
+pub(crate) fn baseline(levels: &[Level]) -> f64 {
+    levels.iter().map(|level| level.normal.minus_two_log_likelihood).fold(f64::INFINITY, f64::min)
 }

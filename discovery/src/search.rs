@@ -18,6 +18,8 @@ const EVIDENCE: f64 = 10.0;
 const EARNED: f64 = 0.005;
 /// Share of the best candidate's gain at which a simpler one is preferred.
 const SIMPLER: f64 = 0.93;
+/// Most candidates of one round that are fitted in full before the round is given up.
+const MOST_REFUSALS: usize = 4;
 /// Most effects added.
 const MOST_EFFECTS: usize = 5;
 /// Most rivals of one effect that are fitted in full.
@@ -44,6 +46,8 @@ pub(crate) struct Fitted {
     pub(crate) estimate: Option<Estimate>,
     /// `-2 log L` on the training data plus the penalty of the parameters.
     pub(crate) score: f64,
+    /// `-2 log L` on the held-out data.
+    pub(crate) holdout_score: f64,
     /// Gap on held-out data over 5 s and 20 s.
     pub(crate) gap: [f64; 2],
 }
@@ -96,9 +100,10 @@ impl<'a> Search<'a> {
         let parameters: usize = train.model.effects[self.given..].iter().map(|s| s.values.len().max(1)).sum();
         let score =
             train.minus_two_log_likelihood(&e.train, &train.randomness) + self.penalty * parameters as f64;
+        let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
         let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
         let gap = [gap_over(HORIZON), gap_over(20.0)];
-        Fitted { train, holdout, estimate, score, gap }
+        Fitted { train, holdout, estimate, score, holdout_score, gap }
     }
 
     /// Fits `model`, starting from another fit, with its own effects' parameters refined.
@@ -125,7 +130,13 @@ impl<'a> Search<'a> {
         });
     }
 
-    /// Whether `next` is better on held-out data by what an effect must earn.
+    /// Whether `next` predicts the held-out data better, sample by sample. Among several missing effects one alone may
+    /// not shrink the gap of a free run, but it must do this.
+    fn helps(before: &Fitted, next: &Fitted) -> bool {
+        next.holdout_score < before.holdout_score - 0.5 * EVIDENCE
+    }
+
+    /// Whether `next` shrinks the gap on held-out data by what an effect must earn.
     fn earns(before: &Fitted, next: &Fitted) -> bool {
         let shrink = |k: usize| 1.0 - (next.gap[k] / before.gap[k]).powi(2);
         let (short, long) = (shrink(0), shrink(1));
@@ -167,21 +178,28 @@ impl<'a> Search<'a> {
         self.candidates = self.candidates.max(library.candidates.len());
         let forcing = library_forcing(fit, &e.train, library);
         let levels = levels(fit, &e.train, &forcing, library, &ladder(&fit.randomness));
-        let base = baseline(&levels, &[]);
-        let ranked = rank(library, &levels, &[], self.penalty);
-        let mut refused = 0;
-        let mut at = 0;
-        while refused < 2 && at < ranked.len() {
-            let best = &ranked[at];
-            let gain = base - best.score;
-            if gain < EVIDENCE {
+        let base = baseline(&levels);
+        let ranked = rank(library, &levels, self.penalty);
+        let mut refused: Vec<(&'static str, Option<usize>)> = Vec::new();
+        while refused.len() < MOST_REFUSALS {
+            let left: Vec<Scored> = ranked
+                .iter()
+                .filter(|s| {
+                    let c = &library.candidates[s.candidate];
+                    c.id == "expression" || !refused.contains(&(c.id, c.cable))
+                })
+                .skip(if library.candidates.first().is_some_and(|c| c.id == "expression") { refused.len() } else { 0 })
+                .cloned()
+                .collect();
+            let Some(best) = left.first() else { break };
+            if base - best.score < EVIDENCE {
                 return Ok(None);
             }
-            let chosen = if parsimony { simplest(library, &ranked[at..], base) } else { best };
-            let Some(effect) = effect_of(library, chosen) else {
-                at += 1;
-                continue;
-            };
+            // The simpler of two good explanations first; once one is refused, the better one.
+            let chosen = if parsimony && refused.is_empty() { simplest(library, &left, base) } else { best };
+            let candidate = &library.candidates[chosen.candidate];
+            refused.push((candidate.id, candidate.cable));
+            let Some(effect) = effect_of(library, chosen) else { continue };
             let mut model = fit.model.clone();
             model.effects.push(effect.clone());
             let mut from = fitted.clone();
@@ -189,7 +207,7 @@ impl<'a> Search<'a> {
             from.train.randomness.noise = fit.randomness.noise.clone();
             let next = self.fit(&model, &from, ROUNDS);
             match next {
-                Ok(next) if next.score < fitted.score - EVIDENCE && Self::earns(fitted, &next) => {
+                Ok(next) if next.score < fitted.score - EVIDENCE && Self::helps(fitted, &next) => {
                     let delta_bic = next.score - fitted.score;
                     let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
                     self.note(&refined, "added", delta_bic, "");
@@ -198,7 +216,7 @@ impl<'a> Search<'a> {
                 }
                 Ok(next) => {
                     let reason = if next.score < fitted.score - EVIDENCE {
-                        "it does not shrink the gap on held-out data"
+                        "it does not predict the held-out data better"
                     } else {
                         "too little evidence after refinement"
                     };
@@ -206,15 +224,6 @@ impl<'a> Search<'a> {
                 }
                 Err(_) => self.note(&effect, "refused", f64::NAN, "it cannot be simulated"),
             }
-            refused += 1;
-            let (id, cable) = (effect.id.clone(), effect.cable);
-            at += ranked[at..]
-                .iter()
-                .position(|s| {
-                    let c = &library.candidates[s.candidate];
-                    c.id != id || c.cable != cable
-                })
-                .unwrap_or(ranked.len());
         }
         Ok(None)
     }
@@ -230,7 +239,7 @@ impl<'a> Search<'a> {
         let mut model = fitted.train.model.clone();
         model.effects.push(effect.clone());
         let next = self.fit(&model, &fitted, ROUNDS + 2)?;
-        if next.score < fitted.score - EVIDENCE && Self::earns(&fitted, &next) {
+        if next.score < fitted.score - EVIDENCE && Self::helps(&fitted, &next) {
             let delta_bic = next.score - fitted.score;
             let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
             self.note(&refined, "added", delta_bic, "");
@@ -298,7 +307,12 @@ impl<'a> Search<'a> {
         while at < fitted.train.model.effects.len() && fitted.train.model.effects.len() > self.given + 1 {
             let mut model = fitted.train.model.clone();
             let effect = model.effects.remove(at);
-            let without = self.fit(&model, &fitted, 3)?;
+            // Far from zero whatever the others do: no need to let them adapt.
+            let clear = fitted.estimate.as_ref().is_some_and(|e| e.wald.get(at).is_some_and(|w| *w > 400.0));
+            let Ok(without) = self.fit(&model, &fitted, if clear { 1 } else { 3 }) else {
+                at += 1;
+                continue;
+            };
             if without.score < fitted.score + EVIDENCE || !Self::earns(&without, &fitted) {
                 self.note(&effect, "removed", fitted.score - without.score, "the model is as good without it");
                 self.taken.remove(at - self.given);
@@ -357,7 +371,7 @@ fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64) -> V
             continue;
         }
         let share = (base - scored.score) / gain;
-        let wanted = share > 0.6 || (look_alikes.contains(&c.id) && c.cable == own.cable && share > 0.3);
+        let wanted = share > 0.8 || (look_alikes.contains(&c.id) && c.cable == own.cable && share > 0.5);
         if wanted && let Some(effect) = effect_of(library, scored) {
             out.push(effect);
             if out.len() == MOST_RIVALS {
