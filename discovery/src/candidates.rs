@@ -223,7 +223,9 @@ fn winches(lib: &mut Library, situation: &Situation) {
         };
         stribeck(lib, speed, build);
     }
-    lib.each_cable("pulley_capstan_loss", &[vec![0.005]], 0, proportional(0.005));
+    for speed in [0.005, 0.02, 0.08] {
+        lib.each_cable("pulley_capstan_loss", &[vec![0.005, speed]], 1, move |a| Some(vec![0.005 * a[0], speed]));
+    }
     lib.each_cable("winch_force_gain", &[vec![0.01]], 0, proportional(0.01));
     lib.each_cable("winch_force_bias", &[vec![50.0]], 0, proportional(50.0));
     for tau in [0.03, 0.2] {

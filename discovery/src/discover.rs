@@ -9,9 +9,7 @@ use crate::clean::remove_outliers;
 use crate::data::Trial;
 use crate::estimate::{FitError, noise_of_data};
 use crate::gap::predict;
-use crate::outcome::{
-    Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Verdict,
-};
+use crate::outcome::{Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Verdict};
 use crate::search::{Evidence, Fitted, Progress, Search};
 use crate::verify;
 
@@ -83,7 +81,7 @@ pub fn discover(
         let without = if search.taken.len() == 1 && given == 0 {
             base.clone()
         } else {
-            search.fit(&reduced, &fitted, 1).unwrap_or_else(|_| base.clone())
+            search.fit_without(&reduced, &fitted, 1).unwrap_or_else(|_| base.clone())
         };
         let (places, depends_on) = verify::places(&effect);
         let when = verify::when(&fitted.train, &without.train, &evidence.train);
@@ -105,17 +103,13 @@ pub fn discover(
     let whiteness = verify::whiteness(&fitted.train, &evidence.train, &fitted.train.randomness.noise);
     let noise = fitted.train.randomness.noise.clone();
     let of = |f: &Fitted| {
-        [
-            verify::gaps(&f.train, &evidence.train, &noise),
-            verify::gaps(&f.holdout, &evidence.holdout, &noise),
-        ]
+        [verify::gaps(&f.train, &evidence.train, &noise), verify::gaps(&f.holdout, &evidence.holdout, &noise)]
     };
     let (before, after) = (of(&base), of(&fitted));
     let horizons = verify::horizon_gaps([&before[0], &before[1]], [&after[0], &after[1]]);
     let verdict = judge(&fitted, &base, &effects, &terms, &mut remarks);
     if whiteness.iter().any(|w| w.statistic > w.limit) {
-        let names: Vec<String> =
-            whiteness.iter().filter(|w| w.statistic > w.limit).map(|w| w.channel.name()).collect();
+        let names: Vec<String> = whiteness.iter().filter(|w| w.statistic > w.limit).map(|w| w.channel.name()).collect();
         remarks.push(format!(
             "What remains is not white in {}: the laws found do not fit to the last detail.",
             names.join(", ")

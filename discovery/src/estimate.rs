@@ -402,16 +402,15 @@ pub(crate) fn refine(
         if !moved {
             break;
         }
-        if round == 0 {
-            fit.smooth(trials)?;
-            fit.fit_randomness(trials, noise, true);
-        }
+        // The signatures are taken along the trajectory, and that gets better with the parameters.
+        fit.smooth(trials)?;
+        fit.fit_randomness(trials, noise, round == 0);
         let step = usable.iter().enumerate().all(|(slot, at)| {
             let se = normal_error(&solved.1, slot);
             let _ = at;
             (solved.0[slot] / se).abs() < 0.05
         });
-        if step && round >= 1 {
+        if step {
             break;
         }
     }

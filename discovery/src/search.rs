@@ -7,7 +7,7 @@ use crate::candidates::{Library, Situation, catalogue, dictionary};
 use crate::data::{Channel, Trial};
 use crate::estimate::{Estimate, Fit, FitError, refine};
 use crate::gap::{gap, predict};
-use crate::kalman::Forcing;
+use crate::kalman::{Forcing, Randomness};
 use crate::outcome::{HORIZON, SearchStep};
 use crate::regression::{Scored, baseline, ladder, levels, rank};
 use crate::signature;
@@ -67,29 +67,38 @@ pub(crate) struct Search<'a> {
     pub(crate) steps: Vec<SearchStep>,
     pub(crate) candidates: usize,
     pub(crate) progress: Progress<'a>,
+    /// Random parts with the model as given.
+    base_randomness: Option<Randomness>,
     penalty: f64,
 }
 
 impl<'a> Search<'a> {
     pub(crate) fn new(evidence: &'a Evidence, given: usize, progress: Progress<'a>) -> Self {
-        let count: usize = evidence
-            .train
-            .iter()
-            .map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count())
-            .sum();
+        let count: usize =
+            evidence.train.iter().map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count()).sum();
         // Extended BIC over a catalogue of some 200 columns.
         let penalty = (count.max(2) as f64).ln() + 2.0 * 200.0_f64.ln();
-        Self { evidence, given, taken: Vec::new(), steps: Vec::new(), candidates: 0, progress, penalty }
+        Self {
+            evidence,
+            given,
+            taken: Vec::new(),
+            steps: Vec::new(),
+            candidates: 0,
+            progress,
+            base_randomness: None,
+            penalty,
+        }
     }
 
     /// Fits the model as given.
-    pub(crate) fn base(&self, model: &Model) -> Result<Fitted, FitError> {
+    pub(crate) fn base(&mut self, model: &Model) -> Result<Fitted, FitError> {
         let e = self.evidence;
         let randomness = crate::estimate::first_randomness(model, &e.noise);
         let mut train = Fit::new(model, &e.train, &randomness, None)?;
         train.smooth(&e.train)?;
         train.fit_randomness(&e.train, &e.noise, true);
         train.smooth(&e.train)?;
+        self.base_randomness = Some(train.randomness.clone());
         let mut holdout = Fit::new(model, &e.holdout, &train.randomness, None)?;
         holdout.smooth(&e.holdout)?;
         Ok(self.finish(train, holdout, None))
@@ -98,8 +107,7 @@ impl<'a> Search<'a> {
     fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
         let e = self.evidence;
         let parameters: usize = train.model.effects[self.given..].iter().map(|s| s.values.len().max(1)).sum();
-        let score =
-            train.minus_two_log_likelihood(&e.train, &train.randomness) + self.penalty * parameters as f64;
+        let score = train.minus_two_log_likelihood(&e.train, &train.randomness) + self.penalty * parameters as f64;
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
         let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
         let gap = [gap_over(HORIZON), gap_over(20.0)];
@@ -119,6 +127,21 @@ impl<'a> Search<'a> {
         let mut holdout = Fit::new(&train.model, &e.holdout, &train.randomness, Some(&from.holdout))?;
         holdout.smooth(&e.holdout)?;
         Ok(self.finish(train, holdout, Some(estimate)))
+    }
+
+    /// Fits a model with less in it than `from`: what is left out is again for the latent forces to carry.
+    ///
+    /// The other effects' parameters adapt in `rounds` of refinement.
+    pub(crate) fn fit_without(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
+        let mut start = from.clone();
+        if let Some(randomness) = &self.base_randomness {
+            start.train.randomness = Randomness { noise: from.train.randomness.noise.clone(), ..randomness.clone() };
+        }
+        let e = self.evidence;
+        start.train = Fit::new(model, &e.train, &start.train.randomness, Some(&start.train))?;
+        start.train.smooth(&e.train)?;
+        start.train.fit_randomness(&e.train, &e.noise, true);
+        self.fit(model, &start, rounds)
     }
 
     fn note(&mut self, effect: &EffectSpec, outcome: &str, delta_bic: f64, reason: &str) {
@@ -309,7 +332,7 @@ impl<'a> Search<'a> {
             let effect = model.effects.remove(at);
             // Far from zero whatever the others do: no need to let them adapt.
             let clear = fitted.estimate.as_ref().is_some_and(|e| e.wald.get(at).is_some_and(|w| *w > 400.0));
-            let Ok(without) = self.fit(&model, &fitted, if clear { 1 } else { 3 }) else {
+            let Ok(without) = self.fit_without(&model, &fitted, if clear { 1 } else { 3 }) else {
                 at += 1;
                 continue;
             };

@@ -97,7 +97,8 @@ pub(crate) fn when(full: &Fit, reduced: &Fit, trials: &[Trial]) -> Vec<(usize, f
             for at in k * m..(k + 1) * m {
                 if a[t].whitened[at].is_finite() {
                     let term = |w: f64, d: f64| w * w + 2.0 * d.ln();
-                    let gain = term(b[t].whitened[at], b[t].deviation[at]) - term(a[t].whitened[at], a[t].deviation[at]);
+                    let gain =
+                        term(b[t].whitened[at], b[t].deviation[at]) - term(a[t].whitened[at], a[t].deviation[at]);
                     match gains.last_mut() {
                         Some((trial_, block_, sum)) if *trial_ == t && *block_ == block => *sum += gain,
                         _ => gains.push((t, block, gain)),
@@ -131,7 +132,9 @@ pub(crate) fn places(effect: &cdpr::effect::EffectSpec) -> (Vec<String>, Vec<&'s
     let platform = |axes: &[&str]| axes.iter().map(|a| format!("platform.{a}")).collect::<Vec<_>>();
     let value = |k: usize| effect.values.get(k).copied().unwrap_or(0.0);
     match effect.id.as_str() {
-        "cable_elasticity" | "cable_stiffness" | "cable_stiffening" | "cable_sag" => (indexed("cable"), vec!["tension"]),
+        "cable_elasticity" | "cable_stiffness" | "cable_stiffening" | "cable_sag" => {
+            (indexed("cable"), vec!["tension"])
+        }
         "cable_damping" => (indexed("cable"), vec!["speed"]),
         "cable_creep" => (indexed("cable"), vec!["tension", "time"]),
         "cable_thermal_expansion" => (indexed("cable"), vec!["time"]),

@@ -1,12 +1,9 @@
-//! Capstan loss in the pulleys: μ u tanh(l̇/v_s) with v_s = 0.01 m/s.
+//! Capstan loss in the pulleys: μ u tanh(l̇/v_s).
 
 use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::{Real, tanh};
 
-/// Speed over which the loss turns its sign (m/s).
-const TRANSITION_SPEED: f64 = 0.01;
-
-/// Capstan loss in the pulleys: μ u tanh(l̇/v_s) with v_s = 0.01 m/s.
+/// Capstan loss in the pulleys: μ u tanh(l̇/v_s).
 ///
 /// Shows in: tension against winch force, with the sign of the winch speed and the size of the force.
 ///
@@ -16,16 +13,20 @@ const TRANSITION_SPEED: f64 = 0.01;
 #[derive(Clone, Debug)]
 pub struct PulleyCapstanLoss {
     loss: f64,
+    transition_speed: f64,
 }
 
 impl Effect for PulleyCapstanLoss {
     const INFO: EffectInfo = EffectInfo {
         id: "pulley_capstan_loss",
         title: "Capstan loss in the pulleys",
-        equation: "μ u tanh(l̇/v_s) with v_s = 0.01 m/s",
+        equation: "μ u tanh(l̇/v_s)",
         scope: Scope::EachCable,
         parameters: &[
             parameter("loss", "1", "share μ of the force lost over the pulleys", (1e-3, 0.2)).at_least(0.0),
+            parameter("transition_speed", "m/s", "speed v_s over which the loss turns its sign", (1e-4, 0.1))
+                .at_least(1e-9)
+                .or(0.01),
         ],
         shows_in: "tension against winch force, with the sign of the winch speed and the size of the force",
         source: "H. G. Howell, The general case of friction of a string round a cylinder, J. Text. Inst. 44 (1953); capstan equation T2 = T1 exp(μ θ) for small μ θ",
@@ -36,7 +37,7 @@ impl Effect for PulleyCapstanLoss {
     };
 
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
-        Ok(Self { loss: spec.values[0] })
+        Ok(Self { loss: spec.values[0], transition_speed: spec.values[1] })
     }
 
     fn stage(&self) -> Stage {
@@ -44,6 +45,6 @@ impl Effect for PulleyCapstanLoss {
     }
 
     fn loss<S: Real>(&self, force: S, context: &WinchContext<S>) -> S {
-        force * tanh(context.speed / TRANSITION_SPEED) * self.loss
+        force * tanh(context.speed / self.transition_speed) * self.loss
     }
 }
