@@ -215,14 +215,12 @@ fn winches(lib: &mut Library, situation: &Situation) {
         lib.each_cable("winch_coulomb_friction", &[vec![50.0, speed]], 1, move |a| Some(vec![50.0 * a[0], speed]));
     }
     lib.each_cable("winch_viscous_friction", &[vec![50.0]], 0, proportional(50.0));
-    for speed in [0.05] {
-        let build = move |a: &[f64]| {
-            // Columns: Coulomb part, the peak above it, viscous part.
-            (a[0] > 0.0 && a[0] + a[1] > 0.0)
-                .then(|| vec![50.0 * a[0], 50.0 * (a[0] + a[1]), speed, (50.0 * a[2]).max(0.0)])
-        };
-        stribeck(lib, speed, build);
-    }
+    let speed = 0.05;
+    stribeck(lib, speed, move |a: &[f64]| {
+        // Columns: Coulomb part, the peak above it, viscous part.
+        (a[0] > 0.0 && a[0] + a[1] > 0.0)
+            .then(|| vec![50.0 * a[0], 50.0 * (a[0] + a[1]), speed, (50.0 * a[2]).max(0.0)])
+    });
     for speed in [0.005, 0.02, 0.08] {
         lib.each_cable("pulley_capstan_loss", &[vec![0.005, speed]], 1, move |a| Some(vec![0.005 * a[0], speed]));
     }
@@ -288,13 +286,11 @@ fn platform(lib: &mut Library, situation: &Situation) {
     lib.whole("platform_com_offset", &[vec![0.05, 0.0], vec![0.0, 0.05]], 0, |a| Some(vec![0.05 * a[0], 0.05 * a[1]]));
     lib.whole("platform_linear_drag", &[vec![20.0]], 0, proportional(20.0));
     lib.whole("platform_quadratic_drag", &[vec![20.0, 0.0, 0.0]], 0, |a| Some(vec![20.0 * a[0], 0.0, 0.0]));
-    for speed in [6.0] {
-        for direction in 0..8 {
-            let angle = f64::from(direction) * PI / 4.0;
-            let wind = [speed * angle.cos(), speed * angle.sin()];
-            let build = move |a: &[f64]| (a[0] > 0.0).then(|| vec![5.0 * a[0], wind[0], wind[1]]);
-            lib.whole("platform_quadratic_drag", &[vec![5.0, wind[0], wind[1]]], 2, build);
-        }
+    for direction in 0..8 {
+        let angle = f64::from(direction) * PI / 4.0;
+        let wind = [6.0 * angle.cos(), 6.0 * angle.sin()];
+        let build = move |a: &[f64]| (a[0] > 0.0).then(|| vec![5.0 * a[0], wind[0], wind[1]]);
+        lib.whole("platform_quadratic_drag", &[vec![5.0, wind[0], wind[1]]], 2, build);
     }
     lib.whole("platform_rotational_damping", &[vec![5e3]], 0, proportional(5e3));
     let wind = [vec![20.0, 0.0, 0.0], vec![0.0, 20.0, 0.0], vec![0.0, 0.0, 200.0]];

@@ -112,7 +112,7 @@ pub(crate) struct Subset {
 pub(crate) fn subset(normal: &Normal, columns: &[usize]) -> Option<Subset> {
     let n = normal.columns;
     let scale: Vec<f64> = columns.iter().map(|c| normal.gram[c * n + c].sqrt()).collect();
-    if scale.iter().any(|s| !(*s > 1e-6)) {
+    if scale.iter().any(|s| s.is_nan() || *s <= 1e-6) {
         return None;
     }
     let k = columns.len();

@@ -219,15 +219,14 @@ pub(crate) fn forcing(
         .map(|spec| {
             let mut varied = model.clone();
             varied.effects.push(spec.clone());
-            let out = Examined::new(&varied).ok().and_then(|v| {
+            Examined::new(&varied).ok().and_then(|v| {
                 if acts_through_rates(&spec.id) && v.states() == base.states() {
                     let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
                     quick(base, &v, linear, trial, trajectory, &reference, sensors)
                 } else {
                     single(base, &v, trial, trajectory, &reference)
                 }
-            });
-            out
+            })
         })
         .collect();
     for (c, single) in singles.iter().enumerate() {

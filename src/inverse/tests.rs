@@ -114,7 +114,7 @@ fn the_implicit_equations_hold_with_effects() {
         effect("cable_thermal_expansion", None, &[2e-4, 300.0, 0.3]),
         effect("cable_stiffening", None, &[500.0]),
         effect("winch_coulomb_friction", Some(3), &[250.0, 0.05]),
-        effect("pulley_capstan_loss", Some(1), &[0.05]),
+        effect("pulley_capstan_loss", Some(1), &[0.05, 0.01]),
         effect("winch_force_gain", Some(4), &[-0.03]),
         effect("winch_force_bias", None, &[40.0]),
         effect("winch_saturation", None, &[0.0, 60e3]),

@@ -204,7 +204,7 @@ fn winch_effects_change_the_pull_as_they_say() {
     near(pull(effect("winch_coulomb_friction", None, &[250.0, 0.01]), 1e4, 0.005), 1e4 + 250.0 * 0.5_f64.tanh());
     near(pull(effect("winch_coulomb_friction", None, &[250.0, 0.01]), 1e4, -30.0), 9750.0);
     near(pull(effect("winch_viscous_friction", None, &[700.0]), 1e4, -0.5), 9650.0);
-    near(pull(effect("pulley_capstan_loss", None, &[0.02]), 1e4, 3.0), 1.02e4);
+    near(pull(effect("pulley_capstan_loss", None, &[0.02, 0.01]), 1e4, 3.0), 1.02e4);
     let stribeck = effect("winch_stribeck_friction", None, &[100.0, 180.0, 0.05, 300.0]);
     near(pull(stribeck.clone(), 1e4, 0.05), 1e4 + (100.0 + 80.0 * (-1.0_f64).exp()) * 10.0_f64.tanh() + 15.0);
     near(pull(stribeck, 1e4, -2.0), 1e4 - 700.0);
@@ -213,7 +213,7 @@ fn winch_effects_change_the_pull_as_they_say() {
 /// A loss in proportion to the force takes its share of a force added as an expression, too.
 #[test]
 fn losses_come_after_added_forces() {
-    let loss = effect("pulley_capstan_loss", Some(1), &[0.1]);
+    let loss = effect("pulley_capstan_loss", Some(1), &[0.1, 0.01]);
     let added = EffectSpec::expression("winch[1]", "1000").unwrap();
     let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[loss, added]);
     let start = Start { inputs: Inputs { winch_force: [1e4; 4], disturbance: [0.0; 3] }, ..Start::default() };
