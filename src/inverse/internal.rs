@@ -10,6 +10,9 @@ use crate::parameters::{CABLES, CableModel};
 use crate::plant::Plant;
 use crate::scalar::Real;
 
+/// A pole `EA/(b l)` (1/s) no faster than this does not keep up with the motions of a large robot.
+const SLOW_POLE: f64 = 10.0;
+
 /// What acts on the cables' elastic side at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drive {
@@ -165,7 +168,8 @@ impl Layout {
         unstretched_length(data, laws, drive.time, drive.length[i], tension, states)
     }
 
-    /// Internal states near the slow solution: creep settled, spring and damper together carrying the tension.
+    /// Internal states near the slow solution, where there is one: creep settled, spring and damper together carrying the
+    /// tension.
     pub(super) fn start(&self, plant: &Plant, drive: &Drive, internal: &mut [f64]) {
         for i in 0..CABLES {
             let layout = &self.cables[i];
@@ -179,13 +183,16 @@ impl Layout {
             }
             if layout.has_length {
                 let states = settled.map(Jet::from);
-                let mut l = Self::at_rest(plant, i, drive, drive.tension[i], &states);
+                let rest = Self::at_rest(plant, i, drive, drive.tension[i], &states);
                 // The damper's share follows from the rate of the spring alone; each round is one term of its series.
-                for _ in 0..2 {
+                let round = |l: Jet| {
                     let rate = Jet::new(l.v1, l.v2, l.v3, 0.0);
                     let damper = (drive.speed[i] - rate) * plant.data().cables[i].damping / l;
-                    l = Self::at_rest(plant, i, drive, drive.tension[i] - damper, &states);
-                }
+                    Self::at_rest(plant, i, drive, drive.tension[i] - damper, &states)
+                };
+                // The series settles where the pole is much faster than the motion; elsewhere the cable starts as at rest.
+                let data = &plant.data().cables[i];
+                let l = if data.axial_stiffness > SLOW_POLE * data.damping { round(round(rest)) } else { rest };
                 internal[layout.offset] = l.re;
             }
         }

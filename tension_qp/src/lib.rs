@@ -1,0 +1,221 @@
+//! Cable tensions by quadratic programming, with the interior-point solver Clarabel.
+//!
+//! The same problems as the closed forms of [`cdpr::inverse::distribution`] have, posed as a quadratic programme: an
+//! independent check of them, and the place to start from where constraints are added for which there is no closed form. It
+//! is a crate of its own so that the solver stays out of the plant, which becomes an FMU's binary.
+
+use cdpr::inverse::distribution::{
+    Bounds, Distribution, DistributionError, Infeasible, Objective, Redundancy, Selection, TensionLine,
+};
+use cdpr::parameters::CABLES;
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{
+    DefaultSettings, DefaultSolver, IPSolver as _, NonnegativeConeT, SolverStatus, SupportedConeT, ZeroConeT,
+};
+use nalgebra::{DMatrix, SMatrix, SVector};
+
+/// A tension distribution solved as a quadratic programme.
+///
+/// Takes the objectives that are quadratic: [`Objective::MinimumNorm`] and [`Objective::MidTension`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QuadraticProgramme {
+    /// What is solved.
+    pub distribution: Distribution,
+}
+
+/// Relative distance from a bound within which the solver's answer counts as on it.
+const ON_BOUND: f64 = 1e-6;
+
+fn sparse(matrix: &DMatrix<f64>) -> CscMatrix<f64> {
+    let rows: Vec<Vec<f64>> = matrix.row_iter().map(|row| row.iter().copied().collect()).collect();
+    CscMatrix::from(&rows)
+}
+
+/// `min ½ tᵀ P t + qᵀ t` with `E t = e` and `lower <= t <= upper`; `None` where the constraints contradict each other.
+fn solve(
+    p: &DMatrix<f64>,
+    q: &[f64],
+    (equality, right): (&DMatrix<f64>, &[f64]),
+    (lower, upper): (f64, f64),
+) -> Result<Option<Vec<f64>>, DistributionError> {
+    let (n, m) = (q.len(), equality.nrows());
+    let mut constraints = DMatrix::zeros(m + 2 * n, n);
+    constraints.view_mut((0, 0), (m, n)).copy_from(equality);
+    let mut bound = right.to_vec();
+    for i in 0..n {
+        constraints[(m + i, i)] = 1.0;
+        constraints[(m + n + i, i)] = -1.0;
+    }
+    bound.extend(vec![upper; n]);
+    bound.extend(vec![-lower; n]);
+    let mut cones: Vec<SupportedConeT<f64>> = Vec::new();
+    if m > 0 {
+        cones.push(ZeroConeT(m));
+    }
+    cones.push(NonnegativeConeT(2 * n));
+    let settings = DefaultSettings {
+        verbose: false,
+        tol_gap_abs: 1e-12,
+        tol_gap_rel: 1e-12,
+        tol_feas: 1e-12,
+        ..Default::default()
+    };
+    let failed = |what: String| DistributionError::NotSolved(what);
+    let mut solver = DefaultSolver::new(&sparse(p), q, &sparse(&constraints), &bound, &cones, settings)
+        .map_err(|error| failed(format!("the quadratic programme was not accepted: {error:?}")))?;
+    solver.solve();
+    match solver.solution.status {
+        SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress => {
+            Ok(Some(solver.solution.x.clone()))
+        }
+        SolverStatus::PrimalInfeasible | SolverStatus::AlmostPrimalInfeasible => Ok(None),
+        status => Err(failed(format!("the quadratic programme ended with {status:?}"))),
+    }
+}
+
+impl QuadraticProgramme {
+    /// The tensions within the bounds whose wrench is nearest to `wrench`, a torque divided by the largest arm.
+    ///
+    /// # Errors
+    /// A solver that gave up.
+    pub fn nearest(
+        structure: &SMatrix<f64, 3, CABLES>,
+        wrench: &[f64; 3],
+        bounds: &Bounds,
+    ) -> Result<Infeasible, DistributionError> {
+        let arm = structure.row(2).amax().max(1e-9);
+        let scale = [1.0, 1.0, 1.0 / arm];
+        let unit = bounds.upper();
+        let a = DMatrix::from_fn(3, CABLES, |r, c| structure[(r, c)] * scale[r]);
+        let target = SVector::<f64, 3>::from_fn(|k, _| wrench[k] * scale[k] / unit);
+        let q = -(a.transpose() * target);
+        let free = DMatrix::zeros(0, CABLES);
+        let solution = solve(&(a.transpose() * &a), q.as_slice(), (&free, &[]), (bounds.lower() / unit, 1.0))?
+            .ok_or_else(|| DistributionError::NotSolved("a box cannot be empty".to_owned()))?;
+        let tension =
+            SVector::<f64, CABLES>::from_fn(|i, _| (solution[i] * unit).clamp(bounds.lower(), bounds.upper()));
+        let reached = structure * tension;
+        Ok(Infeasible {
+            wrench: *wrench,
+            nearest_tension: tension.into(),
+            nearest_wrench: reached.into(),
+            shortfall: std::array::from_fn(|k| wrench[k] - reached[k]),
+        })
+    }
+}
+
+impl Redundancy for QuadraticProgramme {
+    fn distribution(&self) -> Distribution {
+        self.distribution
+    }
+
+    fn select(
+        &self,
+        structure: &SMatrix<f64, 3, CABLES>,
+        wrench: &[f64; 3],
+    ) -> Result<(Selection, [f64; CABLES]), DistributionError> {
+        let Distribution { objective, bounds } = self.distribution;
+        let unit = bounds.upper();
+        let reference = match objective {
+            Objective::MinimumNorm => 0.0,
+            Objective::MidTension => bounds.middle() / unit,
+            other => {
+                let text = format!("{other:?} is not quadratic; a quadratic programme takes MinimumNorm or MidTension");
+                return Err(DistributionError::NotSolved(text));
+            }
+        };
+        let line = TensionLine::of(structure, wrench)?;
+        let arm = structure.row(2).amax().max(1e-9);
+        let scale = [1.0, 1.0, 1.0 / arm];
+        let equality = DMatrix::from_fn(3, CABLES, |r, c| structure[(r, c)] * scale[r]);
+        let right: Vec<f64> = (0..3).map(|k| wrench[k] * scale[k] / unit).collect();
+        let (lower, upper) = (bounds.lower() / unit, 1.0);
+        let identity = DMatrix::identity(CABLES, CABLES);
+        let Some(t) = solve(&identity, &[-reference; CABLES], (&equality, &right), (lower, upper))? else {
+            return Err(DistributionError::Infeasible(Box::new(Self::nearest(structure, wrench, &bounds)?)));
+        };
+        // The solver's answer is put on the line of exact solutions: at the bound that it touches, or at its own place.
+        let touched = (0..CABLES)
+            .flat_map(|i| [(i, lower), (i, upper)])
+            .map(|(i, bound)| (i, bound, (t[i] - bound).abs()))
+            .min_by(|a, b| a.2.total_cmp(&b.2));
+        let own: f64 = line.internal.iter().map(|n| n * reference * unit).sum();
+        if let Some((cable, bound, distance)) = touched
+            && distance < ON_BOUND
+            && line.internal[cable].abs() > 1e-9
+        {
+            let tension = bound * unit;
+            let lambda = (tension - line.minimum_norm[cable]) / line.internal[cable];
+            // At its own minimum by chance on a bound, the answer is interior all the same.
+            if (lambda - own).abs() > ON_BOUND * unit {
+                return Ok((Selection::AtBound { cable, tension }, line.at(lambda)));
+            }
+        }
+        let lambda = (0..CABLES).map(|i| t[i] * unit * line.internal[i]).sum();
+        Ok((Selection::Interior, line.at(lambda)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cdpr::geometry::Geometry;
+    use cdpr::inverse::distribution::{nearest, structure_matrix};
+    use cdpr::parameters::Parameters;
+
+    #[test]
+    fn it_agrees_with_the_closed_forms() {
+        let geometry = Geometry::new(&Parameters::default());
+        let (mut interior, mut bound, mut infeasible) = (0, 0, 0);
+        for k in 0..150 {
+            let s = f64::from(k);
+            let pose = [250.0 * (1.3 * s).sin(), 250.0 * (0.7 * s).cos(), 0.4 * (2.1 * s).sin()];
+            let wrench = [2.5e3 * (0.9 * s).sin(), 2.5e3 * (1.7 * s).cos(), 2.5e4 * (3.1 * s).sin()];
+            let structure = structure_matrix(&geometry, &pose);
+            for objective in [Objective::MinimumNorm, Objective::MidTension] {
+                let distribution = Distribution { objective, bounds: Bounds::new(1e3, 4e3).unwrap() };
+                let closed = distribution.select(&structure, &wrench);
+                let solved = QuadraticProgramme { distribution }.select(&structure, &wrench);
+                match (closed, solved) {
+                    (Ok((_, a)), Ok((selection, b))) => {
+                        match selection {
+                            Selection::Interior => interior += 1,
+                            Selection::AtBound { .. } => bound += 1,
+                        }
+                        for i in 0..CABLES {
+                            assert!((a[i] - b[i]).abs() < 1e-3, "{objective:?}: {a:?} {b:?}");
+                        }
+                    }
+                    (Err(DistributionError::Infeasible(a)), Err(DistributionError::Infeasible(b))) => {
+                        infeasible += 1;
+                        for k in 0..3 {
+                            assert!((a.shortfall[k] - b.shortfall[k]).abs() < 1e-2, "{a:?} {b:?}");
+                        }
+                    }
+                    (a, b) => panic!("{a:?} against {b:?}"),
+                }
+            }
+        }
+        assert!(interior > 20 && bound > 20 && infeasible > 20, "{interior} {bound} {infeasible}");
+    }
+
+    #[test]
+    fn nearest_tensions_agree() {
+        let structure = structure_matrix(&Geometry::new(&Parameters::default()), &[100.0, -50.0, 0.2]);
+        let bounds = Bounds::new(1e3, 3e3).unwrap();
+        let wrench = [9e3, 1e3, -4e4];
+        let (a, b) = (nearest(&structure, &wrench, &bounds), QuadraticProgramme::nearest(&structure, &wrench, &bounds));
+        let b = b.unwrap();
+        for k in 0..3 {
+            assert!((a.shortfall[k] - b.shortfall[k]).abs() < 1e-3, "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
+    fn an_objective_that_is_not_quadratic_is_refused() {
+        let distribution = Distribution { objective: Objective::PNorm(4.0), bounds: Bounds::new(1e3, 3e3).unwrap() };
+        let structure = structure_matrix(&Geometry::new(&Parameters::default()), &[0.0; 3]);
+        let error = QuadraticProgramme { distribution }.select(&structure, &[0.0; 3]).unwrap_err();
+        assert!(error.to_string().contains("not quadratic"), "{error}");
+    }
+}
