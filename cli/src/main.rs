@@ -2,6 +2,7 @@
 
 mod csv_io;
 mod demo;
+mod discover;
 mod effects;
 mod failure;
 mod fmu;
@@ -25,7 +26,8 @@ use clap::{Parser, Subcommand};
     after_help = "Examples:\n  \
         cdpr demo                                  the whole story in one go\n  \
         cdpr fmu -o CablePlatform.fmu              an FMU of the default model\n  \
-        cdpr simulate -o run.csv --plot run.svg    60 s of simulation, with a picture\n\n\
+        cdpr simulate -o run.csv --plot run.svg    60 s of simulation, with a picture\n  \
+        cdpr discover --data run.csv --out found   the effect that the model is missing\n\n\
         Exit codes: 0 done, 1 the work failed, 2 wrong use or bad input."
 )]
 struct Arguments {
@@ -39,6 +41,7 @@ enum Command {
     Fmu(fmu::Arguments),
     Simulate(simulate::Arguments),
     Effects(effects::Arguments),
+    Discover(discover::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
         Command::Fmu(arguments) => fmu::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Effects(arguments) => effects::run(&arguments),
+        Command::Discover(arguments) => discover::run(&arguments),
     };
     done.map_or_else(|error| failure::report(&error), |()| ExitCode::SUCCESS)
 }

@@ -9,22 +9,22 @@ const PARTS: u64 = 1000;
 
 /// Progress from 0 to 1. Nothing is drawn in the first two seconds, nor where stderr is no terminal.
 pub(crate) struct Progress {
-    what: &'static str,
+    what: String,
     begun: Instant,
     bar: Option<ProgressBar>,
 }
 
 impl Progress {
     /// Begins to wait for `what`.
-    pub(crate) fn new(what: &'static str) -> Self {
-        Self { what, begun: Instant::now(), bar: None }
+    pub(crate) fn new(what: &str) -> Self {
+        Self { what: what.to_owned(), begun: Instant::now(), bar: None }
     }
 
     /// This share of the work is done.
     pub(crate) fn update(&mut self, share: f64) {
         if self.bar.is_none() && self.begun.elapsed() > PATIENCE {
             let style = ProgressStyle::with_template("{msg} [{bar:40}] {percent} %, {eta} left");
-            let bar = ProgressBar::new(PARTS).with_message(self.what).with_elapsed(self.begun.elapsed());
+            let bar = ProgressBar::new(PARTS).with_message(self.what.clone()).with_elapsed(self.begun.elapsed());
             self.bar = Some(match style {
                 Ok(style) => bar.with_style(style.progress_chars("=> ")),
                 Err(_) => bar,
@@ -33,6 +33,17 @@ impl Progress {
         if let Some(bar) = &self.bar {
             bar.set_position((share * PARTS as f64) as u64);
         }
+    }
+
+    /// This share of the work is done, and what comes next is this.
+    pub(crate) fn tell(&mut self, what: &str, share: f64) {
+        if self.what != what {
+            what.clone_into(&mut self.what);
+            if let Some(bar) = &self.bar {
+                bar.set_message(self.what.clone());
+            }
+        }
+        self.update(share);
     }
 }
 

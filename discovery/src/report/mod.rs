@@ -7,6 +7,7 @@
 mod axis;
 mod check;
 mod data;
+mod gather;
 mod heat;
 mod number;
 mod page;
@@ -18,10 +19,12 @@ mod words;
 
 pub use check::{ReportError, check};
 pub use data::*;
+pub use gather::gather;
+pub use number::{gap as gap_text, quantity, significant};
 pub use page::render;
 pub use picture::{gap_picture, most_telling};
 pub(crate) use place::channel_words;
-pub use words::{Summary, phrase, summary};
+pub use words::{Summary, phrase, printed, summary};
 
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,8 @@ const THIN: char = '\u{202f}';
 const NBSP: char = '\u{a0}';
 
 /// `value` to `digits` significant digits: `0.0341`, `−812`, `15 200 000`, `3.2×10⁻⁶`.
-pub(super) fn significant(value: f64, digits: i32) -> String {
+#[must_use]
+pub fn significant(value: f64, digits: i32) -> String {
     if !value.is_finite() {
         return "\u{2013}".to_owned();
     }
@@ -52,7 +53,8 @@ pub(super) fn with_error(value: f64, error: Option<f64>) -> String {
 }
 
 /// A fitted number with its unit; a pure number called `factor` is a relative change and is shown in per cent.
-pub(super) fn quantity(name: &str, value: f64, error: Option<f64>, unit: &str) -> String {
+#[must_use]
+pub fn quantity(name: &str, value: f64, error: Option<f64>, unit: &str) -> String {
     match unit {
         "1" | "" if name == "factor" => {
             let text = with_error(100.0 * value, error.map(|e| 100.0 * e));
@@ -76,7 +78,8 @@ pub(super) fn percent(share: f64) -> String {
 }
 
 /// A gap: `39.5`, `1.04`, `0.98`.
-pub(super) fn gap(value: f64) -> String {
+#[must_use]
+pub fn gap(value: f64) -> String {
     if value.is_finite() && value.abs() < 10.0 { decimals(value, 2) } else { significant(value, 3) }
 }
 

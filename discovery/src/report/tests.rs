@@ -217,6 +217,17 @@ fn unnamed_says_so_and_gives_the_term() {
 }
 
 #[test]
+fn expressions_are_printed_for_people() {
+    let printed = super::printed;
+    assert_eq!(printed("-3.49981866852225e1*x*abs(y)"), "−35·x·abs(y)");
+    assert_eq!(
+        printed("2.0*vx^2 - 1.23456e-7*winch_force[3]*sin(0.5*time)"),
+        "2·vx^2 − 1.235×10⁻⁷·winch_force[3]·sin(0.5·time)"
+    );
+    assert_eq!(printed("x2 + 1e"), "x2 + 1e");
+}
+
+#[test]
 fn nothing_missing_is_said_plainly_and_only_near_the_noise() {
     let mut report = report();
     report.verdict = Verdict::NoMissingEffect;

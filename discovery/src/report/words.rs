@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::data::{Alternative, BeforeAfter, Effect, NullTest, Parameter, Report, Span, Verdict};
+use super::gather;
 use super::number::{gap, percent, plain, quantity, significant};
 use super::place::Place;
 
@@ -154,9 +155,14 @@ fn size(effect: &Effect, several: bool) -> String {
     if several { capital(&format!("{}: {own}.", effect_phrase(effect))) } else { format!("Its size: {own}.") }
 }
 
+/// The sizes worth a sentence: what may as well be zero is left to the tables.
 fn parameters(list: &[Parameter]) -> String {
+    let told = |(k, p): &(usize, &Parameter)| *k == 0 || p.standard_error.is_none_or(|e| p.value.abs() > 2.0 * e);
     let parts: Vec<String> = list
         .iter()
+        .enumerate()
+        .filter(told)
+        .map(|(_, p)| p)
         .map(|p| {
             let value = quantity(&p.name, p.value, p.standard_error, &p.unit);
             format!("{} {value}", p.name.replace('_', " "))
@@ -177,13 +183,43 @@ fn terms(report: &Report) -> Option<String> {
     Some(format!("The best description found is {}, added to the model as it stands.", join(&list, "and")))
 }
 
-/// An expression with a proper minus sign and multiplication dot.
-pub(super) fn printed(expression: &str) -> String {
-    expression.replace('-', "−").replace("**", "^").replace('*', "·")
+/// An expression as a person reads it: numbers to four digits, a proper minus sign and multiplication dot.
+#[must_use]
+pub fn printed(expression: &str) -> String {
+    let mut text = String::with_capacity(expression.len());
+    let mut rest = expression;
+    while let Some(c) = rest.chars().next() {
+        // Digits within a name or an index are none of a number.
+        let inside = text.ends_with(|p: char| p.is_alphanumeric() || p == '_' || p == '[');
+        let length = if c.is_ascii_digit() && !inside { number_at(rest) } else { 0 };
+        if let Ok(value) = rest[..length].parse::<f64>() {
+            text.push_str(&plain(value));
+            rest = &rest[length..];
+        } else {
+            text.push(c);
+            rest = &rest[c.len_utf8()..];
+        }
+    }
+    text.replace('-', "−").replace("**", "^").replace('*', "·")
+}
+
+/// Length of the number that `text` begins with, an exponent included.
+fn number_at(text: &str) -> usize {
+    let digits = |from: usize| from + text[from..].bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
+    let end = digits(0);
+    let exponent = text[end..].strip_prefix(['e', 'E']).map(|rest| {
+        let sign = usize::from(rest.starts_with(['-', '+']));
+        (end + 1 + sign, digits(end + 1 + sign))
+    });
+    match exponent {
+        Some((first, last)) if last > first => last,
+        _ => end,
+    }
 }
 
 fn located(report: &Report) -> Option<String> {
-    let first = report.located.first()?;
+    let places = gather(&report.located);
+    let (first, others) = places.split_first()?;
     let mut text = format!("{} of the gap sits {}", percent(first.share_of_gap), Place::parse(&first.place).phrase());
     text.push_str(&match first.when.as_slice() {
         [] => ", throughout the data".to_owned(),
@@ -194,7 +230,7 @@ fn located(report: &Report) -> Option<String> {
         text.push_str(&format!(", and depends on {}", join(&first.depends_on, "and")));
     }
     text.push('.');
-    let others: Vec<String> = report.located[1..]
+    let others: Vec<String> = others
         .iter()
         .filter(|l| l.share_of_gap >= 0.1)
         .map(|l| format!("{} {}", percent(l.share_of_gap), Place::parse(&l.place).phrase()))

@@ -90,10 +90,17 @@ pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<repo
             name: parameter.name.to_owned(),
             value: *value,
             standard_error: standard_error.get(k).copied().flatten().filter(|e| e.is_finite()),
-            // Products in units have a dot in FMI and a space in print.
-            unit: parameter.unit.replace('.', " "),
+            unit: unit(parameter.unit),
         })
         .collect()
+}
+
+/// A unit as printed: `N.s2/m2` of FMI is `N s²/m²`.
+fn unit(fmi: &str) -> String {
+    match fmi {
+        "1" => "1".to_owned(),
+        _ => fmi.replace('.', " ").replace('2', "²").replace('3', "³"),
+    }
 }
 
 /// What was found, with its place: `Coulomb friction on winch 3`.
@@ -132,6 +139,14 @@ mod tests {
         for (effect, expected) in cases {
             assert_eq!(report::phrase(&label(&effect), &place(&effect)), expected);
         }
+    }
+
+    #[test]
+    fn units_are_printed_with_superscripts() {
+        let drag = parameters(&spec("platform_quadratic_drag", None, &[50.0, 0.0, 0.0]), &[Some(1.5)]);
+        assert_eq!((drag[0].unit.as_str(), drag[0].standard_error), ("N s²/m²", Some(1.5)));
+        assert_eq!((drag[1].unit.as_str(), drag[1].standard_error), ("m/s", None));
+        assert_eq!(parameters(&spec("winch_force_gain", None, &[0.1]), &[])[0].unit, "1");
     }
 
     /// Whatever the catalogue holds: a label of its own, and a place that the report can draw or say.

@@ -53,7 +53,7 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
         effects: discovery.effects.iter().map(effect).collect(),
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
         terms: discovery.terms.iter().map(term).collect(),
-        gap: gap(discovery),
+        gap: Gap { holdout_source: shortened(&discovery.holdout_source, &discovery.trials, &names), ..gap(discovery) },
         remainder: Remainder {
             force: discovery.remainder_force.after,
             torque: discovery.remainder_torque.after,
@@ -85,15 +85,32 @@ pub(super) fn all_channels(discovery: &Discovery) -> Vec<Channel> {
 
 /// The files' names without their folders, where that leaves them different.
 fn short_names(trials: &[Compared]) -> Vec<String> {
-    let short = |t: &Compared| match Path::new(&t.trial.name).file_name() {
+    let file = |path: &str| match Path::new(path).file_name() {
         Some(name) => name.to_string_lossy().into_owned(),
-        None => t.trial.name.clone(),
+        None => path.to_owned(),
+    };
+    // A part that was cut off another trial is called after it: `the last 30 s of runs/a.csv`.
+    let short = |t: &Compared| {
+        let name = &t.trial.name;
+        let whole = trials.iter().map(|other| &other.trial.name).find(|other| *other != name && name.ends_with(*other));
+        match whole {
+            Some(other) => format!("{}{}", &name[..name.len() - other.len()], file(other)),
+            None => file(name),
+        }
     };
     let names: Vec<String> = trials.iter().map(short).collect();
     let mut different = names.clone();
     different.sort();
     different.dedup();
     if different.len() == names.len() { names } else { trials.iter().map(|t| t.trial.name.clone()).collect() }
+}
+
+/// The text with the trials' names in place of their paths.
+fn shortened(text: &str, trials: &[Compared], names: &[String]) -> String {
+    let mut pairs: Vec<(&str, &String)> = trials.iter().map(|t| t.trial.name.as_str()).zip(names).collect();
+    // The longest first: one name may be part of another.
+    pairs.sort_by_key(|(name, _)| std::cmp::Reverse(name.len()));
+    pairs.iter().fold(text.to_owned(), |text, (name, short)| text.replace(name, short))
 }
 
 /// Measurements that are there.
@@ -183,7 +200,7 @@ fn gap(discovery: &Discovery) -> Gap {
         horizon_s: HORIZON,
         train: main.map_or(nothing, |h| pair(h.train)),
         holdout: main.and_then(|h| held_out(h.holdout)),
-        holdout_source: discovery.holdout_source.clone(),
+        holdout_source: String::new(),
         channels: channels
             .iter()
             .map(|(c, train, holdout)| ChannelGap {

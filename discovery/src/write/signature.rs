@@ -13,7 +13,7 @@ use cdpr::geometry::Geometry;
 use cdpr::parameters::CABLES;
 
 use crate::outcome::{Compared, Discovery, Found};
-use crate::report::Signature;
+use crate::report::{Signature, printed};
 
 use super::label::heading;
 use super::moment::{Moment, moments};
@@ -22,8 +22,8 @@ use super::moment::{Moment, moments};
 const INTERVAL: f64 = 0.25;
 /// Points of a law.
 const LAW: usize = 241;
-/// A wind below this (m/s) is none.
-const CALM: f64 = 1e-6;
+/// A wind below this (m/s) is none that a plot would show.
+const CALM: f64 = 0.02;
 /// Most points of the picture that effects share.
 const SHARED: usize = 1200;
 
@@ -297,7 +297,7 @@ fn term(spec: &EffectSpec, kind: &EffectKind) -> Option<View> {
     let kind = kind.clone();
     let unit = y.1;
     Some(View {
-        x: (format!("the term, {}", spec.expression.as_deref().unwrap_or_default()), unit),
+        x: (format!("the term, {}", printed(spec.expression.as_deref().unwrap_or_default())), unit),
         y,
         points: Box::new(move |m, rest| {
             let own = match winch {

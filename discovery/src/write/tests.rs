@@ -157,6 +157,17 @@ fn the_report_points_to_the_right_trial_and_breaks_lines_at_restarts() {
 }
 
 #[test]
+fn a_part_cut_off_a_trial_keeps_its_name_short() {
+    let mut cut = discovery();
+    cut.trials[0].trial.name = "the last 30 s of runs/first.csv".to_owned();
+    cut.holdout_source = "the last 30 s of runs/first.csv".to_owned();
+    let report = report(&cut, &About::default());
+    assert_eq!(report.trials[0].name, "the last 30 s of first.csv");
+    assert_eq!(report.trials[1].name, "first.csv");
+    assert_eq!(report.gap.holdout_source, "the last 30 s of first.csv");
+}
+
+#[test]
 fn friction_is_drawn_against_the_winch_speed() {
     let discovery = discovery();
     let report = report(&discovery, &About::default());
@@ -211,7 +222,7 @@ fn terms_are_drawn_against_their_variable_or_their_own_value() {
     let [one, many] = &report.signatures[..] else { panic!("{} pictures", report.signatures.len()) };
     assert_eq!(one.x_name, "reel-out speed, cable 3");
     assert!(one.law.iter().all(|p| (p[1] - 25.0 * p[0]).abs() < 1e-12));
-    assert_eq!(many.x_name, "the term, 2.0*x*vy");
+    assert_eq!(many.x_name, "the term, 2·x·vy");
     assert!(many.law.iter().all(|p| p[0] == p[1]));
 }
 

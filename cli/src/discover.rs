@@ -1,0 +1,251 @@
+//! `cdpr discover`: what a model is missing, from recordings; written as data, model, FMU and report.
+
+use std::fmt::Write as _;
+use std::io::{Write, stdout};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use cdpr::model_file::Model;
+use cdpr::parameters::CableModel;
+use cdpr_discovery::data::{ColumnMap, DataError, Trial, read_trial};
+use cdpr_discovery::outcome::{Discovery, Found, HORIZON, Verdict};
+use cdpr_discovery::report::{self, FileUsed, Report, Setting};
+use cdpr_discovery::write::{self, About, discovery_json, gap_csv};
+use cdpr_discovery::{DiscoverError, discover};
+
+use crate::failure::BadInput;
+use crate::progress::Progress;
+use crate::{fmu, model, whole};
+
+/// Find the physical effect that a model is missing, from recordings of the real robot.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    cdpr discover --data circle.csv sweep.csv --holdout check.csv --out found\n  \
+    cdpr discover --data run.csv --model model.toml --map map.toml --out found\n\n\
+    A recording is a table with a header, one row a sample: time (s), winch_force[1] to winch_force[4] (N), \
+    disturbance_force_x, disturbance_force_y (N), disturbance_torque (N m) where not zero, and any of x, y (m), phi (rad), \
+    cable_length[i], unstretched_length[i] (m), tension[i] (N) from which the pose can be told. Inputs are held from \
+    row to row; a gap in a measurement is an empty cell or nan. Without --holdout the last part of the longest \
+    recording is held out.\n\n\
+    A map names the columns of a table from elsewhere and their units:\n  \
+    time = { column = \"t\", unit = \"ms\" }\n  \
+    \"winch_force[1]\" = { column = \"F1\", unit = \"kN\" }\n  \
+    x = \"pos_x\"\n\n\
+    Into DIR go report.html, discovery.json, model.toml (the model with what was found), CablePlatform.fmu (the same, \
+    packed) and gap.csv (the numbers behind the plots).")]
+pub(crate) struct Arguments {
+    /// Recordings to search
+    #[arg(long, value_name = "FILE.csv", num_args = 1.., required = true)]
+    data: Vec<PathBuf>,
+    /// Recordings that the search does not see, to verify with
+    #[arg(long, value_name = "FILE.csv", num_args = 1..)]
+    holdout: Vec<PathBuf>,
+    /// The model as it is; the default model without it
+    #[arg(long, value_name = "FILE.toml")]
+    model: Option<PathBuf>,
+    /// Columns and units of the recordings, where they are not ours
+    #[arg(long, value_name = "FILE.toml")]
+    map: Option<PathBuf>,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let (_, base) = model::read(arguments.model.as_deref())?;
+    let map = match &arguments.map {
+        Some(path) => ColumnMap::read(path).map_err(bad_data)?,
+        None => ColumnMap::default(),
+    };
+    let read = |paths: &[PathBuf]| -> Result<Vec<Trial>, BadInput> {
+        paths.iter().map(|p| read_trial(p, &map).map_err(bad_data)).collect()
+    };
+    let train = read(&arguments.data)?;
+    let holdout = read(&arguments.holdout)?;
+    model::folder(&arguments.out)?;
+    let discovery = search(&base, train, holdout)?;
+    let results = write_results(&discovery, about(arguments, &base), &arguments.out)?;
+    let mut out = stdout().lock();
+    write!(out, "{}", results.summary)?;
+    writeln!(out, "\nWritten:")?;
+    let width = results.files.iter().map(|file| file.path.chars().count()).max().unwrap_or_default();
+    for FileUsed { path, role } in &results.files {
+        writeln!(out, "  {path:<width$}  {role}")?;
+    }
+    Ok(())
+}
+
+fn bad_data(error: DataError) -> BadInput {
+    BadInput(error.to_string())
+}
+
+/// Searches, with a progress bar.
+pub(crate) fn search(base: &Model, train: Vec<Trial>, holdout: Vec<Trial>) -> anyhow::Result<Discovery> {
+    let progress = Mutex::new(Progress::new("searching"));
+    let tell = |message: &str, share: f64| {
+        // A panic in another thread ends the work; its bar does not matter any more.
+        if let Ok(mut progress) = progress.lock() {
+            progress.tell(message, share);
+        }
+    };
+    discover(base, train, holdout, &tell).map_err(|error| match error {
+        DiscoverError::Data(message) => BadInput(message).into(),
+        DiscoverError::Fit(_) => error.into(),
+    })
+}
+
+fn about(arguments: &Arguments, base: &Model) -> About {
+    let list = |role: &'static str, paths: &[PathBuf]| -> Vec<FileUsed> {
+        paths.iter().map(|path| file(role, path)).collect()
+    };
+    let mut files = list("training data", &arguments.data);
+    files.extend(list("held-out data", &arguments.holdout));
+    files.extend(arguments.model.iter().map(|path| file("model as given", path)));
+    files.extend(arguments.map.iter().map(|path| file("column map", path)));
+    About { title: title(&arguments.data), files, settings: settings(base) }
+}
+
+fn file(role: &str, path: &Path) -> FileUsed {
+    FileUsed { role: role.to_owned(), path: path.display().to_string() }
+}
+
+/// The first recordings' names.
+fn title(data: &[PathBuf]) -> String {
+    let name = |path: &PathBuf| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    match data {
+        [] => String::new(),
+        [one] => name(one),
+        [one, two] => format!("{} and {}", name(one), name(two)),
+        [one, rest @ ..] => format!("{} and {} more recordings", name(one), rest.len()),
+    }
+}
+
+/// What the report lists as settings.
+pub(crate) fn settings(base: &Model) -> Vec<Setting> {
+    let cable_model = match base.parameters.cable_model {
+        CableModel::Rigid => "rigid",
+        CableModel::MasslessSpring => "massless_spring",
+        CableModel::LumpedMass => "lumped_mass",
+    };
+    [("cable model", cable_model.to_owned()), ("main horizon", format!("{HORIZON} s"))]
+        .map(|(name, value)| Setting { name: name.to_owned(), value })
+        .to_vec()
+}
+
+/// What was written, and the summary for the terminal.
+pub(crate) struct Results {
+    pub(crate) summary: String,
+    pub(crate) files: Vec<FileUsed>,
+    pub(crate) report: Report,
+}
+
+/// Writes every file of a discovery into a folder, each whole or not at all.
+pub(crate) fn write_results(discovery: &Discovery, mut about: About, out: &Path) -> anyhow::Result<Results> {
+    let place = |name: &str| out.join(name);
+    let model_toml = discovery.model.to_toml();
+    let found = if discovery.verdict == Verdict::NoMissingEffect {
+        "the model, nothing added"
+    } else {
+        "the model with what was found"
+    };
+    let files = [
+        ("report.html", "the report, for a browser"),
+        ("discovery.json", "the result, for programs"),
+        ("model.toml", found),
+        ("CablePlatform.fmu", "the same as an FMU"),
+        ("gap.csv", "the numbers behind the plots"),
+    ]
+    .map(|(name, role)| file(role, &place(name)));
+    about.files.extend(files.clone());
+    let report = write::report(discovery, &about);
+    let page = report::render(&report)?;
+    whole::write(&place("model.toml"), &model_toml)?;
+    fmu::pack(&model_toml, &[], &place("CablePlatform.fmu"))?;
+    whole::write(&place("gap.csv"), gap_csv(discovery))?;
+    whole::write(&place("report.html"), page)?;
+    // Last: who finds it finds the others.
+    whole::write(&place("discovery.json"), discovery_json(discovery)?)?;
+    Ok(Results { summary: summary(discovery, &report), files: files.to_vec(), report })
+}
+
+/// The result on one screen.
+fn summary(discovery: &Discovery, report: &Report) -> String {
+    let words = report::summary(report);
+    let mut text = format!("{}\n\n", words.headline);
+    let mut line = |key: &str, value: &str| {
+        let _ = writeln!(text, "  {key:<12} {value}");
+    };
+    line("verdict", words.badge);
+    for found in &discovery.effects {
+        line("effect", &found_text(found));
+        for twin in found.alternatives.iter().filter(|a| a.indistinguishable) {
+            let sizes = write::parameters(&twin.effect, &[]);
+            line("  or", &format!("{}  (ΔBIC {})", sized(&twin.effect, &sizes), signed(twin.delta_bic)));
+            line("", &format!("to tell: {}", twin.separate_by));
+        }
+    }
+    for term in &discovery.terms {
+        line("term", &found_text(term));
+    }
+    for located in report::gather(&report.located).iter().take(3) {
+        let depends = if located.depends_on.is_empty() {
+            String::new()
+        } else {
+            format!(", depends on {}", located.depends_on.join(", "))
+        };
+        line("where", &format!("{} ({:.0} % of the gap{depends})", located.place, 100.0 * located.share_of_gap));
+    }
+    let (set, source) = match report.gap.holdout {
+        Some(_) => ("held-out data", format!(" ({})", report.gap.holdout_source)),
+        None => ("fitted data", String::new()),
+    };
+    line("gap", &format!("on {set}{source}; 1 is the noise of the measurements"));
+    for horizon in &report.gap.horizons {
+        let gap = horizon.holdout.unwrap_or(horizon.train);
+        let change = format!("{:>6} -> {}", report::gap_text(gap.before), report::gap_text(gap.after));
+        line("", &format!("{:>4} s ahead {change}", horizon.horizon_s));
+    }
+    let rest = &report.remainder;
+    let number = |value: f64| report::significant(value, 2);
+    let before = |value: Option<f64>| value.map_or(String::new(), |v| format!(" (before: {})", number(v)));
+    line(
+        "unexplained",
+        &format!(
+            "{} N{}, {} N m{}",
+            number(rest.force),
+            before(rest.force_before),
+            number(rest.torque),
+            before(rest.torque_before)
+        ),
+    );
+    for remark in &report.remarks {
+        line("remark", remark);
+    }
+    // Spaces that do not break are for pages.
+    text.replace(['\u{a0}', '\u{202f}'], " ")
+}
+
+fn found_text(found: &Found) -> String {
+    let parameters = write::parameters(&found.effect, &found.standard_error);
+    format!("{}  (ΔBIC {})", sized(&found.effect, &parameters), signed(found.delta_bic))
+}
+
+/// `winch_coulomb_friction on winch[3]: force 180.2 ± 1.9 N`.
+fn sized(effect: &cdpr::effect::EffectSpec, parameters: &[report::Parameter]) -> String {
+    let place = write::place(effect);
+    if let Some(expression) = &effect.expression {
+        return format!("{} on {place}", report::printed(expression));
+    }
+    let list: Vec<String> = parameters
+        .iter()
+        .map(|p| {
+            format!("{} {}", p.name.replace('_', " "), report::quantity(&p.name, p.value, p.standard_error, &p.unit))
+        })
+        .collect();
+    format!("{}: {}", report::phrase(&effect.id, &place), list.join(", "))
+}
+
+fn signed(value: f64) -> String {
+    let sign = if value > 0.0 { "+" } else { "" };
+    format!("{sign}{}", report::significant(value, 3))
+}
