@@ -14,7 +14,7 @@ residual at unit accelerations.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -42,12 +42,24 @@ class Motion:
     angle_rate: np.ndarray
 
 
+def with_elasticity(p: Parameters) -> Parameters:
+    """The model that `cable_elasticity` makes of another."""
+    for effect in p.find("cable_elasticity"):
+        p = replace(
+            p,
+            cable_model=LUMPED_MASS,
+            youngs_modulus=effect.values["axial_stiffness"] / p.cable_area,
+            cable_damping=effect.values["damping"],
+        )
+    return p
+
+
 class Plant:
     """States, in this order: x y φ, vx vy ω, l(4) unless rigid, l'(4) if the cables have axial
     inertia and are `lumped_mass`, the creep strains, then the states of the winch lags."""
 
     def __init__(self, parameters: Parameters):
-        p = self.parameters = parameters
+        p = self.parameters = with_elasticity(parameters)
         self.winches = WinchChain(p)
         self.anchors = p.anchor_radius * np.exp(1j * np.array(p.anchor_angle))
         self.arms = p.attachment_radius * np.exp(1j * np.array(p.attachment_angle))
@@ -138,16 +150,15 @@ class Plant:
                 rest = 0.0 * length
         return mass + self.drum_mass, rest
 
-    def _thermal(self, t) -> tuple[float, float]:
-        """Factor of the unstretched lengths and its rate."""
-        factor, rate = 1.0, 0.0
+    def _warmth(self, t) -> float:
+        """Factor on the unstretched lengths in the springs. The dashpots see the reeled-out
+        lengths: their material does not creak for being warmed slowly."""
+        factor = 1.0
         for effect in self.parameters.find("cable_thermal_expansion"):
             v = effect.values
-            w = 2.0 * np.pi / v["period"]
-            angle = w * t + v.get("phase", 0.0)
+            angle = 2.0 * np.pi / v["period"] * t + v.get("phase", 0.0)
             factor += v["strain_amplitude"] * np.sin(angle)
-            rate += v["strain_amplitude"] * w * np.cos(angle)
-        return factor, rate
+        return factor
 
     def spring_force(self, L, unstretched, creep=0.0) -> np.ndarray:
         """Elastic force for a geometric and an unstretched length; negative when slack."""
@@ -181,6 +192,14 @@ class Plant:
 
     # ---- platform
 
+    @staticmethod
+    def _term(expression, t, pose, twist) -> float:
+        """An `expression` over pose, twist and time."""
+        names = dict(zip(("x", "y", "phi", "vx", "vy", "omega"), (*pose, *twist), strict=True))
+        functions = {name: getattr(np, name) for name in ("sin", "cos", "tanh", "exp", "abs")}
+        text = expression.replace("^", "**")
+        return float(eval(text, {"__builtins__": {}}, functions | names | {"time": t}))
+
     def _external(self, t, pose, twist, wrench) -> tuple[complex, float]:
         """Force and torque at the platform's centre G that do not come through the cables."""
         force = complex(wrench[0], wrench[1])
@@ -206,6 +225,15 @@ class Plant:
                 case "umbilical":
                     ground = complex(v["x"], v["y"])
                     force -= v["stiffness"] * (position - ground) + v["damping"] * velocity
+                case "expression":
+                    term = self._term(v["expression"], t, pose, twist)
+                    match v["target"]:
+                        case "platform.force_x":
+                            force += term
+                        case "platform.force_y":
+                            force += 1j * term
+                        case "platform.torque":
+                            torque += term
         return force, torque
 
     def _platform_residual(self, t, pose, twist, acceleration, m, wrench, tension):
@@ -270,13 +298,13 @@ class Plant:
         creep = np.zeros(CABLES)
         for k, (i, _, _) in enumerate(self.creeps):
             creep[i] += y[self.first_creep + k]
-        warm, warming = self._thermal(t)
+        warmth = self._warmth(t)
         if self.has_length_rate:
             length, rate = y[6:10], y[10:14]
             pull = self.winches.deliver(lagged, rate)
-            natural, natural_rate = length * warm, rate * warm + length * warming
-            damping = self.bl / natural * (m.L_rate - natural_rate)
-            tension = np.maximum(self.spring_force(m.L, natural, creep) + damping, 0.0)
+            damping = self.bl / length * (m.L_rate - rate)
+            spring = self.spring_force(m.L, length * warmth, creep)
+            tension = np.maximum(spring + damping, 0.0)
             acceleration = self._solve_accelerations(
                 lambda a: self._platform_residual(t, pose, twist, a, m, wrench, tension)
             )
@@ -294,9 +322,8 @@ class Plant:
             cable_rates = np.empty(0)
             if self.has_length:
                 length = y[6:10]
-                natural = length * warm
-                imbalance = self.spring_force(m.L, natural, creep) - tension
-                rate = (m.L_rate + imbalance * natural / self.bl - length * warming) / warm
+                imbalance = self.spring_force(m.L, length * warmth, creep) - tension
+                rate = m.L_rate + imbalance * length / self.bl
                 cable_rates = rate
         creep_rates = [
             (tension[i] / stiffness - y[self.first_creep + k]) / time_constant
@@ -341,11 +368,11 @@ class Plant:
             out["tension" + n] = tension[i]
             out["strain" + n] = (m.L[i] - length[i]) / length[i]
         for effect in self.parameters.effects:
-            self._sensor(effect, out, length)
+            self._sensor(effect, out)
         return {name: float(value) for name, value in out.items()}
 
     @staticmethod
-    def _sensor(effect, out, length):
+    def _sensor(effect, out):
         v = effect.values
         cables = [i for i in range(CABLES) if effect.acts_on(i)]
         channel = v.get("channel", "unstretched_length")
@@ -354,8 +381,11 @@ class Plant:
                 for i in cables:
                     out[f"{channel}[{i + 1}]"] += v["bias"]
             case "length_sensor_scale":
+                # A wrong drum radius: the rate is read off the same drum.
                 for i in cables:
                     out[f"{channel}[{i + 1}]"] *= 1.0 + v["factor"]
+                    if channel == "unstretched_length":
+                        out[f"{channel}_rate[{i + 1}]"] *= 1.0 + v["factor"]
             case "pose_sensor_bias":
                 for name in ("x", "y", "phi"):
                     out[name] += v.get(name, 0.0)

@@ -64,7 +64,7 @@ def test_release_matches_the_published_table_to_its_digits():
             printed = table[row, column]
             # A tension is EA times the difference of two lengths of 900 m: the integrator's 1e-12
             # and the rounding of its steps reach its tenth digit.
-            slack = 5e-7 if name.startswith("tension") else 1.02 * half_a_unit(printed)
+            slack = 1e-6 if name.startswith("tension") else 1.02 * half_a_unit(printed)
             assert run.outputs[name][row] == pytest.approx(printed, abs=slack), (
                 name,
                 table[row, 0],
@@ -164,19 +164,19 @@ def test_kinematics_agree_with_differences_along_a_path(inertia):
 
 def test_massless_springs_do_not_change_the_motion():
     inputs = Inputs(
-        [0.0, 1.0, 2.5],
+        [0.0, 0.3, 0.7],
         [
             [5000, 4000, 6000, 5500, 100, 0, 0],
             [4000, 6000, 0, 5000, 0, -300, 900],
             [5000] * 4 + [0, 0, 0],
         ],
     )
-    t = np.linspace(0, 5, 26)
+    t = np.linspace(0, 1.2, 13)
     runs = []
     for model in (RIGID, MASSLESS_SPRING):
         plant = Plant(Parameters(cable_model=model))
         y0 = plant.initial_state((4, -3, 0.2), (0.5, 0.2, -0.01), command=inputs.at(0.0)[:4])
-        runs.append(simulate(plant, y0, inputs, t).outputs)
+        runs.append(simulate(plant, y0, inputs, t, rtol=1e-10, atol=1e-10).outputs)
     for name in ("x", "y", "phi", "vx", "omega", "tension[1]", "tension[3]"):
         assert runs[1][name] == pytest.approx(runs[0][name], rel=1e-9, abs=1e-9)
     assert np.max(np.abs(runs[1]["strain[1]"])) > 1e-4
@@ -205,7 +205,7 @@ def test_work_and_energy_balance_without_cable_mass(model):
     plant = Plant(Parameters(cable_model=model, cable_inertia="none"))
     force, wrench = np.array([3000.0, 5000.0, 4000.0, 4500.0]), np.array([50.0, -80.0, 300.0])
     inputs = Inputs.constant(force, wrench)
-    t = np.array([0.0, 4.0])
+    t = np.array([0.0, 1.5])
     y0 = plant.initial_state((5, 2, -0.3), (0.4, -0.3, 0.02), command=force)
     run = simulate(plant, y0, inputs, t)
     kinetic = [0.5 * (2500 * (y[3] ** 2 + y[4] ** 2) + 3.5e5 * y[5] ** 2) for y in run.y]
@@ -214,16 +214,16 @@ def test_work_and_energy_balance_without_cable_mass(model):
     )
     work = -force @ (lengths[1] - lengths[0]) + wrench @ (run.y[1, :3] - run.y[0, :3])
     assert kinetic[1] - kinetic[0] == pytest.approx(work, rel=1e-9)
-    assert abs(work) > 50.0
+    assert abs(work) > 20.0
 
 
 @pytest.mark.parametrize("model", CABLE_MODELS)
 def test_slack_cables_never_push(model):
     plant = Plant(Parameters(cable_model=model))
-    inputs = Inputs([0.0, 1.0], [[8000, 8000, 8000, 8000, 0, 0, 0], [8000, 0, 8000, -200, 0, 0, 0]])
-    t = np.linspace(0, 4, 81)
+    inputs = Inputs([0.0, 0.3], [[8000, 8000, 8000, 8000, 0, 0, 0], [8000, 0, 8000, -600, 0, 0, 0]])
+    t = np.linspace(0, 1.5, 31)
     y0 = plant.initial_state((4, -3, 0.2), (0.3, 0, 0), command=inputs.at(0.0)[:4])
-    run = simulate(plant, y0, inputs, t, rtol=1e-10, atol=1e-10).outputs
+    run = simulate(plant, y0, inputs, t, rtol=1e-9, atol=1e-9).outputs
     tension = np.array([run[f"tension[{i}]"] for i in range(1, 5)])
     assert tension.min() == 0.0
     assert (tension[3] == 0.0).any()

@@ -1,0 +1,105 @@
+"""The plant and the winch controller, two FMUs in the Open Simulation Platform's libcosim."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from libcosimpy.CosimEnums import CosimVariableType
+from libcosimpy.CosimExecution import CosimExecution
+from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+from libcosimpy.CosimObserver import CosimObserver
+from libcosimpy.CosimSlave import CosimLocalSlave
+
+from outside.fmu import POSE, TWIST, indexed
+
+STEP = 0.02
+NANOSECOND = 1e-9
+
+
+class Coupled:
+    """Plant and controller, connected by the names of their variables."""
+
+    def __init__(self, plant_fmu, controller_fmu):
+        log_output_level(CosimLogLevel.WARNING)
+        self.execution = CosimExecution.from_step_size(step_size=round(STEP / NANOSECOND))
+        self.slaves, self.references = {}, {}
+        for name, path in (("plant", plant_fmu), ("winch controller", controller_fmu)):
+            slave = CosimLocalSlave(fmu_path=str(path), instance_name=name)
+            index = self.execution.add_local_slave(slave)
+            assert index >= 0, f"libcosim does not take {path}"
+            self.slaves[name] = index
+            self.references[name] = {
+                v.name.decode(): (v.reference, v.type)
+                for v in self.execution.slave_variables(index)
+            }
+        self.observer = CosimObserver.create_time_series(buffer_size=100_000)
+        assert self.execution.add_observer(self.observer)
+
+    def connect(self, source, target, names):
+        for name in names:
+            status = self.execution.connect_real_variables(
+                self.slaves[source],
+                self.references[source][name][0],
+                self.slaves[target],
+                self.references[target][name][0],
+            )
+            assert status == 0, name
+
+    def start_value(self, slave, name, value):
+        reference = self.references[slave][name][0]
+        assert self.execution.real_initial_value(self.slaves[slave], reference, value)
+
+    def watch(self, slave, names):
+        for name in names:
+            reference = self.references[slave][name][0]
+            assert self.observer.start_time_series(
+                self.slaves[slave], reference, CosimVariableType.REAL
+            )
+
+    def series(self, slave, name, count):
+        """Times (s) and samples of a watched variable."""
+        times, _, samples = self.observer.time_series_real_samples(
+            self.slaves[slave], self.references[slave][name][0], 1, count
+        )
+        return np.array(times) * NANOSECOND, np.array(samples)
+
+
+def test_controller_fmu_is_valid(controller_fmu):
+    assert validate_fmu(str(controller_fmu)) == []
+
+
+@pytest.mark.parametrize("model", ["lumped_mass", "rigid"])
+def test_a_five_metre_circle_in_a_minute(pack, controller_fmu, model):
+    plant = pack(f'cable_model = "{model}"\n')
+    coupled = Coupled(plant.path, controller_fmu)
+    coupled.connect("plant", "winch controller", [*POSE, *TWIST])
+    coupled.connect("winch controller", "plant", indexed("winch_force"))
+    for name in POSE:
+        coupled.start_value("plant", name, 0.0)
+    coupled.start_value("winch controller", "circle_radius", 5.0)
+    coupled.start_value("winch controller", "circle_period", 60.0)
+    coupled.start_value("winch controller", "ramp_time", 10.0)
+    watched = [*POSE, *indexed("tension")]
+    coupled.watch("plant", watched)
+    coupled.watch("winch controller", ["reference_x", "reference_y"])
+    end = 90.0
+    assert coupled.execution.simulate_until(round(end / NANOSECOND))
+
+    count = round(end / STEP)
+    times, _ = coupled.series("plant", "x", count)
+    assert len(times) == count
+    found = {name: coupled.series("plant", name, count)[1] for name in watched}
+    # The circle is reached after the ramp and a settling time; then one whole round of 60 s.
+    on_circle = times > 30.0
+    assert times[on_circle][-1] - times[on_circle][0] > 59.9
+    radius = np.hypot(found["x"], found["y"])[on_circle]
+    assert np.max(np.abs(radius - 5.0)) < 0.02
+    turned = np.unwrap(np.arctan2(found["y"], found["x"])[on_circle])
+    assert abs(turned[-1] - turned[0]) == pytest.approx(2 * np.pi, rel=5e-3)
+    for name in ("x", "y"):
+        wanted = coupled.series("winch controller", f"reference_{name}", count)[1]
+        assert np.max(np.abs(found[name] - wanted)[on_circle]) < 0.02, name
+    assert np.max(np.abs(found["phi"])[on_circle]) < 1e-4
+    for name in indexed("tension"):
+        assert found[name].min() > 1000.0, name
