@@ -29,7 +29,7 @@ pub(super) fn friction() -> Found {
         holdout_gap_without: Some(39.5),
         alternatives: vec![
             Alternative {
-                effect: spec("pulley_capstan_loss", &[0.009]),
+                effect: spec("pulley_capstan_loss", &[0.009, 0.01]),
                 delta_bic: 1.2,
                 correlation: Some(0.999),
                 indistinguishable: true,

@@ -125,7 +125,7 @@ mod tests {
             (spec("winch_viscous_friction", None, &[100.0]), "viscous friction on all winches"),
             (spec("winch_force_gain", Some(2), &[0.03]), "force gain error on winch\u{a0}2"),
             (spec("winch_delay", None, &[0.1]), "dead time on all winches"),
-            (spec("pulley_capstan_loss", Some(1), &[0.01]), "capstan loss on winch\u{a0}1"),
+            (spec("pulley_capstan_loss", Some(1), &[0.01, 0.01]), "capstan loss on winch\u{a0}1"),
             (spec("cable_stiffness", Some(4), &[0.1]), "stiffness error in cable\u{a0}4"),
             (spec("cable_elasticity", None, &[1.5e7, 2e4]), "elasticity in all cables"),
             (spec("platform_mass", None, &[50.0]), "mass error on the platform"),
