@@ -7,6 +7,8 @@ mod instant;
 mod linearisation;
 pub(crate) mod matrix3;
 mod residual;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use elastic::{tension as elastic_tension, unstretched_length};
 pub use evaluation::Evaluation;

@@ -160,11 +160,8 @@ impl Radau {
         let mut remaining = duration;
         let switches_before = self.statistics.switches;
         let smallest = 1e-13 * duration.max(1e-3) + 4.0 * f64::EPSILON * end.abs();
-        system.scale(y, &mut self.weight);
-        for weight in &mut self.weight {
-            *weight = 1.0 / (*weight * self.tolerance);
-        }
         self.stale = false;
+        self.weigh(system, y);
         let mut rates_known = false;
         let mut rejected = false;
         // Where a switch was seen: a step is made to end there before the switch is believed.
@@ -250,6 +247,9 @@ impl Radau {
                     if std::mem::take(&mut self.stale) {
                         self.has_jacobian = false;
                     }
+                    if remaining > 0.0 {
+                        self.weigh(system, y);
+                    }
                     if let Some(reason) = system.out_of_bounds(y) {
                         return Err(RadauError::OutOfBounds { reason, time: t, state: y.to_vec() });
                     }
@@ -257,6 +257,14 @@ impl Radau {
             }
         }
         Ok(())
+    }
+
+    /// Takes up what errors weigh at `y`.
+    fn weigh(&mut self, system: &impl System, y: &[f64]) {
+        system.scale(y, &mut self.weight);
+        for weight in &mut self.weight {
+            *weight = 1.0 / (*weight * self.tolerance);
+        }
     }
 
     /// A careful first step from the size of the rates.

@@ -205,7 +205,9 @@ impl Radau {
             quotient = quotient.max(bound(predicted));
         }
         self.last = (h, error.max(1e-2));
-        let next = h / quotient;
+        // A step a little longer is not worth new factors.
+        let keep = !self.stale && (1.0..1.2).contains(&(1.0 / quotient));
+        let next = if keep { h } else { h / quotient };
         self.next_step = if rejected { next.min(h) } else { next };
         Outcome::Accepted
     }

@@ -1,0 +1,159 @@
+//! The structured Newton matrix against a dense one.
+
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex64;
+use num_dual::Dual64;
+
+use super::{Factors, Inputs, Linearisation};
+use crate::effect::{CATALOGUE, EffectSpec};
+use crate::kinematics;
+use crate::parameters::{CABLES, CableInertia, CableModel, Parameters};
+use crate::plant::Plant;
+
+/// Numbers from -1 to 1 by a multiplicative generator (S. K. Park, K. W. Miller, CACM 31 (1988)).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0 * 48_271 % 2_147_483_647;
+        2.0 * self.0 as f64 / 2_147_483_647.0 - 1.0
+    }
+}
+
+fn state(random: &mut Random, plant: &Plant, speed: f64) -> (Vec<f64>, Inputs) {
+    let mut y = vec![0.0; plant.dimension()];
+    for (k, size) in [100.0, 100.0, 0.3, 3.0 * speed, 3.0 * speed, 0.2 * speed].into_iter().enumerate() {
+        y[k] = size * random.next();
+    }
+    let cables = kinematics::cables(plant.geometry(), &[y[0], y[1], y[2]], &[y[3], y[4], y[5]]);
+    for i in 0..CABLES {
+        if let Some(at) = plant.unstretched_index(i) {
+            y[at] = cables[i].length / (1.0 + 1.5e-3 + 5e-4 * random.next());
+        }
+        if let Some(at) = plant.rate_index(i) {
+            y[at] = cables[i].speed + 0.02 * speed * random.next();
+        }
+        for at in plant.effect_states(i) {
+            y[at] = 1e-4 * (1.0 + random.next());
+        }
+    }
+    let winch_force = std::array::from_fn(|_| 2e4 + 5e3 * random.next());
+    (y, Inputs { winch_force, disturbance: std::array::from_fn(|_| 300.0 * random.next()) })
+}
+
+fn jacobian(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; CABLES]) -> DMatrix<f64> {
+    let n = y.len();
+    let mut out = DMatrix::zeros(n, n);
+    let mut rates = vec![Dual64::from(0.0); n];
+    for column in 0..n {
+        let seeded: Vec<Dual64> =
+            y.iter().enumerate().map(|(k, v)| Dual64::new(*v, f64::from(u8::from(k == column)))).collect();
+        plant.rates(Dual64::from(time), &seeded, &u.lift(), slack, &mut rates);
+        for row in 0..n {
+            out[(row, column)] = rates[row].eps;
+        }
+    }
+    out
+}
+
+/// Largest relative difference of the structured and the dense solution, real and complex, over some right-hand sides.
+fn deviation(random: &mut Random, plant: &Plant, speed: f64, slack: [bool; CABLES]) -> f64 {
+    let (y, u) = state(random, plant, speed);
+    let n = y.len();
+    let mut linearisation = Linearisation::default();
+    linearisation.update(plant, 3.0, &y, &u, slack);
+    let dense = jacobian(plant, 3.0, &y, &u, slack);
+    let (sigma, pair) = (360.0, Complex64::new(270.0, 300.0));
+    let (mut real, mut complex) = (Factors::empty(), Factors::empty());
+    real.update(&linearisation, sigma);
+    complex.update(&linearisation, pair);
+    let real_dense = (DMatrix::identity(n, n) * sigma - &dense).lu();
+    let complex_dense = (DMatrix::identity(n, n) * pair - dense.map(Complex64::from)).lu();
+    let mut worst = 0.0_f64;
+    for column in 0..n {
+        let mut b = vec![0.0; n];
+        b[column] = 1.0;
+        let expected = real_dense.solve(&DVector::from_column_slice(&b)).unwrap();
+        real.solve(&linearisation, &plant.offset, &mut b);
+        let mut b_pair = vec![Complex64::from(0.0); n];
+        b_pair[column] = Complex64::new(0.6, 0.8);
+        let expected_pair = complex_dense.solve(&DVector::from_column_slice(&b_pair)).unwrap();
+        complex.solve(&linearisation, &plant.offset, &mut b_pair);
+        let size = expected.amax();
+        let size_pair = expected_pair.iter().fold(0.0_f64, |m, v| m.max(v.norm()));
+        for row in 0..n {
+            worst = worst.max((b[row] - expected[row]).abs() / size);
+            worst = worst.max((b_pair[row] - expected_pair[row]).norm() / size_pair);
+        }
+    }
+    worst
+}
+
+const MODELS: [CableModel; 3] = [CableModel::Rigid, CableModel::MasslessSpring, CableModel::LumpedMass];
+
+fn plant(model: CableModel, inertia: CableInertia, effects: Vec<EffectSpec>) -> Plant {
+    let parameters = Parameters { cable_model: model, cable_inertia: inertia, ..Parameters::default() };
+    Plant::new(parameters, effects).unwrap()
+}
+
+/// An entry of every effect but expressions with values within its typical range.
+fn everything(random: &mut Random) -> Vec<EffectSpec> {
+    let mut all = Vec::new();
+    for info in CATALOGUE.iter().filter(|info| info.id != "expression") {
+        let mut values: Vec<f64> = info
+            .parameters
+            .iter()
+            .map(|p| p.typical.0 + (p.typical.1 - p.typical.0) * (0.5 + 0.5 * random.next()))
+            .collect();
+        match info.id {
+            "winch_saturation" => values = vec![1e3, 9e4],
+            "platform_mass" => values[0] = values[0].abs(),
+            _ => {}
+        }
+        all.push(EffectSpec::new(info.id, None, &values).unwrap());
+    }
+    all
+}
+
+/// Without cable mass (but with drums) nothing is left out.
+#[test]
+fn newton_matrix_is_exact_without_cable_mass() {
+    let mut random = Random(17);
+    let drums = EffectSpec::new("winch_drum_inertia", None, &[97.0]).unwrap();
+    for model in MODELS {
+        for spec in everything(&mut random) {
+            // Its centrifugal force and its part of the mass matrix are left out.
+            if spec.id == "platform_com_offset" || spec.id == "winch_drum_inertia" {
+                continue;
+            }
+            let id = spec.id.clone();
+            let massive = if model == CableModel::LumpedMass { vec![drums.clone(), spec] } else { vec![spec] };
+            let plant = plant(model, CableInertia::None, massive);
+            // How the angular rate depends on the pose is left out.
+            let allowed = if id == "cable_drag" { 1e-4 } else { 1e-9 };
+            for _ in 0..5 {
+                let worst = deviation(&mut random, &plant, 1.0, [false; CABLES]);
+                assert!(worst < allowed, "{model:?} {id}: {worst:e}");
+                let worst = deviation(&mut random, &plant, 1.0, [false, true, false, true]);
+                assert!(worst < allowed, "{model:?} {id} slack: {worst:e}");
+            }
+        }
+    }
+}
+
+/// What is left out matters little: Newton's method contracts at least thirtyfold per iteration at h = 10 ms.
+#[test]
+fn newton_matrix_is_nearly_exact_with_cable_mass() {
+    let mut random = Random(18);
+    for model in MODELS {
+        for inertia in [CableInertia::Paper, CableInertia::Reeled] {
+            let plant = plant(model, inertia, Vec::new());
+            let worst = (0..50).map(|_| deviation(&mut random, &plant, 1.0, [false; CABLES])).fold(0.0, f64::max);
+            assert!(worst < 0.03, "{model:?} {inertia:?}: {worst:e}");
+            let effects = everything(&mut random);
+            let plant = self::plant(model, inertia, effects);
+            let worst = (0..20).map(|_| deviation(&mut random, &plant, 1.0, [false; CABLES])).fold(0.0, f64::max);
+            assert!(worst < 0.03, "{model:?} {inertia:?} with effects: {worst:e}");
+        }
+    }
+}

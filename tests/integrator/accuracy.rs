@@ -1,0 +1,100 @@
+//! Accuracy: tolerances are kept, the order is five, switches are where they are.
+
+use cdpr::integrator::Radau;
+
+use crate::problems::{Dense, Oscillator, Problem, ProtheroRobinson, Robertson, TwoPulls, Unweighed, VanDerPol};
+
+fn run(problem: impl Problem, y: &mut [f64], tolerance: f64, stops: &[f64]) {
+    let switches = problem.switches();
+    let mut system = Dense::new(problem);
+    let mut radau = Radau::new(y.len(), switches, tolerance);
+    let mut time = 0.0;
+    for stop in stops {
+        radau.advance(&mut system, time, y, stop - time).unwrap();
+        time = *stop;
+    }
+}
+
+#[test]
+fn van_der_pol_ends_where_it_should() {
+    for (tolerance, allowed) in [(1e-5, 1e-3), (1e-8, 1e-6), (1e-11, 1e-9)] {
+        let mut y = VanDerPol::START;
+        run(VanDerPol, &mut y, tolerance, &[2.0]);
+        for k in 0..2 {
+            assert!((y[k] - VanDerPol::AT_2[k]).abs() < allowed, "tolerance {tolerance:e}: {y:?}");
+        }
+    }
+}
+
+#[test]
+fn robertson_ends_where_it_should() {
+    let stops: Vec<f64> = (-2..=11).map(|k| 10.0_f64.powi(k)).collect();
+    let mut y = [1.0, 0.0, 0.0];
+    run(Robertson, &mut y, 1e-8, &stops);
+    for k in 0..3 {
+        assert!((y[k] / Robertson::AT_1E11[k] - 1.0).abs() < 1e-4, "{y:?}");
+    }
+    assert!((y.iter().sum::<f64>() - 1.0).abs() < 1e-9, "mass is conserved");
+}
+
+#[test]
+fn a_stiff_component_follows_its_slow_solution() {
+    for lambda in [-1.0, -1e3, -1e6, -1e9] {
+        let mut y = [1.0];
+        run(ProtheroRobinson { lambda }, &mut y, 1e-9, &[10.0]);
+        // In stiff parts the order falls to that of the stages, three.
+        let error = (y[0] - 10.0_f64.cos()).abs();
+        assert!(error < if lambda < -100.0 { 5e-6 } else { 1e-7 }, "λ = {lambda:e}: {error:e}");
+    }
+}
+
+#[test]
+fn tolerances_are_kept_over_many_periods() {
+    let mut last = f64::INFINITY;
+    for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
+        let problem = Oscillator { frequency: 13.0, damping: 0.01 };
+        let exact = problem.at(5.0);
+        let mut y = [1.0, 0.0];
+        run(problem, &mut y, tolerance, &[5.0]);
+        let error = (y[0] - exact[0]).abs().max((y[1] - exact[1]).abs() / 13.0);
+        assert!(error < 200.0 * tolerance, "tolerance {tolerance:e}: {error:e}");
+        assert!(error < 0.2 * last, "a tighter tolerance must help: {error:e} after {last:e}");
+        last = error;
+    }
+}
+
+/// Equal steps: the error must fall by 2⁵ with each halving. (A linear problem, so that Newton's method ends at once.)
+#[test]
+fn order_is_five() {
+    let error = |steps: u32| {
+        let problem = Oscillator { frequency: 2.0, damping: 0.1 };
+        let exact = problem.at(1.0);
+        let mut system = Dense::new(Unweighed(problem));
+        let mut radau = Radau::new(2, 0, 1e-8);
+        let mut y = [1.0, 0.0];
+        let h = 1.0 / f64::from(steps);
+        for k in 0..steps {
+            radau.advance(&mut system, f64::from(k) * h, &mut y, h).unwrap();
+        }
+        assert_eq!(radau.statistics().steps, u64::from(steps));
+        (y[0] - exact[0]).hypot(y[1] - exact[1])
+    };
+    let errors: Vec<f64> = [8, 16, 32, 64].map(error).to_vec();
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((order - 5.0).abs() < 0.15, "order {order}, errors {errors:?}");
+    }
+}
+
+/// Parabolas are integrated exactly, so that all error is in the location of the switches.
+#[test]
+fn switches_are_located_to_rounding() {
+    for stops in [vec![10.0], (1..=100).map(|k| 0.1 * f64::from(k)).collect()] {
+        let mut y = [1.0, 0.0];
+        run(TwoPulls { above: true }, &mut y, 1e-6, &stops);
+        let exact = TwoPulls::at(10.0);
+        for k in 0..2 {
+            assert!((y[k] - exact[k]).abs() < 1e-10, "{} stops: {y:?}, {exact:?}", stops.len());
+        }
+    }
+}

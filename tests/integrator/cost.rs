@@ -1,0 +1,74 @@
+//! What integrations cost, counted: a change that makes them dearer must be seen, one that makes them cheaper recorded.
+
+use std::sync::Arc;
+
+use cdpr::dynamics::Inputs;
+use cdpr::effect::EffectSpec;
+use cdpr::integrator::{Radau, Statistics};
+use cdpr::parameters::{CableModel, Parameters};
+use cdpr::plant::Plant;
+use cdpr::simulation::{Simulation, Start};
+
+use crate::problems::{Dense, Problem, Robertson, VanDerPol};
+
+/// Steps, rejections, Newton iterations, Jacobians, factorisations.
+type Cost = [u64; 5];
+
+fn cost(s: Statistics) -> Cost {
+    [s.steps, s.rejections, s.newton_iterations, s.jacobians, s.factorisations]
+}
+
+/// Counts within 2 % and 3 of what is recorded: rounding may differ between mathematical libraries.
+fn check(name: &str, found: Cost, recorded: Cost) {
+    let near = |f: u64, r: u64| f.abs_diff(r) <= 3 + r / 50;
+    assert!(found.into_iter().zip(recorded).all(|(f, r)| near(f, r)), "{name}: {found:?}, recorded {recorded:?}");
+}
+
+fn problem(problem: impl Problem, y: &mut [f64], stops: &[f64]) -> Cost {
+    let mut system = Dense::new(problem);
+    let mut radau = Radau::new(y.len(), 0, 1e-8);
+    let mut time = 0.0;
+    for stop in stops {
+        radau.advance(&mut system, time, y, stop - time).unwrap();
+        time = *stop;
+    }
+    cost(radau.statistics())
+}
+
+/// Ten seconds at 10 ms between changing inputs.
+fn plant(model: CableModel, effects: Vec<EffectSpec>) -> Cost {
+    let parameters = Parameters { cable_model: model, ..Parameters::default() };
+    let plant = Arc::new(Plant::new(parameters, effects).unwrap());
+    let command = |k: u32| {
+        let weave = 200.0 * (5e-3 * f64::from(k)).sin();
+        Inputs { winch_force: [2e4 + weave, 2e4 - weave, 2e4 + weave, 2e4 - weave], disturbance: [0.0; 3] }
+    };
+    let start = Start { pose: [0.1; 3], inputs: command(0), ..Start::default() };
+    let mut simulation = Simulation::new(plant, &start, 1e-8).unwrap();
+    for k in 0..1000 {
+        simulation.set_inputs(command(k));
+        simulation.advance(0.01).unwrap();
+    }
+    cost(simulation.statistics())
+}
+
+#[test]
+fn problems_cost_what_they_did() {
+    let decades: Vec<f64> = (-2..=11).map(|k| 10.0_f64.powi(k)).collect();
+    check("Van der Pol", problem(VanDerPol, &mut VanDerPol::START.clone(), &[2.0]), [1277, 9, 3698, 268, 913]);
+    check("Robertson", problem(Robertson, &mut [1.0, 0.0, 0.0], &decades), [790, 2, 2408, 104, 226]);
+}
+
+#[test]
+fn the_plant_costs_what_it_did() {
+    let effect = |id: &str, values: &[f64]| EffectSpec::new(id, None, values).unwrap();
+    let some = vec![
+        effect("winch_lag", &[0.05]),
+        effect("winch_coulomb_friction", &[250.0, 0.01]),
+        effect("platform_quadratic_drag", &[20.0, 0.0, 0.0]),
+    ];
+    check("rigid", plant(CableModel::Rigid, vec![]), [1000, 0, 1000, 1, 1]);
+    check("massless_spring", plant(CableModel::MasslessSpring, vec![]), [3891, 1001, 8683, 1, 4333]);
+    check("lumped_mass", plant(CableModel::LumpedMass, vec![]), [1000, 0, 1834, 1, 1]);
+    check("lumped_mass with effects", plant(CableModel::LumpedMass, some), [1001, 0, 1564, 45, 47]);
+}

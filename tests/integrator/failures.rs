@@ -1,0 +1,91 @@
+//! The integrator says when it cannot go on, with the time and the state reached.
+
+use cdpr::integrator::{Radau, RadauError};
+use nalgebra::DMatrix;
+
+use crate::problems::{Dense, Problem};
+
+/// `y' = y²`, infinite at t = 1 from y = 1.
+struct Explosion;
+
+impl Problem for Explosion {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn rates(&self, _time: f64, y: &[f64], rates: &mut [f64]) {
+        rates[0] = y[0] * y[0];
+    }
+    fn jacobian(&self, _time: f64, y: &[f64], j: &mut DMatrix<f64>) {
+        j[(0, 0)] = 2.0 * y[0];
+    }
+}
+
+#[test]
+fn an_explosion_is_an_error_near_its_time() {
+    let mut radau = Radau::new(1, 0, 1e-8);
+    let mut y = [1.0];
+    let error = radau.advance(&mut Dense::new(Explosion), 0.0, &mut y, 2.0).unwrap_err();
+    assert!((error.time() - 1.0).abs() < 1e-6, "{error}");
+    assert!(matches!(error, RadauError::StepTooSmall { .. } | RadauError::NotFinite { .. }), "{error}");
+    assert!(y[0].is_finite() && radau.statistics().steps < 10_000, "{y:?}");
+}
+
+/// Rates that are no numbers from t = 0.3 on.
+struct Ends;
+
+impl Problem for Ends {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn rates(&self, time: f64, _y: &[f64], rates: &mut [f64]) {
+        rates[0] = if time < 0.3 { 1.0 } else { f64::NAN };
+    }
+    fn jacobian(&self, _time: f64, _y: &[f64], j: &mut DMatrix<f64>) {
+        j[(0, 0)] = 0.0;
+    }
+}
+
+#[test]
+fn rates_that_end_stop_the_integration_there() {
+    let mut radau = Radau::new(1, 0, 1e-8);
+    let mut y = [0.0];
+    let error = radau.advance(&mut Dense::new(Ends), 0.0, &mut y, 1.0).unwrap_err();
+    assert!((error.time() - 0.3).abs() < 1e-9 && (y[0] - 0.3).abs() < 1e-9, "{error}");
+    let error = radau.advance(&mut Dense::new(Ends), 0.4, &mut y, 1.0).unwrap_err();
+    assert_eq!(error, RadauError::NotFinite { time: 0.4, state: y.to_vec() });
+}
+
+/// Two pulls that always push back across the switch: it can neither stay nor leave.
+struct Chatter {
+    up: bool,
+}
+
+impl Problem for Chatter {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn rates(&self, _time: f64, _y: &[f64], rates: &mut [f64]) {
+        rates[0] = if self.up { 1.0 } else { -1.0 };
+    }
+    fn jacobian(&self, _time: f64, _y: &[f64], j: &mut DMatrix<f64>) {
+        j[(0, 0)] = 0.0;
+    }
+    fn switches(&self) -> usize {
+        1
+    }
+    fn switching_functions(&self, y: &[f64], values: &mut [f64]) {
+        values[0] = if self.up { -y[0] } else { y[0] };
+    }
+    fn switch(&mut self) {
+        self.up = !self.up;
+    }
+}
+
+#[test]
+fn endless_switching_is_an_error() {
+    let mut radau = Radau::new(1, 1, 1e-8);
+    let mut y = [-0.5];
+    let error = radau.advance(&mut Dense::new(Chatter { up: true }), 0.0, &mut y, 1.0).unwrap_err();
+    assert!(matches!(error, RadauError::Chatter { .. }), "{error}");
+    assert!((error.time() - 0.5).abs() < 1e-6 && y[0].abs() < 1e-6, "{error}");
+}

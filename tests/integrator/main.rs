@@ -1,0 +1,6 @@
+//! The integrator on problems with known answers.
+
+mod accuracy;
+mod cost;
+mod failures;
+mod problems;

@@ -1,0 +1,249 @@
+//! Test problems with known answers, with dense exact Jacobians: shared by all tests of the integrator.
+
+use cdpr::integrator::{Complex64, System};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
+
+/// A test problem: equations, Jacobian, and what an error in each component weighs.
+pub(crate) trait Problem {
+    fn dimension(&self) -> usize;
+    fn rates(&self, time: f64, y: &[f64], rates: &mut [f64]);
+    fn jacobian(&self, time: f64, y: &[f64], jacobian: &mut DMatrix<f64>);
+    fn scale(&self, y: &[f64], scale: &mut [f64]) {
+        for (s, y) in scale.iter_mut().zip(y) {
+            *s = y.abs().max(1.0);
+        }
+    }
+    fn switches(&self) -> usize {
+        0
+    }
+    fn switching_functions(&self, _y: &[f64], _values: &mut [f64]) {}
+    fn switch(&mut self) {}
+}
+
+/// A problem solved with dense LU factors.
+pub(crate) struct Dense<P> {
+    pub(crate) problem: P,
+    jacobian: DMatrix<f64>,
+    real: Option<LU<f64, Dyn, Dyn>>,
+    complex: Option<LU<Complex64, Dyn, Dyn>>,
+}
+
+impl<P: Problem> Dense<P> {
+    pub(crate) fn new(problem: P) -> Self {
+        let n = problem.dimension();
+        Self { problem, jacobian: DMatrix::zeros(n, n), real: None, complex: None }
+    }
+}
+
+impl<P: Problem> System for Dense<P> {
+    fn dimension(&self) -> usize {
+        self.problem.dimension()
+    }
+    fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]) {
+        self.problem.rates(time, y, rates);
+    }
+    fn scale(&self, y: &[f64], scale: &mut [f64]) {
+        self.problem.scale(y, scale);
+    }
+    fn linearise(&mut self, time: f64, y: &[f64]) {
+        self.problem.jacobian(time, y, &mut self.jacobian);
+    }
+    fn factor(&mut self, real: f64, complex: Complex64) {
+        let n = self.problem.dimension();
+        self.real = Some((DMatrix::identity(n, n) * real - &self.jacobian).lu());
+        self.complex = Some((DMatrix::identity(n, n) * complex - self.jacobian.map(Complex64::from)).lu());
+    }
+    fn solve_real(&mut self, b: &mut [f64]) {
+        let mut x = DVector::from_column_slice(b);
+        assert!(self.real.as_ref().unwrap().solve_mut(&mut x));
+        b.copy_from_slice(x.as_slice());
+    }
+    fn solve_complex(&mut self, b: &mut [Complex64]) {
+        let mut x = DVector::from_column_slice(b);
+        assert!(self.complex.as_ref().unwrap().solve_mut(&mut x));
+        b.copy_from_slice(x.as_slice());
+    }
+    fn switches(&self) -> usize {
+        self.problem.switches()
+    }
+    fn switching_functions(&mut self, _time: f64, y: &[f64], values: &mut [f64]) {
+        self.problem.switching_functions(y, values);
+    }
+    fn switch(&mut self, _time: f64, _y: &[f64]) {
+        self.problem.switch();
+    }
+}
+
+/// Van der Pol's equation, stiff: `y'' = ((1 - y²) y' - y)/ε`, ε = 1e-6, from (2, 0) (F. Mazzia, C. Magherini, Test set
+/// for IVP solvers, 2008).
+pub(crate) struct VanDerPol;
+
+impl VanDerPol {
+    pub(crate) const START: [f64; 2] = [2.0, 0.0];
+    /// At t = 2, from the same test set.
+    pub(crate) const AT_2: [f64; 2] = [1.706_167_732_170_483, -0.892_809_701_024_797_5];
+    const EPSILON: f64 = 1e-6;
+}
+
+impl Problem for VanDerPol {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn rates(&self, _time: f64, y: &[f64], rates: &mut [f64]) {
+        rates[0] = y[1];
+        rates[1] = ((1.0 - y[0] * y[0]) * y[1] - y[0]) / Self::EPSILON;
+    }
+    fn jacobian(&self, _time: f64, y: &[f64], j: &mut DMatrix<f64>) {
+        j[(0, 0)] = 0.0;
+        j[(0, 1)] = 1.0;
+        j[(1, 0)] = (-2.0 * y[0] * y[1] - 1.0) / Self::EPSILON;
+        j[(1, 1)] = (1.0 - y[0] * y[0]) / Self::EPSILON;
+    }
+}
+
+/// Robertson's reaction (H. H. Robertson, 1966).
+pub(crate) struct Robertson;
+
+impl Robertson {
+    /// At t = 1e11 (F. Mazzia, C. Magherini, Test set for IVP solvers, 2008).
+    pub(crate) const AT_1E11: [f64; 3] = [2.083_340_149_701_255e-8, 8.333_360_770_334_713e-14, 0.999_999_979_166_505];
+}
+
+impl Problem for Robertson {
+    fn dimension(&self) -> usize {
+        3
+    }
+    fn rates(&self, _time: f64, y: &[f64], rates: &mut [f64]) {
+        let (slow, fast, middle) = (0.04 * y[0], 3e7 * y[1] * y[1], 1e4 * y[1] * y[2]);
+        rates[0] = -slow + middle;
+        rates[1] = slow - middle - fast;
+        rates[2] = fast;
+    }
+    fn jacobian(&self, _time: f64, y: &[f64], j: &mut DMatrix<f64>) {
+        let rows =
+            [[-0.04, 1e4 * y[2], 1e4 * y[1]], [0.04, -1e4 * y[2] - 6e7 * y[1], -1e4 * y[1]], [0.0, 6e7 * y[1], 0.0]];
+        for r in 0..3 {
+            for c in 0..3 {
+                j[(r, c)] = rows[r][c];
+            }
+        }
+    }
+    fn scale(&self, y: &[f64], scale: &mut [f64]) {
+        for (s, y) in scale.iter_mut().zip(y) {
+            *s = y.abs().max(1e-12);
+        }
+    }
+}
+
+/// `y' = λ (y - cos t) - sin t`, whose solution from 1 is `cos t` (A. Prothero, A. Robinson, 1974).
+pub(crate) struct ProtheroRobinson {
+    pub(crate) lambda: f64,
+}
+
+impl Problem for ProtheroRobinson {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn rates(&self, time: f64, y: &[f64], rates: &mut [f64]) {
+        rates[0] = self.lambda * (y[0] - time.cos()) - time.sin();
+    }
+    fn jacobian(&self, _time: f64, _y: &[f64], j: &mut DMatrix<f64>) {
+        j[(0, 0)] = self.lambda;
+    }
+}
+
+/// A damped oscillator, `y'' = -2 ζ ω y' - ω² y`.
+pub(crate) struct Oscillator {
+    pub(crate) frequency: f64,
+    pub(crate) damping: f64,
+}
+
+impl Oscillator {
+    /// From (1, 0).
+    pub(crate) fn at(&self, time: f64) -> [f64; 2] {
+        let (w, z) = (self.frequency, self.damping);
+        let (decay, wd) = (z * w, w * (1.0 - z * z).sqrt());
+        let (sin, cos) = (wd * time).sin_cos();
+        let e = (-decay * time).exp();
+        [e * (cos + decay / wd * sin), -e * w * w / wd * sin]
+    }
+}
+
+impl Problem for Oscillator {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn rates(&self, _time: f64, y: &[f64], rates: &mut [f64]) {
+        rates[0] = y[1];
+        rates[1] = -2.0 * self.damping * self.frequency * y[1] - self.frequency * self.frequency * y[0];
+    }
+    fn jacobian(&self, _time: f64, _y: &[f64], j: &mut DMatrix<f64>) {
+        j[(0, 0)] = 0.0;
+        j[(0, 1)] = 1.0;
+        j[(1, 0)] = -self.frequency * self.frequency;
+        j[(1, 1)] = -2.0 * self.damping * self.frequency;
+    }
+}
+
+/// The oscillator with errors that weigh nothing: steps are as long as asked for.
+pub(crate) struct Unweighed(pub(crate) Oscillator);
+
+impl Problem for Unweighed {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn rates(&self, time: f64, y: &[f64], rates: &mut [f64]) {
+        self.0.rates(time, y, rates);
+    }
+    fn jacobian(&self, time: f64, y: &[f64], j: &mut DMatrix<f64>) {
+        self.0.jacobian(time, y, j);
+    }
+    fn scale(&self, _y: &[f64], scale: &mut [f64]) {
+        scale.fill(1e9);
+    }
+}
+
+/// A weight between two constant pulls, `y'' = -sign y`: parabolas that meet where it passes zero.
+pub(crate) struct TwoPulls {
+    pub(crate) above: bool,
+}
+
+impl TwoPulls {
+    /// From (1, 0): four parabolas of duration √2 in one period.
+    pub(crate) fn at(time: f64) -> [f64; 2] {
+        let quarter = 2.0_f64.sqrt();
+        let phase = time.rem_euclid(4.0 * quarter);
+        if phase < quarter {
+            [1.0 - 0.5 * phase * phase, -phase]
+        } else if phase < 3.0 * quarter {
+            let s = phase - 2.0 * quarter;
+            [0.5 * s * s - 1.0, s]
+        } else {
+            let s = phase - 4.0 * quarter;
+            [1.0 - 0.5 * s * s, -s]
+        }
+    }
+}
+
+impl Problem for TwoPulls {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn rates(&self, _time: f64, y: &[f64], rates: &mut [f64]) {
+        rates[0] = y[1];
+        rates[1] = if self.above { -1.0 } else { 1.0 };
+    }
+    fn jacobian(&self, _time: f64, _y: &[f64], j: &mut DMatrix<f64>) {
+        j.fill(0.0);
+        j[(0, 1)] = 1.0;
+    }
+    fn switches(&self) -> usize {
+        1
+    }
+    fn switching_functions(&self, y: &[f64], values: &mut [f64]) {
+        values[0] = if self.above { y[0] } else { -y[0] };
+    }
+    fn switch(&mut self) {
+        self.above = !self.above;
+    }
+}
