@@ -31,6 +31,47 @@ pub(super) fn factor(system: &mut impl System, h: f64) {
     system.factor(GAMMA / h, Complex64::new(ALPHA / h, BETA / h));
 }
 
+// The loops below stand in functions of their own, whose arguments the compiler knows to be separate.
+
+/// Adds a correction to the transformed stages.
+#[inline(never)]
+fn add(real: &[f64], complex: &[Complex64], w0: &mut [f64], w1: &mut [f64], w2: &mut [f64]) {
+    let n = real.len();
+    let (complex, w0, w1, w2) = (&complex[..n], &mut w0[..n], &mut w1[..n], &mut w2[..n]);
+    for k in 0..n {
+        w0[k] += real[k];
+        w1[k] += complex[k].re;
+        w2[k] += complex[k].im;
+    }
+}
+
+/// Transforms the stages back: `Z = T W`.
+#[inline(never)]
+fn transform(w0: &[f64], w1: &[f64], w2: &[f64], z0: &mut [f64], z1: &mut [f64], z2: &mut [f64]) {
+    let n = w0.len();
+    let (w1, w2, z0, z1, z2) = (&w1[..n], &w2[..n], &mut z0[..n], &mut z1[..n], &mut z2[..n]);
+    for k in 0..n {
+        z0[k] = T[0][0] * w0[k] + T[0][1] * w1[k] + T[0][2] * w2[k];
+        z1[k] = T[1][0] * w0[k] + T[1][1] * w1[k] + T[1][2] * w2[k];
+        z2[k] = T[2][0] * w0[k] + T[2][1] * w1[k];
+    }
+}
+
+/// What the stages with rates `f` lack of solving the step of `h` (s): the right-hand sides of the correction.
+#[inline(never)]
+fn defect(h: f64, f: [&[f64]; 3], w: [&[f64]; 3], real: &mut [f64], complex: &mut [Complex64]) {
+    let n = real.len();
+    let ([f0, f1, f2], [w0, w1, w2]) = (f.map(|f| &f[..n]), w.map(|w| &w[..n]));
+    let complex = &mut complex[..n];
+    let (gamma, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
+    for k in 0..n {
+        let g = |s: usize| T_INVERSE[s][0] * f0[k] + T_INVERSE[s][1] * f1[k] + T_INVERSE[s][2] * f2[k];
+        real[k] = g(0) - gamma * w0[k];
+        complex[k].re = g(1) - alpha * w1[k] + beta * w2[k];
+        complex[k].im = g(2) - alpha * w2[k] - beta * w1[k];
+    }
+}
+
 impl Radau {
     fn prepare(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
         if !self.has_jacobian {
@@ -116,7 +157,6 @@ impl Radau {
 
     /// The correction of the stages by one Newton iteration, into `error` and `complex`.
     fn correct(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
-        let n = y.len();
         for s in 0..3 {
             for ((stage, y), z) in self.stage.iter_mut().zip(y).zip(&self.z[s]) {
                 *stage = y + z;
@@ -124,43 +164,25 @@ impl Radau {
             system.rates(t + C[s] * h, &self.stage, &mut self.f[s]);
         }
         self.statistics.evaluations += 3;
-        let (real, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
-        let (f0, f1, f2) = (&self.f[0][..n], &self.f[1][..n], &self.f[2][..n]);
-        let (w0, w1, w2) = (&self.w[0][..n], &self.w[1][..n], &self.w[2][..n]);
-        let (error, complex) = (&mut self.error[..n], &mut self.complex[..n]);
-        for k in 0..n {
-            let g = |s: usize| T_INVERSE[s][0] * f0[k] + T_INVERSE[s][1] * f1[k] + T_INVERSE[s][2] * f2[k];
-            error[k] = g(0) - real * w0[k];
-            complex[k].re = g(1) - alpha * w1[k] + beta * w2[k];
-            complex[k].im = g(2) - alpha * w2[k] - beta * w1[k];
-        }
-        system.solve_real(error);
-        system.solve_complex(complex);
+        let [f0, f1, f2] = &self.f;
+        let [w0, w1, w2] = &self.w;
+        defect(h, [f0, f1, f2], [w0, w1, w2], &mut self.error, &mut self.complex);
+        system.solve_real(&mut self.error);
+        system.solve_complex(&mut self.complex);
     }
 
     /// Adds the correction to the stages; returns its size in units of the tolerance.
     fn apply_correction(&mut self) -> f64 {
-        let n = self.error.len();
-        let (error, complex, weight) = (&self.error[..n], &self.complex[..n], &self.weight[..n]);
         let [w0, w1, w2] = &mut self.w;
-        let (w0, w1, w2) = (&mut w0[..n], &mut w1[..n], &mut w2[..n]);
         let [z0, z1, z2] = &mut self.z;
-        let (z0, z1, z2) = (&mut z0[..n], &mut z1[..n], &mut z2[..n]);
-        for k in 0..n {
-            w0[k] += error[k];
-            w1[k] += complex[k].re;
-            w2[k] += complex[k].im;
-        }
-        for k in 0..n {
-            z0[k] = T[0][0] * w0[k] + T[0][1] * w1[k] + T[0][2] * w2[k];
-            z1[k] = T[1][0] * w0[k] + T[1][1] * w1[k] + T[1][2] * w2[k];
-            z2[k] = T[2][0] * w0[k] + T[2][1] * w1[k];
-        }
+        add(&self.error, &self.complex, w0, w1, w2);
+        transform(w0, w1, w2, z0, z1, z2);
         let mut sums = [0.0; 2];
-        for k in 0..n {
-            sums[k & 1] += (error[k] * error[k] + complex[k].norm_sqr()) * (weight[k] * weight[k]);
+        for (k, (error, (complex, weight))) in self.error.iter().zip(self.complex.iter().zip(&self.weight)).enumerate()
+        {
+            sums[k & 1] += (error * error + complex.norm_sqr()) * (weight * weight);
         }
-        ((sums[0] + sums[1]) / (3 * n) as f64).sqrt()
+        ((sums[0] + sums[1]) / (3 * self.error.len()) as f64).sqrt()
     }
 
     /// The embedded error estimate, in units of the tolerance.
