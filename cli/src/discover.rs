@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
     /// Recordings to search
     #[arg(long, value_name = "FILE.csv", num_args = 1.., required = true)]
     data: Vec<PathBuf>,
-    /// Recordings that the search does not see, to verify with
+    /// Recordings that are not fitted: an effect must earn its place on them
     #[arg(long, value_name = "FILE.csv", num_args = 1..)]
     holdout: Vec<PathBuf>,
     /// The model as it is; the default model without it

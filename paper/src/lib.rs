@@ -1,7 +1,7 @@
 //! The paper's programme: its simulations, figures and claims, each beside what the equations give.
 //!
 //! Y. B. Bedoustani, H. D. Taghirad, M. M. Aref: *Dynamics Analysis of a Redundant Parallel Manipulator Driven by Elastic
-//! Cables* (planar 4RPR robot after the Large Adaptive Reflector). [`write`] makes everything at once. What the paper prints
+//! Cables* (planar 4RPR robot after the Large Adaptive Reflector). [`write()`] makes everything at once. What the paper prints
 //! wrongly is in [`printed`] and [`mismatch`], apart from the plant.
 
 mod claims;
