@@ -28,6 +28,7 @@ type OfComponent = unsafe extern "C" fn(Component) -> c_int;
 type Free = unsafe extern "C" fn(Component);
 type SetupExperiment = unsafe extern "C" fn(Component, c_int, c_double, c_double, c_int, c_double) -> c_int;
 type SetReal = unsafe extern "C" fn(Component, *const c_uint, usize, *const c_double) -> c_int;
+type SetInteger = unsafe extern "C" fn(Component, *const c_uint, usize, *const c_int) -> c_int;
 type GetReal = unsafe extern "C" fn(Component, *const c_uint, usize, *mut c_double) -> c_int;
 type DoStep = unsafe extern "C" fn(Component, c_double, c_double, c_int) -> c_int;
 
@@ -51,6 +52,12 @@ const CALLBACKS: Callbacks = Callbacks {
 
 const CO_SIMULATION: c_int = 1;
 
+/// An enumeration variable: its value reference, and the values by name.
+struct Choice {
+    reference: c_uint,
+    items: BTreeMap<String, c_int>,
+}
+
 /// An FMU, unpacked and loaded.
 pub(super) struct Fmu {
     // Before the folder, so that the library is unloaded before its file is deleted.
@@ -59,6 +66,7 @@ pub(super) struct Fmu {
     resources: CString,
     /// Value references of the real variables.
     reals: BTreeMap<String, c_uint>,
+    choices: BTreeMap<String, Choice>,
     _folder: TempDir,
 }
 
@@ -104,6 +112,7 @@ impl Fmu {
             guid: CString::new(guid)?,
             resources: CString::new(format!("file://{separator}{}", place.replace('%', "%25").replace(' ', "%20")))?,
             reals,
+            choices: choices(root).with_context(named)?,
             _folder: folder,
         })
     }
@@ -151,6 +160,25 @@ impl Fmu {
     }
 }
 
+/// The enumeration variables of a description; `None` where it is not as the standard says.
+fn choices(root: roxmltree::Node<'_, '_>) -> Option<BTreeMap<String, Choice>> {
+    let with_tag = |tag: &'static str| root.descendants().filter(move |node| node.has_tag_name(tag));
+    let mut list = BTreeMap::new();
+    for variable in with_tag("ScalarVariable") {
+        let Some(declared) = variable.children().find(|child| child.has_tag_name("Enumeration")) else { continue };
+        let name = declared.attribute("declaredType")?;
+        let definition = with_tag("SimpleType").find(|node| node.attribute("name") == Some(name))?;
+        let items = definition
+            .descendants()
+            .filter(|node| node.has_tag_name("Item"))
+            .map(|item| Some((item.attribute("name")?.to_owned(), item.attribute("value")?.parse().ok()?)))
+            .collect::<Option<_>>()?;
+        let reference = variable.attribute("valueReference")?.parse().ok()?;
+        list.insert(variable.attribute("name")?.to_owned(), Choice { reference, items });
+    }
+    Some(list)
+}
+
 struct Shared(Callbacks);
 
 // SAFETY: every pointer in it is null and stays so.
@@ -191,6 +219,17 @@ impl Slave<'_> {
         self.check("fmi2SetReal", |c| {
             // SAFETY: a live instance; one reference and one value.
             unsafe { set(c, reference.as_ptr(), 1, &value) }
+        })
+    }
+
+    /// Sets an enumeration variable to the item of this name.
+    pub(super) fn set_choice(&mut self, name: &str, item: &str) -> anyhow::Result<()> {
+        let choice = self.fmu.choices.get(name).with_context(|| format!("the FMU has no choice `{name}`"))?;
+        let value = *choice.items.get(item).with_context(|| format!("`{name}` has no item `{item}`"))?;
+        let (reference, set) = (choice.reference, self.fmu.function::<SetInteger>("fmi2SetInteger")?);
+        self.check("fmi2SetInteger", |c| {
+            // SAFETY: a live instance; one reference and one value.
+            unsafe { set(c, &reference, 1, &value) }
         })
     }
 

@@ -1,14 +1,18 @@
 //! `cdpr demo`: the whole story in one go, chapter by chapter.
 
+mod control;
 mod importer;
+mod missing;
+mod record;
 mod release;
+mod replay;
 
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 
 use crate::model;
 
-/// Show what this program does: build an FMU, drive it, compare; no input needed.
+/// Show what this program does: build an FMU, drive it, find the effects that are missing from it; no input needed.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  cdpr demo --out demo")]
 pub(crate) struct Arguments {
@@ -25,11 +29,13 @@ struct Made {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     model::folder(&arguments.out)?;
-    let made = release::tell(&arguments.out)?;
+    let mut made = release::tell(&arguments.out)?;
+    made.extend(missing::tell(&arguments.out)?);
     let mut out = stdout().lock();
     writeln!(out, "\nMade in {}:", arguments.out.display())?;
+    let width = made.iter().map(|made| made.path.display().to_string().len()).max().unwrap_or_default();
     for Made { path, what } in made {
-        writeln!(out, "  {:<40} {what}", path.display())?;
+        writeln!(out, "  {:<width$}  {what}", path.display().to_string())?;
     }
     Ok(())
 }

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::data::{Report, Robot};
+use super::data::{Located, Report, Robot};
+use super::gather;
 use super::number::{decimals, percent};
 use super::place::{Axis, Part, Place};
 
@@ -10,6 +11,8 @@ use super::place::{Axis, Part, Place};
 const SIZE: f64 = 300.0;
 /// Margin for the winches' names.
 const MARGIN: f64 = 46.0;
+/// Share of the gap below which a place is not marked.
+const LEAST: f64 = 0.05;
 /// Smallest radius at which a platform can be made out, in drawing units.
 const PLATFORM: f64 = 44.0;
 
@@ -43,22 +46,31 @@ pub(super) fn draw(report: &Report) -> Drawing {
     frame.wrench(&mut svg, &marks);
     frame.axes(&mut svg);
     svg.push_str("</svg>");
-    Drawing { svg, enlarged: frame.enlarged, marked: marks.iter().map(Mark::words).collect() }
+    Drawing { svg, enlarged: frame.enlarged, marked: captions(report) }
 }
 
-impl Mark {
-    fn words(&self) -> String {
-        match self.share {
-            Some(share) => format!("{} ({} of the gap)", self.place.noun(), percent(share)),
-            None => self.place.noun(),
+/// The marked places in words, those of one effect put together.
+fn captions(report: &Report) -> Vec<String> {
+    let places: Vec<Located> = gather(&report.located).into_iter().filter(|l| l.share_of_gap >= LEAST).collect();
+    let mut words: Vec<String> = places
+        .iter()
+        .map(|l| format!("{} ({} of the gap)", Place::parse(&l.place).noun(), percent(l.share_of_gap)))
+        .collect();
+    let effects = report.effects.iter().map(|e| e.place.as_str());
+    for place in effects.chain(report.terms.iter().map(|t| t.target.as_str())) {
+        // `platform` says nothing beside `platform.force_x`.
+        let noun = Place::parse(place).noun();
+        if !places.iter().any(|l| l.place.starts_with(place)) && !words.contains(&noun) {
+            words.push(noun);
         }
     }
+    words
 }
 
 fn marks(report: &Report) -> Vec<Mark> {
     let mut marks: Vec<Mark> = Vec::new();
     let located =
-        report.located.iter().filter(|l| l.share_of_gap >= 0.05).map(|l| (l.place.as_str(), Some(l.share_of_gap)));
+        report.located.iter().filter(|l| l.share_of_gap >= LEAST).map(|l| (l.place.as_str(), Some(l.share_of_gap)));
     let effects = report.effects.iter().map(|e| (e.place.as_str(), None));
     let terms = report.terms.iter().map(|t| (t.target.as_str(), None));
     for (text, share) in located.chain(effects).chain(terms) {

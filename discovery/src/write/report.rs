@@ -16,6 +16,9 @@ use super::signature::signatures;
 /// Most points of the platform's path.
 const PATH: usize = 600;
 
+/// Share of the time from which something shows throughout.
+const THROUGHOUT: f64 = 0.9;
+
 /// What the report says of the run beside its result.
 #[derive(Clone, Debug, Default)]
 pub struct About {
@@ -174,14 +177,15 @@ fn term(found: &Found) -> Term {
 
 fn located(located: &Located, trials: &[Compared]) -> report::Located {
     let training = training_trials(trials);
+    let duration = |t: &Compared| t.trial.time[t.trial.len() - 1] - t.trial.time[0];
+    let whole: f64 = training.iter().map(|t| duration(&trials[*t])).sum();
+    let shown: f64 = located.when.iter().map(|(_, start, end)| end - start).sum();
+    let spans = located.when.iter();
+    let spans = spans.filter_map(|(t, start, end)| Some(Span { trial: *training.get(*t)?, start: *start, end: *end }));
     report::Located {
         place: located.place.clone(),
         share_of_gap: located.share,
-        when: located
-            .when
-            .iter()
-            .filter_map(|(t, start, end)| Some(Span { trial: *training.get(*t)?, start: *start, end: *end }))
-            .collect(),
+        when: if shown >= THROUGHOUT * whole { Vec::new() } else { spans.collect() },
         depends_on: located.depends_on.clone(),
     }
 }

@@ -157,6 +157,14 @@ fn the_report_points_to_the_right_trial_and_breaks_lines_at_restarts() {
 }
 
 #[test]
+fn what_shows_nearly_all_the_time_shows_throughout() {
+    let mut always = discovery();
+    always.located[0].when = vec![(0, 2.0, 98.0)];
+    assert!(report(&always, &About::default()).located[0].when.is_empty());
+    assert_eq!(json(&always)["located"][0]["when"], serde_json::json!([[2.0, 98.0]]));
+}
+
+#[test]
 fn a_part_cut_off_a_trial_keeps_its_name_short() {
     let mut cut = discovery();
     cut.trials[0].trial.name = "the last 30 s of runs/first.csv".to_owned();
