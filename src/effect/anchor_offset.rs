@@ -9,7 +9,7 @@ use crate::dynamics::PlantData;
 ///
 /// Valid for: constant survey error.
 ///
-/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (geometric calibration).
+/// Source: A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018.
 #[derive(Clone, Debug)]
 pub struct AnchorOffset {
     x: f64,
@@ -27,7 +27,7 @@ impl Effect for AnchorOffset {
             parameter("y", "m", "offset along y", (-2.0, 2.0)).or(0.0),
         ],
         shows_in: "cable length against pose",
-        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (geometric calibration)",
+        source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "constant survey error",
         look_alikes: &[
             LookAlike { id: "length_sensor_bias", separate_by: "poses that turn the cable" },

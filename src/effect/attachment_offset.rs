@@ -9,7 +9,7 @@ use crate::dynamics::PlantData;
 ///
 /// Valid for: constant survey error.
 ///
-/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (geometric calibration).
+/// Source: A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018.
 #[derive(Clone, Debug)]
 pub struct AttachmentOffset {
     x: f64,
@@ -27,7 +27,7 @@ impl Effect for AttachmentOffset {
             parameter("y", "m", "offset along the body's y axis", (-0.5, 0.5)).or(0.0),
         ],
         shows_in: "cable length against orientation",
-        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (geometric calibration)",
+        source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "constant survey error",
         look_alikes: &[
             LookAlike { id: "anchor_offset", separate_by: "rotate the platform" },

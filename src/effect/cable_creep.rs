@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: elastic cable models; one relaxation time; small strain; tension above zero.
 ///
-/// Source: W. N. Findley, J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976, ch. 5 (standard linear solid).
+/// Source: W. N. Findley, J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976 (standard linear solid).
 #[derive(Clone, Debug)]
 pub struct CableCreep {
     axial_stiffness: f64,
@@ -27,7 +27,7 @@ impl Effect for CableCreep {
             parameter("time_constant", "s", "time constant τ of the Kelvin element", (1.0, 1e4)).at_least(1e-3),
         ],
         shows_in: "unstretched length drifts against cable length after a load change",
-        source: "W. N. Findley, J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976, ch. 5 (standard linear solid)",
+        source: "W. N. Findley, J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976 (standard linear solid)",
         validity: "elastic cable models; one relaxation time; small strain; tension above zero",
         look_alikes: &[
             LookAlike { id: "cable_thermal_expansion", separate_by: "a load step at constant temperature" },

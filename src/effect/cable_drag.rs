@@ -12,7 +12,7 @@ const AIR_DENSITY: f64 = 1.225;
 ///
 /// Valid for: straight cable turning about its anchor in still air of 1.225 kg/m³, cross-flow principle.
 ///
-/// Source: S. F. Hoerner, Fluid-Dynamic Drag, 1965, ch. III (cylinders in cross flow); moment balance about the anchor as in (20), (22).
+/// Source: S. F. Hoerner, Fluid-Dynamic Drag, 1965 (cylinders in cross flow); moment balance about the anchor as in (20), (22).
 #[derive(Clone, Debug)]
 pub struct CableDrag {
     drag_area_per_length: f64,
@@ -28,7 +28,7 @@ impl Effect for CableDrag {
             parameter("drag_area_per_length", "m", "drag coefficient times diameter, C_d d", (0.0, 0.1)).at_least(0.0),
         ],
         shows_in: "force on the platform against its speed across the cables",
-        source: "S. F. Hoerner, Fluid-Dynamic Drag, 1965, ch. III (cylinders in cross flow); moment balance about the anchor as in (20), (22)",
+        source: "S. F. Hoerner, Fluid-Dynamic Drag, 1965 (cylinders in cross flow); moment balance about the anchor as in (20), (22)",
         validity: "straight cable turning about its anchor in still air of 1.225 kg/m³, cross-flow principle",
         look_alikes: &[
             LookAlike { id: "platform_quadratic_drag", separate_by: "motion along and across one cable" },

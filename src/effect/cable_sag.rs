@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: elastic cable models; sag to span below 1/8, that is w L / T below about 1; quasi-static shape.
 ///
-/// Source: H. M. Irvine, Cable Structures, 1981, ch. 2 (parabolic sag); H. J. Ernst, 1965 (equivalent modulus).
+/// Source: H. M. Irvine, Cable Structures, 1981 (parabolic sag); H. J. Ernst, Der Bauingenieur 40 (1965) (equivalent modulus).
 #[derive(Clone, Debug)]
 pub struct CableSag {
     weight: f64,
@@ -27,7 +27,7 @@ impl Effect for CableSag {
             parameter("reference_tension", "N", "tension T_ref at which the chord strain is counted as zero", (1e3, 1e5)).at_least(1.0),
         ],
         shows_in: "static stretch against tension: the cable is soft at low tension",
-        source: "H. M. Irvine, Cable Structures, 1981, ch. 2 (parabolic sag); H. J. Ernst, 1965 (equivalent modulus)",
+        source: "H. M. Irvine, Cable Structures, 1981 (parabolic sag); H. J. Ernst, Der Bauingenieur 40 (1965) (equivalent modulus)",
         validity: "elastic cable models; sag to span below 1/8, that is w L / T below about 1; quasi-static shape",
         look_alikes: &[
             LookAlike { id: "cable_stiffness", separate_by: "two pretensions" },

@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: elastic cable models; strains below break (about 3 % for high-modulus polyethylene).
 ///
-/// Source: A. H. Nayfeh, P. F. Pai, Linear and Nonlinear Structural Mechanics, 2004, sec. 4 (cubic stiffness).
+/// Source: A. H. Nayfeh, P. F. Pai, Linear and Nonlinear Structural Mechanics, 2004 (cubic stiffness).
 #[derive(Clone, Debug)]
 pub struct CableStiffening {
     coefficient: f64,
@@ -25,7 +25,7 @@ impl Effect for CableStiffening {
             parameter("coefficient", "1", "stiffening coefficient β", (0.0, 1e6)).at_least(0.0),
         ],
         shows_in: "static stretch falls behind tension at high tension",
-        source: "A. H. Nayfeh, P. F. Pai, Linear and Nonlinear Structural Mechanics, 2004, sec. 4 (cubic stiffness)",
+        source: "A. H. Nayfeh, P. F. Pai, Linear and Nonlinear Structural Mechanics, 2004 (cubic stiffness)",
         validity: "elastic cable models; strains below break (about 3 % for high-modulus polyethylene)",
         look_alikes: &[
             LookAlike { id: "cable_stiffness", separate_by: "a wider tension range" },

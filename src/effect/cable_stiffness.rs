@@ -9,7 +9,7 @@ use crate::dynamics::PlantData;
 ///
 /// Valid for: elastic cable models; the manufacturer's modulus of a braided rope is known to 10-30 %.
 ///
-/// Source: H. A. McKenna, J. W. S. Hearle, N. O'Hear, Handbook of Fibre Rope Technology, 2004, ch. 3.
+/// Source: H. A. McKenna, J. W. S. Hearle, N. O'Hear, Handbook of Fibre Rope Technology, 2004.
 #[derive(Clone, Debug)]
 pub struct CableStiffness {
     factor: f64,
@@ -25,7 +25,7 @@ impl Effect for CableStiffness {
             parameter("factor", "1", "relative error of the axial stiffness", (-0.3, 0.3)).at_least(-0.95),
         ],
         shows_in: "unstretched length against tension: the static stretch and the frequency of that cable's mode",
-        source: "H. A. McKenna, J. W. S. Hearle, N. O'Hear, Handbook of Fibre Rope Technology, 2004, ch. 3",
+        source: "H. A. McKenna, J. W. S. Hearle, N. O'Hear, Handbook of Fibre Rope Technology, 2004",
         validity: "elastic cable models; the manufacturer's modulus of a braided rope is known to 10-30 %",
         look_alikes: &[
             LookAlike { id: "anchor_offset", separate_by: "several poses at two pretensions" },

@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: elastic cable models; uniform temperature along and among the cables.
 ///
-/// Source: McKenna, Hearle, O'Hear, Handbook of Fibre Rope Technology, 2004, ch. 4 (axial expansion of HMPE about -1.2e-5 1/K).
+/// Source: McKenna, Hearle, O'Hear, Handbook of Fibre Rope Technology, 2004 (axial expansion of HMPE about -1.2e-5 1/K).
 #[derive(Clone, Debug)]
 pub struct CableThermalExpansion {
     strain_amplitude: f64,
@@ -29,7 +29,7 @@ impl Effect for CableThermalExpansion {
             parameter("phase", "rad", "phase of the temperature at t = 0", (-3.2, 3.2)).or(0.0),
         ],
         shows_in: "unstretched length against cable length, all cables together, slowly",
-        source: "McKenna, Hearle, O'Hear, Handbook of Fibre Rope Technology, 2004, ch. 4 (axial expansion of HMPE about -1.2e-5 1/K)",
+        source: "McKenna, Hearle, O'Hear, Handbook of Fibre Rope Technology, 2004 (axial expansion of HMPE about -1.2e-5 1/K)",
         validity: "elastic cable models; uniform temperature along and among the cables",
         look_alikes: &[
             LookAlike { id: "cable_creep", separate_by: "a load step at constant temperature" },

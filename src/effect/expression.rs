@@ -13,7 +13,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: the range of the data it was found on.
 ///
-/// Source: S. L. Brunton, J. L. Proctor, J. N. Kutz, PNAS 113 (2016) (sparse regression over a dictionary).
+/// Source: S. L. Brunton, J. L. Proctor, J. N. Kutz, Discovering governing equations from data, PNAS 113 (2016) (sparse regression over a dictionary).
 #[derive(Clone, Debug)]
 pub struct Expression {
     target: Target,
@@ -68,7 +68,7 @@ impl Effect for Expression {
         scope: Scope::Whole,
         parameters: &[],
         shows_in: "the residual of its target",
-        source: "S. L. Brunton, J. L. Proctor, J. N. Kutz, PNAS 113 (2016)",
+        source: "S. L. Brunton, J. L. Proctor, J. N. Kutz, Discovering governing equations from data, PNAS 113 (2016)",
         validity: "the range of the data it was found on",
         look_alikes: &[],
     };

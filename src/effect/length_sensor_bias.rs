@@ -8,7 +8,7 @@ use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, 
 ///
 /// Valid for: constant over the trial.
 ///
-/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (encoder referencing).
+/// Source: A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018.
 #[derive(Clone, Debug)]
 pub struct LengthSensorBias {
     bias: f64,
@@ -24,7 +24,7 @@ impl Effect for LengthSensorBias {
             parameter("bias", "m", "length added by the sensor", (-0.5, 0.5)),
         ],
         shows_in: "measured length against the length from pose or tension",
-        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (encoder referencing)",
+        source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "constant over the trial",
         look_alikes: &[
             LookAlike { id: "anchor_offset", separate_by: "poses that turn the cable" },

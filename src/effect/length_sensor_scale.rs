@@ -8,7 +8,7 @@ use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, 
 ///
 /// Valid for: single-layer drum of constant radius.
 ///
-/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (drum radius).
+/// Source: A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018.
 #[derive(Clone, Debug)]
 pub struct LengthSensorScale {
     factor: f64,
@@ -24,7 +24,7 @@ impl Effect for LengthSensorScale {
             parameter("factor", "1", "relative error of the drum radius", (-5e-3, 5e-3)).at_least(-0.5),
         ],
         shows_in: "measured unstretched length in proportion to length",
-        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (drum radius)",
+        source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "single-layer drum of constant radius",
         look_alikes: &[
             LookAlike { id: "cable_stiffness", separate_by: "several poses at two pretensions" },

@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: one spectral line; force through G.
 ///
-/// Source: E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996, ch. 6 (vortex shedding, buffeting).
+/// Source: E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996 (vortex shedding, buffeting).
 #[derive(Clone, Debug)]
 pub struct PeriodicGust {
     amplitude: f64,
@@ -31,7 +31,7 @@ impl Effect for PeriodicGust {
             parameter("direction", "rad", "direction of the force, from the x axis", (-3.2, 3.2)).or(0.0),
         ],
         shows_in: "force on the platform at one frequency",
-        source: "E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996, ch. 6 (vortex shedding, buffeting)",
+        source: "E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996 (vortex shedding, buffeting)",
         validity: "one spectral line; force through G",
         look_alikes: &[
         ],

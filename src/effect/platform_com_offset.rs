@@ -9,7 +9,7 @@ use crate::dynamics::PlantData;
 ///
 /// Valid for: rigid platform; the moment of inertia stays that about the centre of mass.
 ///
-/// Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd ed., 2002, ch. 5 (moment about a moving point).
+/// Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd ed., 2002 (rigid body motion).
 #[derive(Clone, Debug)]
 pub struct PlatformComOffset {
     x: f64,
@@ -27,7 +27,7 @@ impl Effect for PlatformComOffset {
             parameter("y", "m", "c along the body's y axis", (-1.0, 1.0)).or(0.0),
         ],
         shows_in: "torque on the platform against its acceleration, force against angular acceleration",
-        source: "H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd ed., 2002, ch. 5 (moment about a moving point)",
+        source: "H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd ed., 2002 (rigid body motion)",
         validity: "rigid platform; the moment of inertia stays that about the centre of mass",
         look_alikes: &[
         ],

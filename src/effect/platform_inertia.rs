@@ -9,7 +9,7 @@ use crate::dynamics::PlantData;
 ///
 /// Valid for: rigid platform.
 ///
-/// Source: J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE CSM 27 (2007).
+/// Source: J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems Magazine 27 (2007).
 #[derive(Clone, Debug)]
 pub struct PlatformInertia {
     inertia: f64,
@@ -25,7 +25,7 @@ impl Effect for PlatformInertia {
             parameter("inertia", "kg.m2", "added moment of inertia ΔI", (-1e5, 1e5)),
         ],
         shows_in: "torque on the platform against its angular acceleration",
-        source: "J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE CSM 27 (2007)",
+        source: "J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems Magazine 27 (2007)",
         validity: "rigid platform",
         look_alikes: &[
             LookAlike { id: "platform_rotational_damping", separate_by: "rotation at two frequencies" },

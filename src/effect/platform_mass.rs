@@ -9,7 +9,7 @@ use crate::dynamics::PlantData;
 ///
 /// Valid for: payload fixed at the centre of mass.
 ///
-/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 6; J. Swevers et al., Dynamic model identification, IEEE CSM 27 (2007).
+/// Source: J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems Magazine 27 (2007).
 #[derive(Clone, Debug)]
 pub struct PlatformMass {
     mass: f64,
@@ -25,7 +25,7 @@ impl Effect for PlatformMass {
             parameter("mass", "kg", "added mass ΔM", (-500.0, 500.0)),
         ],
         shows_in: "force on the platform against its acceleration",
-        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 6; J. Swevers et al., Dynamic model identification, IEEE CSM 27 (2007)",
+        source: "J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems Magazine 27 (2007)",
         validity: "payload fixed at the centre of mass",
         look_alikes: &[
             LookAlike { id: "winch_force_gain", separate_by: "a common gain of all winches: change the tension at rest" },

@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: bluff body, Reynolds number above about 1e4, no torque.
 ///
-/// Source: S. F. Hoerner, Fluid-Dynamic Drag, 1965, ch. III.
+/// Source: S. F. Hoerner, Fluid-Dynamic Drag, 1965.
 #[derive(Clone, Debug)]
 pub struct PlatformQuadraticDrag {
     coefficient: f64,
@@ -29,7 +29,7 @@ impl Effect for PlatformQuadraticDrag {
             parameter("wind_y", "m/s", "steady wind speed w along y", (-20.0, 20.0)).or(0.0),
         ],
         shows_in: "force on the platform against the square of its velocity",
-        source: "S. F. Hoerner, Fluid-Dynamic Drag, 1965, ch. III",
+        source: "S. F. Hoerner, Fluid-Dynamic Drag, 1965",
         validity: "bluff body, Reynolds number above about 1e4, no torque",
         look_alikes: &[
             LookAlike { id: "platform_linear_drag", separate_by: "wider speeds" },

@@ -8,7 +8,7 @@ use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, 
 ///
 /// Valid for: constant over the trial.
 ///
-/// Source: B. Hofmann-Wellenhof et al., GNSS, 2008, ch. 5 (datum and antenna offsets).
+/// Source: B. Hofmann-Wellenhof, H. Lichtenegger, E. Wasle, GNSS: Global Navigation Satellite Systems, 2008.
 #[derive(Clone, Debug)]
 pub struct PoseSensorBias {
     x: f64,
@@ -28,7 +28,7 @@ impl Effect for PoseSensorBias {
             parameter("phi", "rad", "bias of phi", (-0.05, 0.05)).or(0.0),
         ],
         shows_in: "measured pose against all cable lengths",
-        source: "B. Hofmann-Wellenhof et al., GNSS, 2008, ch. 5 (datum and antenna offsets)",
+        source: "B. Hofmann-Wellenhof, H. Lichtenegger, E. Wasle, GNSS: Global Navigation Satellite Systems, 2008",
         validity: "constant over the trial",
         look_alikes: &[
             LookAlike { id: "anchor_offset", separate_by: "a survey: all anchors displaced together look the same" },

@@ -8,7 +8,7 @@ use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, 
 ///
 /// Valid for: constant processing delay; before the start the pose is taken as constant.
 ///
-/// Source: L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (dead time).
+/// Source: L. Ljung, System Identification: Theory for the User, 2nd ed., 1999.
 #[derive(Clone, Debug)]
 pub struct PoseSensorDelay {
     delay: f64,
@@ -24,7 +24,7 @@ impl Effect for PoseSensorDelay {
             parameter("delay", "s", "delay τ", (1e-3, 1.0)).at_least(0.0),
         ],
         shows_in: "measured pose against cable lengths, in proportion to velocity",
-        source: "L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (dead time)",
+        source: "L. Ljung, System Identification: Theory for the User, 2nd ed., 1999",
         validity: "constant processing delay; before the start the pose is taken as constant",
         look_alikes: &[
             LookAlike { id: "winch_delay", separate_by: "input against length" },

@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: mean wind over the trial, small change of attitude.
 ///
-/// Source: E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996, ch. 4.
+/// Source: E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996.
 #[derive(Clone, Debug)]
 pub struct SteadyWind {
     force_x: f64,
@@ -29,7 +29,7 @@ impl Effect for SteadyWind {
             parameter("torque", "N.m", "torque about G", (-1e4, 1e4)).or(0.0),
         ],
         shows_in: "constant force or torque on the platform",
-        source: "E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996, ch. 4",
+        source: "E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996",
         validity: "mean wind over the trial, small change of attitude",
         look_alikes: &[
             LookAlike { id: "winch_force_bias", separate_by: "change the pose: the bias turns with the cable" },

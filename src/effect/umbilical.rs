@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: slack hose or cable near its rest shape; linear in the displacement.
 ///
-/// Source: C. M. Lambert, M. Nahon et al., Implementation of an aerostat positioning system with cable control, IEEE/ASME T-Mech. 12 (2007).
+/// Source: C. M. Lambert, M. Nahon et al., Implementation of an aerostat positioning system with cable control, IEEE/ASME Transactions on Mechatronics 12 (2007).
 #[derive(Clone, Debug)]
 pub struct Umbilical {
     stiffness: f64,
@@ -31,7 +31,7 @@ impl Effect for Umbilical {
             parameter("y", "m", "ground point y", (-100.0, 100.0)).or(0.0),
         ],
         shows_in: "force on the platform in proportion to its position",
-        source: "C. M. Lambert, M. Nahon et al., Implementation of an aerostat positioning system with cable control, IEEE/ASME T-Mech. 12 (2007)",
+        source: "C. M. Lambert, M. Nahon et al., Implementation of an aerostat positioning system with cable control, IEEE/ASME Transactions on Mechatronics 12 (2007)",
         validity: "slack hose or cable near its rest shape; linear in the displacement",
         look_alikes: &[
             LookAlike { id: "platform_linear_drag", separate_by: "hold two positions at rest" },

@@ -9,7 +9,7 @@ use crate::scalar::{Real, tanh};
 ///
 /// Valid for: sliding; the smooth law creeps at speeds below v_s where a real winch sticks.
 ///
-/// Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994), sec. 2.
+/// Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994).
 #[derive(Clone, Debug)]
 pub struct WinchCoulombFriction {
     force: f64,
@@ -27,7 +27,7 @@ impl Effect for WinchCoulombFriction {
             parameter("transition_speed", "m/s", "speed v_s over which the force turns its sign", (1e-4, 0.1)).at_least(1e-9).or(0.01),
         ],
         shows_in: "tension against winch force, with the sign of the winch speed",
-        source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994), sec. 2",
+        source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994)",
         validity: "sliding; the smooth law creeps at speeds below v_s where a real winch sticks",
         look_alikes: &[
             LookAlike { id: "pulley_capstan_loss", separate_by: "change the pretension" },

@@ -8,7 +8,7 @@ use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, 
 ///
 /// Valid for: constant transport and computing delay; before the start the command is taken as constant.
 ///
-/// Source: L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (dead time).
+/// Source: L. Ljung, System Identification: Theory for the User, 2nd ed., 1999.
 #[derive(Clone, Debug)]
 pub struct WinchDelay {
     delay: f64,
@@ -24,7 +24,7 @@ impl Effect for WinchDelay {
             parameter("delay", "s", "dead time τ", (1e-3, 1.0)).at_least(0.0),
         ],
         shows_in: "tension after a jump of the winch force",
-        source: "L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (dead time)",
+        source: "L. Ljung, System Identification: Theory for the User, 2nd ed., 1999",
         validity: "constant transport and computing delay; before the start the command is taken as constant",
         look_alikes: &[
             LookAlike { id: "winch_lag", separate_by: "phase above 1/τ: a faster sampled force step" },

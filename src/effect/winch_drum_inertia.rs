@@ -9,7 +9,7 @@ use crate::dynamics::PlantData;
 ///
 /// Valid for: drum and gear turning with the cable, no slip.
 ///
-/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 6 (winch dynamics).
+/// Source: A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018.
 #[derive(Clone, Debug)]
 pub struct WinchDrumInertia {
     mass: f64,
@@ -25,7 +25,7 @@ impl Effect for WinchDrumInertia {
             parameter("mass", "kg", "drum inertia J over the radius squared", (1.0, 2e3)).at_least(0.0),
         ],
         shows_in: "unstretched length after a jump of the winch force; frequency of that cable's mode",
-        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 6 (winch dynamics)",
+        source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "drum and gear turning with the cable, no slip",
         look_alikes: &[
             LookAlike { id: "winch_force_gain", separate_by: "higher frequency" },

@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: constant over the trial.
 ///
-/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (calibration of force sensors and drives).
+/// Source: A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018.
 #[derive(Clone, Debug)]
 pub struct WinchForceBias {
     bias: f64,
@@ -25,7 +25,7 @@ impl Effect for WinchForceBias {
             parameter("bias", "N", "force added", (-500.0, 500.0)),
         ],
         shows_in: "tension against winch force",
-        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (calibration of force sensors and drives)",
+        source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "constant over the trial",
         look_alikes: &[
             LookAlike { id: "winch_force_gain", separate_by: "vary the mean tension" },

@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: linear drive.
 ///
-/// Source: A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (calibration of force sensors and drives).
+/// Source: A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018.
 #[derive(Clone, Debug)]
 pub struct WinchForceGain {
     factor: f64,
@@ -25,7 +25,7 @@ impl Effect for WinchForceGain {
             parameter("factor", "1", "relative error of the force", (-0.2, 0.2)).at_least(-1.0),
         ],
         shows_in: "tension against winch force",
-        source: "A. Pott, Cable-Driven Parallel Robots, 2018, ch. 7 (calibration of force sensors and drives)",
+        source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "linear drive",
         look_alikes: &[
             LookAlike { id: "winch_force_bias", separate_by: "vary the mean tension" },

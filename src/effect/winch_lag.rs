@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: closed-loop force drive with one dominant pole.
 ///
-/// Source: L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (first-order drive).
+/// Source: L. Ljung, System Identification: Theory for the User, 2nd ed., 1999.
 #[derive(Clone, Debug)]
 pub struct WinchLag {
     time_constant: f64,
@@ -25,7 +25,7 @@ impl Effect for WinchLag {
             parameter("time_constant", "s", "time constant τ", (5e-3, 2.0)).at_least(1e-6),
         ],
         shows_in: "tension after a jump of the winch force",
-        source: "L. Ljung, System Identification, 2nd ed., 1999, sec. 4 (first-order drive)",
+        source: "L. Ljung, System Identification: Theory for the User, 2nd ed., 1999",
         validity: "closed-loop force drive with one dominant pole",
         look_alikes: &[
             LookAlike { id: "winch_delay", separate_by: "phase above 1/τ: a faster sampled force step" },

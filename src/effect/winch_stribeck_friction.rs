@@ -9,7 +9,7 @@ use crate::scalar::{Real, tanh};
 ///
 /// Valid for: sliding; quasi-static law, no presliding displacement.
 ///
-/// Source: R. Stribeck, 1902; Armstrong-Hélouvry et al., Automatica 30 (1994), eq. (3).
+/// Source: R. Stribeck, VDI-Zeitschrift 46 (1902); Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994).
 #[derive(Clone, Debug)]
 pub struct WinchStribeckFriction {
     coulomb: f64,
@@ -31,7 +31,7 @@ impl Effect for WinchStribeckFriction {
             parameter("viscous", "N.s/m", "viscous coefficient c", (0.0, 1e4)).at_least(0.0).or(0.0),
         ],
         shows_in: "tension against winch force: highest just after a reversal",
-        source: "R. Stribeck, 1902; Armstrong-Hélouvry et al., Automatica 30 (1994), eq. (3)",
+        source: "R. Stribeck, VDI-Zeitschrift 46 (1902); Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994)",
         validity: "sliding; quasi-static law, no presliding displacement",
         look_alikes: &[
             LookAlike { id: "winch_coulomb_friction", separate_by: "slow and fast reversals" },

@@ -9,7 +9,7 @@ use crate::scalar::Real;
 ///
 /// Valid for: lubricated bearings and gears at constant temperature.
 ///
-/// Source: Armstrong-Hélouvry, Dupont, Canudas de Wit, A survey of models for friction, Automatica 30 (1994), sec. 2.
+/// Source: Armstrong-Hélouvry, Dupont, Canudas de Wit, A survey of models for friction, Automatica 30 (1994).
 #[derive(Clone, Debug)]
 pub struct WinchViscousFriction {
     coefficient: f64,
@@ -25,7 +25,7 @@ impl Effect for WinchViscousFriction {
             parameter("coefficient", "N.s/m", "friction coefficient c", (1.0, 1e4)).at_least(0.0),
         ],
         shows_in: "tension against winch force, in proportion to the winch speed",
-        source: "Armstrong-Hélouvry, Dupont, Canudas de Wit, A survey of models for friction, Automatica 30 (1994), sec. 2",
+        source: "Armstrong-Hélouvry, Dupont, Canudas de Wit, A survey of models for friction, Automatica 30 (1994)",
         validity: "lubricated bearings and gears at constant temperature",
         look_alikes: &[
             LookAlike { id: "platform_linear_drag", separate_by: "rotation of the platform" },
