@@ -47,7 +47,7 @@ pub(crate) fn read_inputs(path: &Path) -> Result<Vec<(f64, Inputs)>, BadInput> {
 }
 
 /// The line, from 1, of a record that begins at this byte; the reader counts empty lines before it to the record.
-fn line_at(bytes: &[u8], begin: u64) -> usize {
+pub(crate) fn line_at(bytes: &[u8], begin: u64) -> usize {
     let begin = usize::try_from(begin).unwrap_or(usize::MAX).min(bytes.len());
     let empty = bytes[begin..].iter().take_while(|b| b.is_ascii_whitespace()).count();
     bytes[..begin + empty].iter().filter(|b| **b == b'\n').count() + 1

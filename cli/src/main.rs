@@ -1,16 +1,21 @@
 //! The `cdpr` command: one file for each subcommand, and what they share.
 
+mod analyse;
 mod csv_io;
 mod demo;
 mod discover;
 mod effects;
 mod failure;
 mod fmu;
+mod inverse;
 mod model;
 mod number;
+mod paper;
 mod plot;
 mod progress;
+mod redundancy;
 mod simulate;
+mod trajectory_csv;
 mod whole;
 
 use std::process::ExitCode;
@@ -40,6 +45,9 @@ enum Command {
     Demo(demo::Arguments),
     Fmu(fmu::Arguments),
     Simulate(simulate::Arguments),
+    Inverse(inverse::Arguments),
+    Analyse(analyse::Arguments),
+    Paper(paper::Arguments),
     Effects(effects::Arguments),
     Discover(discover::Arguments),
 }
@@ -49,6 +57,9 @@ fn main() -> ExitCode {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Fmu(arguments) => fmu::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Inverse(arguments) => inverse::run(&arguments),
+        Command::Analyse(arguments) => analyse::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
         Command::Effects(arguments) => effects::run(&arguments),
         Command::Discover(arguments) => discover::run(&arguments),
     };

@@ -64,7 +64,9 @@ impl Bounds {
 pub enum Objective {
     /// `Σ T_i²`: the least tension that the bounds allow.
     MinimumNorm,
-    /// `Σ |T_i|^p`, `p > 1`: towards large `p` the largest tension is made small (Gosselin and Grenier, Meccanica 46, 2011).
+    /// `Σ |T_i - T_m|^p`, `p` from 1.5 to 20, about the mean `T_m` of the bounds: 2 is [`Objective::MidTension`], and towards large `p`
+    /// the tension nearest to a bound is kept as far from it as can be (Gosselin and Grenier, Meccanica 46, 2011). About zero
+    /// every `p` would ask for the least internal tension, as [`Objective::MinimumNorm`] does.
     PNorm(f64),
     /// `Σ (T_i - T_m)²` about the mean `T_m` of the bounds: the closed form of Pott, Bruckmann and Mikelsons (Computational
     /// Kinematics, 2009); cut off at the bounds it is, with one degree of redundancy, Pott's improved closed form (Advances in
@@ -240,7 +242,7 @@ impl Objective {
                 Self::MinimumNorm => t,
                 // Scaled, so that high powers stay within range.
                 Self::PNorm(p) => {
-                    let t = t / bounds.upper;
+                    let t = (t - bounds.middle()) / (bounds.upper - bounds.middle());
                     if t.re() == 0.0 { t } else { t * t.abs().powf(p - 2.0) }
                 }
                 Self::MidTension => t - bounds.middle(),
@@ -300,6 +302,10 @@ impl Objective {
                 self.slope(&line, dual, bounds).eps
             }
         };
+        if matches!(self, Self::PNorm(_)) && curvature * bounds.upper < 1e-250 {
+            // With all tensions at the mean a high power is flat; the square's minimum passes through the same point.
+            return Self::MidTension.minimum_with_derivatives(line, lambda, bounds);
+        }
         let mut refined = S::from(lambda);
         for _ in 0..3 {
             refined -= self.slope(line, refined, bounds) / curvature;

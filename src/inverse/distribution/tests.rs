@@ -72,7 +72,7 @@ fn the_objective_is_smallest_among_the_feasible() {
                     .iter()
                     .map(|t| match objective {
                         Objective::MinimumNorm => t * t,
-                        Objective::PNorm(p) => (t.abs() / 20e3).powf(p),
+                        Objective::PNorm(p) => ((t - bounds.middle()).abs() / 1e4).powf(p),
                         Objective::MidTension => (t - bounds.middle()).powi(2),
                         Objective::AnalyticCentre => -((t - 1e3).max(1e-9).ln() + (20e3 - t).max(1e-9).ln()),
                     })
@@ -165,4 +165,25 @@ fn a_singular_pose_is_told() {
     let bounds = Bounds::new(1e3, 3e3).unwrap();
     let error = Distribution { objective: Objective::MidTension, bounds }.tensions(&structure, &[0.0; 3]);
     assert_eq!(error, Err(DistributionError::Singular));
+}
+
+#[test]
+fn derivatives_are_there_even_with_all_tensions_at_the_mean() {
+    use crate::inverse::Jet;
+    let bounds = Bounds::new(1e3, 3e3).unwrap();
+    let cables = crate::kinematics::cables(&geometry(), &[Jet::from(0.0); 3], &[Jet::from(0.0); 3]);
+    // The wrench is zero now and rises at 1 N/s.
+    let wrench = [Jet::new(0.0, 1.0, 0.0, 0.0), Jet::from(0.0), Jet::from(0.0)];
+    let line = TensionLine::new(&rows(&cables), &wrench).unwrap();
+    for objective in [Objective::PNorm(1.5), Objective::PNorm(6.0), Objective::MidTension, Objective::AnalyticCentre] {
+        let distribution = Distribution { objective, bounds };
+        let structure = structure_matrix(&geometry(), &[0.0; 3]);
+        let (selection, tension) = distribution.select(&structure, &[0.0; 3]).unwrap();
+        for (lifted, plain) in distribution.lift(&line, selection, &tension).iter().zip(tension) {
+            assert!(
+                (lifted.re - plain).abs() < 1e-9 && lifted.v1.abs() < 1.0 && lifted.v1 != 0.0,
+                "{objective:?}: {lifted:?}"
+            );
+        }
+    }
 }

@@ -1,0 +1,201 @@
+//! `cdpr analyse`: statics and linear analysis of a pose.
+
+mod text;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::Context;
+use cdpr::inverse::distribution::{Distribution, DistributionError, Redundancy, structure_matrix};
+use cdpr::inverse::{Instant, InverseDynamics, InverseError, Motion, Trajectory};
+use cdpr::model_file::Model;
+use cdpr::plant::Plant;
+use cdpr::simulation::Simulation;
+use cdpr::statics::workspace::{RequiredWrenches, WorkspaceMap};
+use cdpr::statics::{self, LinearModel};
+use nalgebra::DMatrix;
+use serde_json::{Value, json};
+
+use crate::failure::BadInput;
+use crate::redundancy::Choice;
+use crate::{inverse, model, number, whole};
+use text::Text;
+
+/// Jacobian, equilibrium, stiffness, natural frequencies and modes, wrench feasibility.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  \
+    cdpr analyse --pose 0,0,0\n  \
+    cdpr analyse --model model.toml --pose 50,-20,0.1 --tension-min 5000 --linear linear.json\n  \
+    cdpr analyse --pose 0,0,0 --wrench 2000,2000,20000 --workspace map.csv\n\n\
+    The pose is held against the model's disturbances by tensions within the bounds; stiffness, modes and the linear model \
+    are those of this state. The workspace map covers the square of the anchors at the pose's orientation.")]
+pub(crate) struct Arguments {
+    /// The model file; the default model without it
+    #[arg(long, value_name = "FILE.toml")]
+    model: Option<PathBuf>,
+    /// Pose in m, m, rad
+    #[arg(long, value_name = "X,Y,PHI", value_parser = number::pose, allow_hyphen_values = true)]
+    pose: [f64; 3],
+    #[command(flatten)]
+    choice: Choice,
+    /// Forces and torque that must be possible either way, in N, N, N m
+    #[arg(long, value_name = "FX,FY,TAU", value_parser = number::pose, default_value = "0,0,0")]
+    wrench: [f64; 3],
+    /// Write A, B, C, D with their names
+    #[arg(long, value_name = "FILE.json")]
+    linear: Option<PathBuf>,
+    /// Write a map of wrench feasibility
+    #[arg(long, value_name = "FILE.csv")]
+    workspace: Option<PathBuf>,
+    /// Points of the map along each axis
+    #[arg(long, value_name = "N", default_value = "61", value_parser = clap::value_parser!(u16).range(2..=2001))]
+    points: u16,
+}
+
+/// A pose held for ever.
+struct Still {
+    pose: [f64; 3],
+    disturbance: [f64; 3],
+}
+
+impl Trajectory for Still {
+    fn span(&self) -> [f64; 2] {
+        [0.0, 1.0]
+    }
+
+    fn motion(&self, _time: f64) -> Motion {
+        let still = |v: f64| [v, 0.0, 0.0, 0.0, 0.0, 0.0];
+        Motion { pose: self.pose.map(still), disturbance: self.disturbance.map(|d| [d, 0.0, 0.0, 0.0]) }
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let (_, model) = model::read(arguments.model.as_deref())?;
+    let (distribution, redundancy) = arguments.choice.resolve()?;
+    let plant = model.plant()?;
+    plant.geometry().check_pose(&arguments.pose).map_err(|error| BadInput(format!("--pose: {error}")))?;
+    if let Some(bad) = arguments.wrench.iter().find(|w| **w < 0.0) {
+        return Err(BadInput(format!("--wrench has {bad}, expected half widths of 0 or more")).into());
+    }
+    let disturbance = model.start.inputs.disturbance;
+    let required = RequiredWrenches { centre: disturbance.map(|d| -d), half_width: arguments.wrench };
+    let mut text = Text::default();
+    text.geometry(&plant, &arguments.pose);
+    text.feasibility(&plant, &arguments.pose, &distribution, &required);
+    let held = hold(&plant, &arguments.pose, disturbance, redundancy.as_ref());
+    let linear = match &held {
+        Ok(instant) => Some(analyse_held(&mut text, &model, &plant, instant)?),
+        Err(error) => {
+            text.not_held(error);
+            None
+        }
+    };
+    text.equilibrium(&model, &plant, &arguments.pose);
+    if let Some(path) = &arguments.workspace {
+        let map = WorkspaceMap::new(
+            plant.geometry(),
+            arguments.pose[2],
+            arguments.points.into(),
+            &distribution.bounds,
+            &required,
+        );
+        write_map(path, &map)?;
+        text.map(&map, path);
+    }
+    if let Some(path) = &arguments.linear {
+        let linear = linear.context("there is no linear model: the pose is not held")?;
+        let json = serde_json::to_string_pretty(&linear_json(&linear)).context("the linear model as JSON")?;
+        whole::write(path, json + "\n")?;
+        text.linear(path);
+    }
+    let mut out = std::io::stdout().lock();
+    out.write_all(text.finish().as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// The plant at rest at `pose`, held by tensions within the bounds.
+fn hold(
+    plant: &Arc<Plant>,
+    pose: &[f64; 3],
+    disturbance: [f64; 3],
+    redundancy: &dyn Redundancy,
+) -> Result<Instant, InverseError> {
+    let still = Still { pose: *pose, disturbance };
+    let problem = InverseDynamics::new(plant.clone(), &still, redundancy)?;
+    problem.at(0.0, &problem.start(0.0)?)
+}
+
+fn analyse_held(text: &mut Text, model: &Model, plant: &Arc<Plant>, held: &Instant) -> anyhow::Result<LinearModel> {
+    let pose = held.motion.derivative(0);
+    let simulation =
+        Simulation::from_states(plant.clone(), 0.0, held.states.clone(), held.inputs(), model.relative_tolerance);
+    let linear = LinearModel::of(&simulation);
+    text.held(held);
+    let geometric = statics::geometric_stiffness(plant.geometry(), &pose, &held.tension);
+    let stiffness =
+        inverse::elastic(plant).then(|| statics::stiffness(plant, 0.0, &pose, &held.tension)).transpose()?;
+    text.stiffness(&geometric, stiffness.as_ref());
+    text.modes("winches holding their forces", &statics::force_controlled_modes(plant, &linear)?, &linear.state_names);
+    if inverse::elastic(plant) {
+        let locked = statics::locked_model(plant, 0.0, &pose, &held.tension)?.modes()?;
+        text.modes("winches locked", &locked, &linear.state_names[..6]);
+    } else {
+        text.note("winches locked: rigid cables allow no motion");
+    }
+    Ok(linear)
+}
+
+fn linear_json(model: &LinearModel) -> Value {
+    let rows = |m: &DMatrix<f64>| -> Vec<Vec<f64>> { m.row_iter().map(|r| r.iter().copied().collect()).collect() };
+    json!({
+        "schema": 1,
+        "time": model.time,
+        "states": model.state_names,
+        "inputs": model.input_names,
+        "outputs": model.output_names,
+        "x": model.state,
+        "dx": model.rate,
+        "u": model.input,
+        "y": model.output,
+        "A": rows(&model.a),
+        "B": rows(&model.b),
+        "C": rows(&model.c),
+        "D": rows(&model.d),
+    })
+}
+
+fn write_map(path: &Path, map: &WorkspaceMap) -> anyhow::Result<()> {
+    let mut csv = String::from("x,y,phi,reachable,closure,feasible,margin,balance\n");
+    for (j, y) in map.y.iter().enumerate() {
+        for (i, x) in map.x.iter().enumerate() {
+            let cell = &map.cells[j * map.x.len() + i];
+            let flags = [cell.reachable, cell.reachable && cell.closure, cell.feasible()].map(u8::from);
+            csv += &format!(
+                "{x},{y},{},{},{},{},{},{}\n",
+                map.phi, flags[0], flags[1], flags[2], cell.margin, cell.balance
+            );
+        }
+    }
+    whole::write(path, csv)
+}
+
+/// The structure matrix's singular values, torques divided by the attachment radius.
+fn singular_values(plant: &Plant, pose: &[f64; 3]) -> Vec<f64> {
+    let mut structure = structure_matrix(plant.geometry(), pose);
+    structure.row_mut(2).scale_mut(1.0 / plant.geometry().attachment_scale());
+    structure.singular_values().iter().copied().collect()
+}
+
+/// Why no tensions hold the pose, as the distribution has it.
+fn infeasible(error: &InverseError) -> Option<&cdpr::inverse::distribution::Infeasible> {
+    match error {
+        InverseError::Distribution { error: DistributionError::Infeasible(found), .. } => Some(found),
+        _ => None,
+    }
+}
+
+/// The bounds as text.
+fn bounds(distribution: &Distribution) -> String {
+    format!("{} to {} N", distribution.bounds.lower(), distribution.bounds.upper())
+}

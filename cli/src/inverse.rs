@@ -1,0 +1,156 @@
+//! `cdpr inverse`: the winch forces of a prescribed motion.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use cdpr::inverse::distribution::Selection;
+use cdpr::inverse::{Ends, Instant, InverseDynamics, InverseError, SplineTrajectory, Trajectory};
+use cdpr::model_file::Model;
+use cdpr::parameters::{CABLES, CableModel, Initialization};
+use clap::ValueEnum;
+
+use crate::csv_io::{indexed, input_names, input_values};
+use crate::failure::BadInput;
+use crate::redundancy::Choice;
+use crate::whole::{self, WholeFile};
+use crate::{model, number, trajectory_csv};
+
+/// More rows than this are taken for a slip of the pen.
+const MOST_ROWS: f64 = 1e7;
+
+/// Winch forces for a trajectory, tensions kept within bounds.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  \
+    cdpr inverse --trajectory circle.csv --step 0.01 -o forces.csv --start circle.toml\n  \
+    cdpr simulate --model circle.toml --input forces.csv -o run.csv\n\n\
+    The trajectory is a table with the columns time (s), x, y (m), phi (rad); where given, vx, vy (m/s), omega (rad/s), and \
+    with them ax, ay (m/s2), alpha (rad/s2); and any of disturbance_force_x, disturbance_force_y (N), disturbance_torque \
+    (N m). It is met at every sample; between them it is a spline of degree 7. The forces are a table of inputs for cdpr \
+    simulate, with tensions and paid-out lengths beside them.\n\n\
+    Where no tensions within the bounds make the motion, the command fails and says when, which wrench was asked for and \
+    what comes nearest.")]
+pub(crate) struct Arguments {
+    /// The model file; the default model without it
+    #[arg(long, value_name = "FILE.toml")]
+    model: Option<PathBuf>,
+    /// Table of the motion
+    #[arg(long, value_name = "TRAJ.csv")]
+    trajectory: PathBuf,
+    /// How the motion ends where no rates are given
+    #[arg(long, value_enum, default_value_t = EndChoice::Natural)]
+    ends: EndChoice,
+    /// Time between rows of the forces in s; without it the trajectory's own times
+    #[arg(long, value_name = "H", value_parser = number::positive)]
+    step: Option<f64>,
+    #[command(flatten)]
+    choice: Choice,
+    /// Table of forces
+    #[arg(short, long, value_name = "FORCES.csv")]
+    output: PathBuf,
+    /// Also write the model with its start on the trajectory
+    #[arg(long, value_name = "FILE.toml")]
+    start: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum EndChoice {
+    /// A piece of a longer motion
+    Natural,
+    /// At rest at both ends
+    Rest,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let (_, mut model) = model::read(arguments.model.as_deref())?;
+    let samples = trajectory_csv::read(&arguments.trajectory)?;
+    let (_, redundancy) = arguments.choice.resolve()?;
+    let ends = match arguments.ends {
+        EndChoice::Natural => Ends::Natural,
+        EndChoice::Rest => Ends::Rest,
+    };
+    let trajectory =
+        SplineTrajectory::new(&samples, ends).map_err(|error| BadInput::in_file(&arguments.trajectory, error))?;
+    let times = match arguments.step {
+        Some(step) => grid(trajectory.span(), step)?,
+        None => samples.time,
+    };
+    let plant = model.plant()?;
+    let problem =
+        InverseDynamics::new(plant, &trajectory, redundancy.as_ref()).map_err(|error| BadInput(error.to_string()))?;
+    let instants = problem.run(&times, model.relative_tolerance).map_err(|error| match error {
+        InverseError::Pose { .. } => BadInput::in_file(&arguments.trajectory, error).into(),
+        other => anyhow::Error::from(other),
+    })?;
+    write_forces(arguments, &instants)?;
+    if let (Some(path), Some(first)) = (&arguments.start, instants.first()) {
+        start_on(&mut model, first);
+        whole::write(path, model.to_toml())?;
+    }
+    summary(&instants)
+}
+
+fn grid([first, last]: [f64; 2], step: f64) -> anyhow::Result<Vec<f64>> {
+    let count = ((last - first) / step * (1.0 + 1e-12)).floor();
+    if count > MOST_ROWS {
+        return Err(BadInput(format!("--step is {step}, which makes more than {MOST_ROWS:e} rows")).into());
+    }
+    let mut times: Vec<f64> = (0..=count as u64).map(|k| (first + k as f64 * step).min(last)).collect();
+    if times.last().is_some_and(|t| last - t > 1e-9 * step) {
+        times.push(last);
+    }
+    Ok(times)
+}
+
+fn write_forces(arguments: &Arguments, instants: &[Instant]) -> anyhow::Result<()> {
+    let mut csv = csv::Writer::from_writer(WholeFile::create(&arguments.output)?);
+    let mut header = vec!["time".to_owned()];
+    header.extend(input_names());
+    header.extend(["x", "y", "phi", "vx", "vy", "omega"].map(str::to_owned));
+    for name in ["tension", "unstretched_length", "unstretched_length_rate"] {
+        header.extend((0..CABLES).map(|i| indexed(name, i)));
+    }
+    csv.write_record(&header)?;
+    for instant in instants {
+        let mut row = vec![instant.time];
+        row.extend(input_values(&instant.inputs()));
+        row.extend(instant.motion.derivative(0));
+        row.extend(instant.motion.derivative(1));
+        for values in [instant.tension, instant.unstretched, instant.unstretched_rate] {
+            row.extend(values);
+        }
+        csv.write_record(row.iter().map(|value| format!("{value:?}")))?;
+    }
+    let file = csv.into_inner().map_err(|error| anyhow::anyhow!("{}", error.error()))?;
+    file.finish().with_context(|| format!("{}: not written", arguments.output.display()))
+}
+
+/// Puts the model's start on the trajectory.
+fn start_on(model: &mut Model, first: &Instant) {
+    let start = &mut model.start;
+    start.time = first.time;
+    start.pose = first.motion.derivative(0);
+    start.twist = first.motion.derivative(1);
+    start.inputs = first.inputs();
+    start.unstretched_length = first.unstretched;
+    start.unstretched_length_rate = first.unstretched_rate;
+    start.initialization = Initialization::FromStates;
+}
+
+fn summary(instants: &[Instant]) -> anyhow::Result<()> {
+    let range = |pick: &dyn Fn(&Instant) -> [f64; CABLES]| {
+        instants.iter().flat_map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
+    };
+    let (tension, force) = (range(&|i| i.tension), range(&|i| i.winch_force));
+    let bound = instants.iter().filter(|i| matches!(i.selection, Selection::AtBound { .. })).count();
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{} rows", instants.len())?;
+    writeln!(out, "tensions      {:.1} to {:.1} N, at a bound in {bound} rows", tension.0, tension.1)?;
+    writeln!(out, "winch forces  {:.1} to {:.1} N", force.0, force.1)?;
+    Ok(out.flush()?)
+}
+
+/// Whether the plant's cables are elastic; what depends on it is said where it is missing.
+pub(crate) fn elastic(model: &cdpr::plant::Plant) -> bool {
+    model.data().cables.iter().all(|c| c.model != CableModel::Rigid)
+}

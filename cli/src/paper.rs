@@ -1,0 +1,41 @@
+//! `cdpr paper`: the paper's simulations, figures and claims.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use anyhow::Context;
+
+use crate::progress::Progress;
+
+/// Stages that the programme tells of.
+const STAGES: f64 = 5.0;
+
+/// The paper's simulations, figures and claims, each beside what the equations give.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  \
+    cdpr paper --out paper\n\n\
+    Writes the figures (SVG and PNG), the data (CSV) and claims.md: each statement of the paper beside what the equations \
+    give, with the number and the verdict.")]
+pub(crate) struct Arguments {
+    /// Folder to write into
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut progress = Progress::new("the paper's simulations");
+    let mut stages = 0.0;
+    let claims = cdpr_paper::write(&arguments.out, |_| {
+        progress.update(stages / STAGES);
+        stages += 1.0;
+    })
+    .with_context(|| format!("{}: not written", arguments.out.display()))?;
+    drop(progress);
+    let mut out = std::io::stdout().lock();
+    for claim in &claims {
+        writeln!(out, "{}: {}", claim.place, claim.statement)?;
+        writeln!(out, "    {}", claim.verdict)?;
+    }
+    writeln!(out, "\nfigures, data and claims.md are in {}", arguments.out.display())?;
+    Ok(out.flush()?)
+}

@@ -1,0 +1,83 @@
+//! How the command line chooses tensions.
+
+use cdpr::inverse::distribution::{Bounds, Distribution, Objective, Redundancy};
+use cdpr_tension_qp::QuadraticProgramme;
+use clap::ValueEnum;
+
+use crate::failure::BadInput;
+use crate::number;
+
+/// Bounds, objective and solver of the tension distribution.
+#[derive(clap::Args)]
+pub(crate) struct Choice {
+    /// Smallest tension of a cable in N
+    #[arg(long, value_name = "N", default_value = "1000", value_parser = number::finite)]
+    tension_min: f64,
+    /// Largest tension of a cable in N
+    #[arg(long, value_name = "N", default_value = "50000", value_parser = number::finite)]
+    tension_max: f64,
+    /// What is made smallest within the bounds
+    #[arg(long, value_enum, default_value_t = Goal::MidTension)]
+    objective: Goal,
+    /// Exponent of `p-norm`
+    #[arg(long, value_name = "P", default_value = "6", value_parser = exponent)]
+    exponent: f64,
+    /// How it is solved
+    #[arg(long, value_enum, default_value_t = Solver::ClosedForm)]
+    solver: Solver,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Goal {
+    /// Sum of squares of the distance from the mean of the bounds
+    MidTension,
+    /// Sum of squares of the tensions
+    MinimumNorm,
+    /// Sum of powers of the distance from the mean of the bounds
+    PNorm,
+    /// Closeness to any bound
+    AnalyticCentre,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Solver {
+    /// In closed form
+    ClosedForm,
+    /// As a quadratic programme (mid-tension and minimum-norm)
+    QuadraticProgramme,
+}
+
+fn exponent(text: &str) -> Result<f64, String> {
+    match number::finite(text)? {
+        p if (1.5..=20.0).contains(&p) => Ok(p),
+        p => Err(format!("{p} is not from 1.5 to 20")),
+    }
+}
+
+impl Choice {
+    /// The distribution, and whatever solves it.
+    pub(crate) fn resolve(&self) -> Result<(Distribution, Box<dyn Redundancy>), BadInput> {
+        let bounds = Bounds::new(self.tension_min, self.tension_max).map_err(|error| {
+            BadInput(
+                error.to_string().replace("`tension_min`", "--tension-min").replace("`tension_max`", "--tension-max"),
+            )
+        })?;
+        let objective = match self.objective {
+            Goal::MidTension => Objective::MidTension,
+            Goal::MinimumNorm => Objective::MinimumNorm,
+            Goal::PNorm => Objective::PNorm(self.exponent),
+            Goal::AnalyticCentre => Objective::AnalyticCentre,
+        };
+        let distribution = Distribution { objective, bounds };
+        match self.solver {
+            Solver::ClosedForm => Ok((distribution, Box::new(distribution))),
+            Solver::QuadraticProgramme if matches!(objective, Objective::MidTension | Objective::MinimumNorm) => {
+                Ok((distribution, Box::new(QuadraticProgramme { distribution })))
+            }
+            Solver::QuadraticProgramme => Err(BadInput(
+                "--solver quadratic-programme takes --objective mid-tension or minimum-norm, which are quadratic"
+                    .to_owned(),
+            )),
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! `cdpr inverse`, `cdpr analyse` and `cdpr paper` as a user runs them.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn cdpr(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_cdpr")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn done(output: &Output) -> String {
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// A circle of 5 m in 60 s, from rest to rest.
+fn circle() -> String {
+    let mut table = "time,x,y,phi,disturbance_force_x\n".to_owned();
+    for k in 0..=60 {
+        let s = f64::from(k) / 60.0;
+        let turn = std::f64::consts::TAU * s.powi(4) * (35.0 - 84.0 * s + 70.0 * s * s - 20.0 * s.powi(3));
+        let _ = writeln!(table, "{k},{:?},{:?},0.0,100", 5.0 * turn.sin(), 5.0 * (1.0 - turn.cos()));
+    }
+    table
+}
+
+#[test]
+fn forces_of_a_trajectory_drive_a_simulation_along_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("circle.csv"), circle()).unwrap();
+    let bounds = ["--tension-min", "5000", "--tension-max", "35000", "--ends", "rest"];
+    let mut arguments =
+        vec!["inverse", "--trajectory", "circle.csv", "--step", "0.01", "-o", "forces.csv", "--start", "m.toml"];
+    arguments.extend(bounds);
+    let told = done(&cdpr(at, &arguments));
+    assert!(told.contains("6001 rows"), "{told}");
+    done(&cdpr(at, &["simulate", "--model", "m.toml", "--input", "forces.csv", "--step", "1", "-o", "run.csv"]));
+    let mut run = csv::Reader::from_path(at.join("run.csv")).unwrap();
+    let header = run.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
+    let (x, y) = (column("x"), column("y"));
+    let wanted = circle();
+    let mut rows = 0;
+    for (row, line) in run.records().map(Result::unwrap).zip(wanted.lines().skip(1)) {
+        let asked: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
+        for (k, column) in [(1, x), (2, y)] {
+            let reached: f64 = row[column].parse().unwrap();
+            // The forces are held for 10 ms each.
+            assert!((reached - asked[k]).abs() < 1e-3, "t {}: {reached} against {}", asked[0], asked[k]);
+        }
+        rows += 1;
+    }
+    assert_eq!(rows, 61);
+}
+
+#[test]
+fn impossible_motions_and_bad_tables_are_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("circle.csv"), circle()).unwrap();
+    let narrow = cdpr(
+        at,
+        &["inverse", "--trajectory", "circle.csv", "-o", "f.csv", "--tension-min", "5000", "--tension-max", "5010"],
+    );
+    assert_eq!(narrow.status.code(), Some(1));
+    let told = text(&narrow.stderr);
+    for part in ["at t = ", "no tensions within the bounds", "nearest", "short by"] {
+        assert!(told.contains(part), "{told}");
+    }
+    assert!(!at.join("f.csv").exists(), "nothing is written where the work failed");
+    std::fs::write(at.join("bad.csv"), "time,x,y,phi\n0,0,0,0\n1,0,zero,0\n").unwrap();
+    let bad = cdpr(at, &["inverse", "--trajectory", "bad.csv", "-o", "f.csv"]);
+    assert_eq!(bad.status.code(), Some(2));
+    assert!(text(&bad.stderr).contains("bad.csv: line 3: `y` is \"zero\""), "{}", text(&bad.stderr));
+    std::fs::write(at.join("far.csv"), "time,x,y,phi\n0,0,0,0\n1,5000,0,0\n").unwrap();
+    let far = cdpr(at, &["inverse", "--trajectory", "far.csv", "-o", "f.csv"]);
+    assert_eq!(far.status.code(), Some(2));
+    let wrong =
+        cdpr(at, &["inverse", "--trajectory", "circle.csv", "-o", "f.csv", "--tension-min", "9", "--tension-max", "5"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(text(&wrong.stderr).contains("--tension-max is 5"), "{}", text(&wrong.stderr));
+}
+
+#[test]
+fn an_analysis_tells_stiffness_modes_and_workspace_and_writes_the_linear_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let told = done(&cdpr(
+        at,
+        &[
+            "analyse",
+            "--pose",
+            "0,0,0",
+            "--tension-max",
+            "2000",
+            "--tension-min",
+            "0",
+            "--linear",
+            "l.json",
+            "--workspace",
+            "w.csv",
+            "--points",
+            "11",
+        ],
+    ));
+    // Tensions of 1 kN: the periods of the closed forms, and those of locked winches.
+    for part in ["226.", "221.", "29.6", "1.73", "1.77", "1.43", "unstable", "wrench closure         yes"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+    let linear: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(at.join("l.json")).unwrap()).unwrap();
+    let rows = |name: &str| linear[name].as_array().unwrap().len();
+    let names = |name: &str| {
+        linear[name].as_array().unwrap().iter().map(|n| n.as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!((rows("A"), rows("B"), rows("C"), rows("D")), (14, 14, 30, 30));
+    assert_eq!(names("states")[6], "unstretched_length[1]");
+    assert_eq!(names("inputs").len(), 7);
+    assert_eq!(linear["A"][0][3], 1.0);
+    let map = std::fs::read_to_string(at.join("w.csv")).unwrap();
+    assert_eq!(map.lines().count(), 122);
+    let outside = cdpr(at, &["analyse", "--pose", "2000,0,0"]);
+    assert_eq!(outside.status.code(), Some(2));
+    assert!(text(&outside.stderr).contains("inside the anchors"), "{}", text(&outside.stderr));
+}
+
+#[test]
+fn the_paper_is_written_with_its_claims() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = done(&cdpr(folder.path(), &["paper", "--out", "paper"]));
+    assert!(told.contains("does not hold"), "{told}");
+    for name in ["claims.md", "fig8.svg", "fig8.png", "fig9.svg", "fig9.png", "inverse_dynamics.csv"] {
+        assert!(folder.path().join("paper").join(name).exists(), "{name}");
+    }
+}

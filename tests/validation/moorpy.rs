@@ -1,0 +1,106 @@
+//! MoorPy 1.3.0 (National Renewable Energy Laboratory): linearised stiffness of a moored body.
+//!
+//! The robot as a body in deep water on four lines of no weight to speak of (w = 1e-6 N/m, EA = 15.2 MN), in a plane 50 m
+//! below the surface; forces, line tensions and the stiffness of the lines along surge, sway and yaw, from
+//! `Body.getForces(lines_only=True)` and `Body.getStiffnessA(lines_only=True)`. MoorPy solves each line's catenary to a
+//! tolerance of its own: its tensions differ from the elastic law by up to half a newton.
+
+use cdpr::dynamics::Inputs;
+use cdpr::geometry::Geometry;
+use cdpr::kinematics;
+use cdpr::parameters::{CABLES, Parameters};
+use cdpr::plant::Plant;
+use cdpr::simulation::wrench_at_rest;
+use cdpr::statics::stiffness;
+
+struct Case {
+    pose: [f64; 3],
+    tension: [f64; CABLES],
+    moorpy_tension: [f64; CABLES],
+    moorpy_force: [f64; 3],
+    moorpy_stiffness: [[f64; 3]; 3],
+}
+
+const CASES: [Case; 2] = [
+    Case {
+        pose: [0.0; 3],
+        tension: [1000.0; 4],
+        moorpy_tension: [999.6170713311906, 999.8315396953451, 999.8315396953451, 999.6170713311906],
+        moorpy_force: [0.306655185753, 0.0, 0.0],
+        moorpy_stiffness: [
+            [3.453265674576e4, 0.0, 0.0],
+            [0.0, 3.303161134444e4, 1.614647075176e1],
+            [0.0, 1.614647075176e1, 6.754704305930e6],
+        ],
+    },
+    Case {
+        pose: [120.0, -80.0, 0.2],
+        tension: [15e3, 22e3, 18e3, 25e3],
+        moorpy_tension: [14997.452527458161, 21998.228719795014, 18003.40423582842, 25002.044967596175],
+        moorpy_force: [-4621.08427414128, 6808.397989287199, 141052.02396248037],
+        moorpy_stiffness: [
+            [3.416803136843e4, -1.450212122458e3, 4.975723947220e4],
+            [-1.450212122458e3, 3.404075387933e4, -9.377743627875e4],
+            [4.975723947220e4, -9.377743627875e4, 6.495645480584e6],
+        ],
+    },
+];
+
+#[test]
+fn forces_and_stiffness_agree() {
+    let plant = Plant::new(Parameters::default(), Vec::new()).unwrap();
+    assert_eq!(plant.parameters().axial_stiffness(), 15.2e6);
+    for case in CASES {
+        for i in 0..CABLES {
+            assert!((case.moorpy_tension[i] - case.tension[i]).abs() < 4.0);
+        }
+        let inputs = Inputs { winch_force: case.tension, disturbance: [0.0; 3] };
+        let force = wrench_at_rest(&plant, 0.0, case.pose, &inputs);
+        let arm = plant.parameters().attachment_radius;
+        for k in 0..3 {
+            let scale = if k == 2 { arm } else { 1.0 };
+            // As far as the tensions agree, 4 N on each of four lines.
+            assert!((force[k] - case.moorpy_force[k]).abs() < 8.0 * scale, "{force:?} {:?}", case.moorpy_force);
+        }
+        let ours = stiffness(&plant, 0.0, &case.pose, &case.tension).unwrap().total();
+        for r in 0..3 {
+            for c in 0..3 {
+                let (a, b) = (ours[(r, c)], case.moorpy_stiffness[r][c]);
+                let size = (ours[(r, r)] * ours[(c, c)]).sqrt();
+                assert!((a - b).abs() < 2e-4 * size, "{r},{c}: {a} against {b}");
+            }
+        }
+    }
+}
+
+/// The same stiffness by finite differences of the lengths and the elastic law alone.
+#[test]
+fn stiffness_is_the_second_derivative_of_the_elastic_energy() {
+    let parameters = Parameters::default();
+    let geometry = Geometry::new(&parameters);
+    let ea = parameters.axial_stiffness();
+    let plant = Plant::new(parameters, Vec::new()).unwrap();
+    for case in CASES {
+        let start = kinematics::cable_lengths(&geometry, &case.pose);
+        let unstretched: Vec<f64> = (0..CABLES).map(|i| start[i] / (1.0 + case.tension[i] / ea)).collect();
+        let energy = |pose: [f64; 3]| -> f64 {
+            let lengths = kinematics::cable_lengths(&geometry, &pose);
+            (0..CABLES).map(|i| 0.5 * ea / unstretched[i] * (lengths[i] - unstretched[i]).powi(2)).sum()
+        };
+        let ours = stiffness(&plant, 0.0, &case.pose, &case.tension).unwrap().total();
+        let h = [0.05, 0.05, 0.005];
+        for r in 0..3 {
+            for c in 0..3 {
+                let at = |a: f64, b: f64| {
+                    let mut pose = case.pose;
+                    pose[r] += a * h[r];
+                    pose[c] += b * h[c];
+                    energy(pose)
+                };
+                let second = (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / (4.0 * h[r] * h[c]);
+                let size = (ours[(r, r)] * ours[(c, c)]).sqrt();
+                assert!((ours[(r, c)] - second).abs() < 1e-4 * size, "{r},{c}: {} against {second}", ours[(r, c)]);
+            }
+        }
+    }
+}
