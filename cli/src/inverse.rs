@@ -4,6 +4,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use anyhow::Context;
+use cdpr::dynamics::Inputs;
 use cdpr::inverse::distribution::Selection;
 use cdpr::inverse::{Ends, Instant, InverseDynamics, InverseError, SplineTrajectory, Trajectory};
 use cdpr::model_file::Model;
@@ -22,7 +23,7 @@ const MOST_ROWS: f64 = 1e7;
 /// Winch forces for a trajectory, tensions kept within bounds.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  \
-    cdpr inverse --trajectory circle.csv --step 0.01 -o forces.csv --start circle.toml\n  \
+    cdpr inverse --trajectory circle.csv --step 0.01 --held -o forces.csv --start circle.toml\n  \
     cdpr simulate --model circle.toml --input forces.csv -o run.csv\n\n\
     The trajectory is a table with the columns time (s), x, y (m), phi (rad); where given, vx, vy (m/s), omega (rad/s), and \
     with them ax, ay (m/s2), alpha (rad/s2); and any of disturbance_force_x, disturbance_force_y (N), disturbance_torque \
@@ -43,6 +44,9 @@ pub(crate) struct Arguments {
     /// Time between rows of the forces in s; without it the trajectory's own times
     #[arg(long, value_name = "H", value_parser = number::positive)]
     step: Option<f64>,
+    /// Give each row the forces and disturbances of the middle of its time, for inputs held from row to row
+    #[arg(long)]
+    held: bool,
     #[command(flatten)]
     choice: Choice,
     /// Table of forces
@@ -78,11 +82,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let plant = model.plant()?;
     let problem =
         InverseDynamics::new(plant, &trajectory, redundancy.as_ref()).map_err(|error| BadInput(error.to_string()))?;
+    let times = if arguments.held { with_middles(&times) } else { times };
     let instants = problem.run(&times, model.relative_tolerance).map_err(|error| match error {
         InverseError::Pose { .. } => BadInput::in_file(&arguments.trajectory, error).into(),
         other => anyhow::Error::from(other),
     })?;
-    write_forces(arguments, &instants)?;
+    // With middles in between, every second instant is a row.
+    let stride = if arguments.held { 2 } else { 1 };
+    let inputs: Vec<Inputs> = instants.iter().skip(stride - 1).step_by(stride).map(Instant::inputs).collect();
+    let last = instants.last().map(Instant::inputs);
+    let instants: Vec<Instant> = instants.into_iter().step_by(stride).collect();
+    let inputs = inputs.into_iter().chain(last).take(instants.len());
+    write_forces(arguments, &instants, inputs)?;
     if let (Some(path), Some(first)) = (&arguments.start, instants.first()) {
         start_on(&mut model, first);
         whole::write(path, model.to_toml())?;
@@ -102,7 +113,18 @@ fn grid([first, last]: [f64; 2], step: f64) -> anyhow::Result<Vec<f64>> {
     Ok(times)
 }
 
-fn write_forces(arguments: &Arguments, instants: &[Instant]) -> anyhow::Result<()> {
+/// The times with the middle of each stretch after its begin.
+fn with_middles(times: &[f64]) -> Vec<f64> {
+    let mut all: Vec<f64> = times.windows(2).flat_map(|pair| [pair[0], 0.5 * (pair[0] + pair[1])]).collect();
+    all.extend(times.last());
+    all
+}
+
+fn write_forces(
+    arguments: &Arguments,
+    instants: &[Instant],
+    inputs: impl Iterator<Item = Inputs>,
+) -> anyhow::Result<()> {
     let mut csv = csv::Writer::from_writer(WholeFile::create(&arguments.output)?);
     let mut header = vec!["time".to_owned()];
     header.extend(input_names());
@@ -111,9 +133,9 @@ fn write_forces(arguments: &Arguments, instants: &[Instant]) -> anyhow::Result<(
         header.extend((0..CABLES).map(|i| indexed(name, i)));
     }
     csv.write_record(&header)?;
-    for instant in instants {
+    for (instant, inputs) in instants.iter().zip(inputs) {
         let mut row = vec![instant.time];
-        row.extend(input_values(&instant.inputs()));
+        row.extend(input_values(&inputs));
         row.extend(instant.motion.derivative(0));
         row.extend(instant.motion.derivative(1));
         for values in [instant.tension, instant.unstretched, instant.unstretched_rate] {

@@ -34,8 +34,18 @@ fn forces_of_a_trajectory_drive_a_simulation_along_it() {
     let at = folder.path();
     std::fs::write(at.join("circle.csv"), circle()).unwrap();
     let bounds = ["--tension-min", "5000", "--tension-max", "35000", "--ends", "rest"];
-    let mut arguments =
-        vec!["inverse", "--trajectory", "circle.csv", "--step", "0.01", "-o", "forces.csv", "--start", "m.toml"];
+    let mut arguments = vec![
+        "inverse",
+        "--trajectory",
+        "circle.csv",
+        "--step",
+        "0.01",
+        "--held",
+        "-o",
+        "forces.csv",
+        "--start",
+        "m.toml",
+    ];
     arguments.extend(bounds);
     let told = done(&cdpr(at, &arguments));
     assert!(told.contains("6001 rows"), "{told}");
@@ -50,8 +60,8 @@ fn forces_of_a_trajectory_drive_a_simulation_along_it() {
         let asked: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
         for (k, column) in [(1, x), (2, y)] {
             let reached: f64 = row[column].parse().unwrap();
-            // Forces held for 10 ms come 5 ms late on average, at up to 0.9 m/s.
-            assert!((reached - asked[k]).abs() < 5e-3, "t {}: {reached} against {}", asked[0], asked[k]);
+            // The forces are held for 10 ms each.
+            assert!((reached - asked[k]).abs() < 1e-4, "t {}: {reached} against {}", asked[0], asked[k]);
         }
         rows += 1;
     }
