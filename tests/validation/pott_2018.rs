@@ -52,7 +52,7 @@ fn the_margin_is_the_distance_to_the_border() {
         let mut least = f64::INFINITY;
         for i in 0..40 {
             for j in 0..40 {
-                let (a, b) = (f64::from(i) * 0.157, f64::from(j) * 0.0785 - 1.5707);
+                let (a, b) = (f64::from(i) * 0.157, f64::from(j) * 0.0785 - std::f64::consts::FRAC_PI_2);
                 let direction = [a.cos() * b.cos(), a.sin() * b.cos(), b.sin() * arm];
                 let feasible = |size: f64| {
                     let line = TensionLine::of(&structure, &direction.map(|d| d * size)).unwrap();
