@@ -62,6 +62,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let train = read(&arguments.data)?;
     let holdout = read(&arguments.holdout)?;
+    if arguments.out.exists() && !arguments.out.is_dir() {
+        return Err(BadInput::in_file(&arguments.out, "a file, expected a folder").into());
+    }
     model::folder(&arguments.out)?;
     let discovery = search(&base, train, holdout)?;
     let results = write_results(&discovery, about(arguments, &base), &arguments.out)?;

@@ -106,10 +106,21 @@ fn the_demo_makes_what_it_says() {
     let output = cdpr(folder.path(), &["demo", "--out", "a/b"]);
     assert!(output.status.success(), "{output:?}");
     let said = String::from_utf8(output.stdout).unwrap();
-    for name in ["CablePlatform.fmu", "model.toml", "release.csv", "release.svg"] {
-        let path = Path::new("a").join("b").join(name);
+    let mut names: Vec<String> =
+        ["CablePlatform.fmu", "model.toml", "release.csv", "release.svg"].map(String::from).into();
+    let found =
+        ["report.html", "discovery.json", "CablePlatform.fmu", "gap.svg", "gap.csv", "recording.csv", "check.csv"];
+    names.extend(found.map(|name| format!("missing_effect/{name}")));
+    for name in names {
+        let path = Path::new("a").join("b").join(&name);
         assert!(folder.path().join(&path).is_file(), "{name} is missing");
         assert!(said.contains(path.to_str().unwrap()), "{name} is not in {said}");
     }
     assert!(said.contains("to the last bit"), "{said}");
+    assert!(said.contains("Coulomb friction on winch 3 and quadratic drag on the platform"), "{said}");
+    assert!(!said.contains("not found"), "{said}");
+    // What the FMU with the effects is off by, in multiples of the noise.
+    let (_, after) = said.split_once("the FMU with what was found by ").unwrap();
+    let after: f64 = after.lines().next().unwrap().trim_end_matches('.').parse().unwrap();
+    assert!((0.9..1.2).contains(&after), "{said}");
 }
