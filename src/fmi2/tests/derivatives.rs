@@ -233,3 +233,30 @@ fn what_is_no_known_is_refused() {
     let force = index(&platform, "winch_force[1]");
     platform.set_input_derivative(force, 2, 0.0).unwrap_err();
 }
+
+/// A, B, C, D of the library, column by column through the FMU's interface.
+#[test]
+fn the_linear_model_is_that_of_the_library() {
+    for cable_model in [CableModel::Rigid, CableModel::MasslessSpring, CableModel::LumpedMass] {
+        let mut platform = settled(cable_model, Vec::new());
+        let linear = crate::statics::LinearModel::of(platform.simulation.as_ref().unwrap());
+        let place = |platform: &CablePlatform, name: &str| platform.description().find(name).unwrap();
+        let rates: Vec<usize> = linear.state_names.iter().map(|n| place(&platform, &format!("der({n})"))).collect();
+        let outputs: Vec<usize> = linear.output_names.iter().map(|n| place(&platform, n)).collect();
+        let unknowns = [rates, outputs].concat();
+        let n = linear.state_names.len();
+        for (known, (upper, lower)) in linear
+            .state_names
+            .iter()
+            .zip(linear.a.column_iter().zip(linear.c.column_iter()))
+            .chain(linear.input_names.iter().zip(linear.b.column_iter().zip(linear.d.column_iter())))
+        {
+            let known = place(&platform, known);
+            let found = column(&mut platform, &unknowns, known);
+            for (k, value) in found.iter().enumerate() {
+                let expected = if k < n { upper[k] } else { lower[k - n] };
+                assert_eq!(*value, expected, "{cable_model:?}: d {} / d {known}", unknowns[k]);
+            }
+        }
+    }
+}
