@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from collections import defaultdict
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -132,7 +133,7 @@ def replay(fmu, table, commands, side, noise):
     restarts = [*np.flatnonzero(table["x"]["restart"]), len(time)]
     channels = list(RATES)
     squares = []
-    for start, end in zip(restarts[:-1], restarts[1:], strict=True):
+    for start, end in pairwise(restarts):
         if end - start < 4:
             continue
         step = time[start + 1] - time[start]

@@ -19,6 +19,8 @@ pub(super) const POSE_NOISE: [f64; 3] = [5e-3, 5e-3, 5e-5];
 pub(super) const LENGTH_NOISE: f64 = 2e-3;
 /// Time (s) in which the motion grows to its size.
 const FADE: f64 = 8.0;
+/// The robot is under way this long (s) before the recording begins.
+const LEAD_IN: f64 = 10.0;
 
 /// What tells one recording from another.
 pub(super) struct Plan {
@@ -87,7 +89,8 @@ pub(super) fn record(robot: &Model, believed: &Model, plan: &Plan, path: &Path) 
     let names = |name: &'static str| (0..CABLES).map(move |i| indexed(name, i));
     let header = ["time".to_owned()].into_iter().chain(names("winch_force"));
     table.write_record(header.chain(["x", "y", "phi"].map(String::from)).chain(names("unstretched_length")))?;
-    for k in 0..=(plan.duration / STEP).round() as u32 {
+    let lead_in = (LEAD_IN / STEP).round() as u32;
+    for k in 0..=lead_in + (plan.duration / STEP).round() as u32 {
         let time = f64::from(k) * STEP;
         simulation.advance(time - simulation.time())?;
         let shown = simulation.outputs();
@@ -95,6 +98,10 @@ pub(super) fn record(robot: &Model, believed: &Model, plan: &Plan, path: &Path) 
         let length = shown.unstretched_length.map(|l| l + LENGTH_NOISE * normal(&mut random));
         let inputs = controller.forces(pose, &reference.at(time), STEP)?;
         simulation.set_inputs(inputs);
+        if k < lead_in {
+            continue;
+        }
+        let time = f64::from(k - lead_in) * STEP;
         // Written no finer than a sensor shows it.
         let cells = [format!("{time:.2}")].into_iter().chain(inputs.winch_force.map(|u| format!("{u:.3}")));
         table.write_record(cells.chain(pose.map(|v| format!("{v:.7}"))).chain(length.map(|l| format!("{l:.5}"))))?;
