@@ -172,8 +172,8 @@ impl<W: Write> ResultWriter<W> {
     }
 
     /// The rest, and what it was written to.
-    pub(crate) fn finish(self) -> anyhow::Result<W> {
-        self.csv.into_inner().map_err(|error| anyhow::anyhow!("{}", error.error()))
+    pub(crate) fn finish(self) -> std::io::Result<W> {
+        self.csv.into_inner().map_err(csv::IntoInnerError::into_error)
     }
 }
 

@@ -20,11 +20,28 @@ impl BadInput {
 /// seen enough and closed the pipe.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     let pipe_closed = |cause: &(dyn std::error::Error + 'static)| {
-        cause.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == ErrorKind::BrokenPipe)
+        let broken = |error: &std::io::Error| error.kind() == ErrorKind::BrokenPipe;
+        match cause.downcast_ref::<csv::Error>().map(csv::Error::kind) {
+            Some(csv::ErrorKind::Io(error)) => broken(error),
+            _ => cause.downcast_ref().is_some_and(broken),
+        }
     };
     if error.chain().any(pipe_closed) {
         return ExitCode::SUCCESS;
     }
-    eprintln!("cdpr: {error:#}");
+    eprintln!("cdpr: {}", in_words(error));
     ExitCode::from(if error.downcast_ref::<BadInput>().is_some() { 2 } else { 1 })
+}
+
+/// The error and its causes, without those that it already tells of.
+fn in_words(error: &anyhow::Error) -> String {
+    let mut text = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if text.is_empty() {
+            text = cause;
+        } else if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
 }

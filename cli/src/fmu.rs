@@ -3,9 +3,9 @@
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 
-use cdpr_fmu_build::{PackError, cable_platform, cross};
+use cdpr_fmu_build::{PackError, cable_platform, cross, whole_file};
 
-use crate::{failure::BadInput, model};
+use crate::{failure::BadInput, model, whole};
 
 /// Pack a model as an FMI 2.0 co-simulation FMU.
 #[derive(clap::Args)]
@@ -31,7 +31,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let targets = targets.map_err(|error| BadInput(error.to_string()))?;
     let (text, _) = model::read(arguments.model.as_deref())?;
     pack(&text, &targets, &arguments.output)?;
-    writeln!(stdout(), "{}", arguments.output.display())?;
+    // What went down a pipe is nowhere to be found, and nothing should follow it there.
+    if !whole_file::is_stream(&arguments.output) {
+        writeln!(stdout(), "{}", arguments.output.display())?;
+    }
     Ok(())
 }
 
@@ -50,6 +53,5 @@ pub(crate) fn pack(model_toml: &str, targets: &[cross::Target], path: &Path) -> 
         })?;
         fmu = fmu.binary(cross::build(&source, cable_platform::PACKAGE, target)?)?;
     }
-    fmu.write(path)?;
-    Ok(())
+    whole::write(path, fmu.to_bytes()?)
 }

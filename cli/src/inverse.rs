@@ -3,12 +3,12 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use anyhow::Context;
 use cdpr::dynamics::Inputs;
 use cdpr::inverse::distribution::Selection;
 use cdpr::inverse::{Ends, Instant, InverseDynamics, InverseError, SplineTrajectory, Trajectory};
 use cdpr::model_file::Model;
 use cdpr::parameters::{CABLES, CableModel, Initialization};
+use cdpr_fmu_build::whole_file;
 use clap::ValueEnum;
 
 use crate::csv_io::{indexed, input_names, input_values};
@@ -98,7 +98,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         start_on(&mut model, first);
         whole::write(path, model.to_toml())?;
     }
-    summary(&instants)
+    // The table may have gone to standard output.
+    if whole_file::is_stream(&arguments.output) { Ok(()) } else { summary(&instants) }
 }
 
 fn grid([first, last]: [f64; 2], step: f64) -> anyhow::Result<Vec<f64>> {
@@ -143,8 +144,8 @@ fn write_forces(
         }
         csv.write_record(row.iter().map(|value| format!("{value:?}")))?;
     }
-    let file = csv.into_inner().map_err(|error| anyhow::anyhow!("{}", error.error()))?;
-    file.finish().with_context(|| format!("{}: not written", arguments.output.display()))
+    let file = csv.into_inner().map_err(csv::IntoInnerError::into_error)?;
+    file.finish()
 }
 
 /// Puts the model's start on the trajectory.

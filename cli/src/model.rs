@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::Path;
 
-use anyhow::Context;
 use cdpr::model_file::Model;
 
 use crate::failure::BadInput;
@@ -20,6 +19,6 @@ pub(crate) fn read(path: Option<&Path>) -> anyhow::Result<(String, Model)> {
 }
 
 /// Makes sure that a folder is there.
-pub(crate) fn folder(path: &Path) -> anyhow::Result<()> {
-    fs::create_dir_all(path).with_context(|| format!("{}: cannot be made", path.display()))
+pub(crate) fn folder(path: &Path) -> Result<(), BadInput> {
+    fs::create_dir_all(path).map_err(|error| BadInput::in_file(path, format!("the folder cannot be made: {error}")))
 }

@@ -1,5 +1,6 @@
 //! `cdpr simulate`: the plant in this process, from a table of inputs to a table of results.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -12,7 +13,7 @@ use crate::csv_io::{self, ResultWriter};
 use crate::failure::BadInput;
 use crate::plot::{self, Recording};
 use crate::progress::Progress;
-use crate::whole::{self, WholeFile};
+use crate::whole::WholeFile;
 use crate::{model, number};
 
 /// End time where there is neither `--stop` nor an input table (s).
@@ -77,7 +78,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut simulation = begin_simulation(&model)?;
 
     let mut table = ResultWriter::new(WholeFile::create(&arguments.output)?)?;
-    let mut recording = arguments.plot.is_some().then(Recording::new);
+    // Begun before the run: whether it can be written shows at once.
+    let picture = arguments.plot.as_deref().map(WholeFile::create).transpose()?;
+    let mut recording = picture.is_some().then(Recording::new);
     let mut progress = Progress::new("simulating");
     let mut blocked = false;
     let schedule = Schedule { inputs: &inputs, begin, stop, step: arguments.step };
@@ -100,9 +103,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     })?;
     drop(progress);
     table.finish()?.finish()?;
-    if let (Some(path), Some(recording)) = (&arguments.plot, &recording) {
+    if let (Some(mut file), Some(recording)) = (picture, &recording) {
         let title = arguments.model.as_deref().map_or("default model".into(), Path::to_string_lossy);
-        whole::write(path, plot::run_picture(&format!("Simulation, {title}"), recording).to_svg())?;
+        file.write_all(plot::run_picture(&format!("Simulation, {title}"), recording).to_svg().as_bytes())?;
+        file.finish()?;
     }
     Ok(())
 }
@@ -182,7 +186,7 @@ pub(crate) fn follow(
 
 fn advance_to(simulation: &mut Simulation, time: f64) -> anyhow::Result<()> {
     if time > simulation.time() {
-        simulation.advance(time - simulation.time()).context("the simulation cannot go on")?;
+        simulation.advance_to(time).context("the simulation cannot go on")?;
         let y = simulation.states();
         anyhow::ensure!(
             simulation.plant().geometry().holds(&[y[0], y[1], y[2]]),

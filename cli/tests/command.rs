@@ -124,3 +124,88 @@ fn the_demo_makes_what_it_says() {
     let after: f64 = after.lines().next().unwrap().trim_end_matches('.').parse().unwrap();
     assert!((0.9..1.2).contains(&after), "{said}");
 }
+
+#[test]
+fn outputs_that_cannot_be_written_are_wrong_use() {
+    for arguments in [["fmu", "-o"], ["simulate", "-o"]] {
+        let with = |path: &'static str| [arguments.as_slice(), &[path]].concat();
+        fails(&[], &with("no/out"), 2, &["no/out: cannot be written", "there is no folder no"]);
+        fails(&[], &with("."), 2, &[".: cannot be written", "this is a folder"]);
+        fails(&[("file", "")], &with("file/out"), 2, &["file/out: cannot be written"]);
+    }
+    // Before the run, not after it; and no table without its picture.
+    fails(&[], &["simulate", "-o", "a.csv", "--plot", "no/a.svg"], 2, &["no/a.svg", "there is no folder no"]);
+    fails(&[("taken", "")], &["demo", "--out", "taken"], 2, &["taken: the folder cannot be made"]);
+}
+
+#[test]
+fn errors_say_a_thing_once() {
+    let folder = folder(&[]);
+    let said = String::from_utf8(cdpr(folder.path(), &["fmu", "-o", "."]).stderr).unwrap();
+    assert_eq!(said, "cdpr: .: cannot be written: this is a folder, expected the name of a file\n");
+}
+
+#[cfg(unix)]
+mod unix {
+    use std::io::Read;
+    use std::os::unix::fs::symlink;
+    use std::process::Stdio;
+
+    use super::*;
+
+    const SHORT: [&str; 6] = ["simulate", "--stop", "0.1", "--step", "0.05", "-o"];
+
+    #[test]
+    fn outputs_follow_links() {
+        let folder = folder(&[("real.csv", "older")]);
+        symlink("real.csv", folder.path().join("link.csv")).unwrap();
+        assert!(cdpr(folder.path(), &[SHORT.as_slice(), &["link.csv"]].concat()).status.success());
+        assert!(folder.path().join("link.csv").is_symlink());
+        assert_eq!(fs::read_to_string(folder.path().join("real.csv")).unwrap().lines().count(), 4);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn outputs_go_into_pipes_and_devices() {
+        let folder = folder(&[]);
+        let table = cdpr(folder.path(), &[SHORT.as_slice(), &["/dev/stdout"]].concat());
+        assert!(table.status.success(), "{table:?}");
+        assert_eq!(String::from_utf8(table.stdout).unwrap().lines().count(), 4);
+        // Into what the shell opened, where the shell left off.
+        let mut shell = Command::new("sh");
+        shell.args([
+            "-c",
+            "{ echo first; \"$0\" \"$@\" /dev/stdout; echo last; } > all.txt",
+            env!("CARGO_BIN_EXE_cdpr"),
+        ]);
+        assert!(shell.args(SHORT).current_dir(folder.path()).status().unwrap().success());
+        let all = fs::read_to_string(folder.path().join("all.txt")).unwrap();
+        assert_eq!(all.lines().count(), 6);
+        assert!(all.starts_with("first\ntime,") && all.ends_with("\nlast\n"), "{all}");
+        // An archive with nothing after it.
+        let fmu = cdpr(folder.path(), &["fmu", "-o", "/dev/stdout"]).stdout;
+        assert!(fmu.starts_with(b"PK") && !fmu.ends_with(b"\n"));
+        assert!(cdpr(folder.path(), &["fmu", "-o", "a.fmu"]).status.success());
+        assert_eq!(fmu, fs::read(folder.path().join("a.fmu")).unwrap());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_disk_is_named() {
+        for arguments in [["simulate", "--stop", "100", "-o", "/dev/full"].as_slice(), &["fmu", "-o", "/dev/full"]] {
+            fails(&[], arguments, 1, &["cdpr: /dev/full: cannot be written: No space left"]);
+        }
+    }
+
+    #[test]
+    fn a_reader_that_has_seen_enough_is_no_failure() {
+        let folder = folder(&[]);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cdpr"));
+        command.args(["simulate", "--stop", "100", "-o", "/dev/stdout"]).current_dir(folder.path());
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut first = [0; 5];
+        child.stdout.take().unwrap().read_exact(&mut first).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!((&first, output.status.code(), output.stderr.as_slice()), (b"time,", Some(0), b"".as_slice()));
+    }
+}

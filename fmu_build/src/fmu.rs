@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use crate::archive::{self, Files, is_plain_path};
 use crate::documentation::{self, Section};
-use crate::{Binary, PackError, Platform, probe, xml_check};
+use crate::{Binary, PackError, Platform, probe, whole_file, xml_check};
 
 /// An FMU to be packed: a model's description and everything that goes into the file with it.
 ///
@@ -137,7 +137,7 @@ impl Fmu {
     /// # Errors
     /// Whatever does not hold together, or [`PackError::File`] where the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), PackError> {
-        archive::write_whole(path, &self.to_bytes()?)
+        whole_file::write(path, &self.to_bytes()?).map_err(PackError::file(path))
     }
 
     /// Every file of the archive.

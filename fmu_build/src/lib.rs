@@ -17,6 +17,7 @@ mod error;
 mod fmu;
 mod platform;
 mod probe;
+pub mod whole_file;
 mod xml_check;
 
 pub use binary::{Binary, FUNCTIONS};

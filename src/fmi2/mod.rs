@@ -314,7 +314,7 @@ impl FmiModel for CablePlatform {
         let stopped = |reached: f64, message: String, terminate: bool| StepError { reached, message, terminate };
         let simulation = self.running().map_err(|e| stopped(time, e.message, false))?;
         let end = time + step;
-        let advanced = simulation.advance(end - simulation.time());
+        let advanced = simulation.advance_to(end);
         let (reached, after) = (simulation.time(), simulation.slack());
         let y = simulation.states();
         let pose = [y[0], y[1], y[2]];

@@ -92,7 +92,7 @@ pub(super) fn record(robot: &Model, believed: &Model, plan: &Plan, path: &Path) 
     let lead_in = (LEAD_IN / STEP).round() as u32;
     for k in 0..=lead_in + (plan.duration / STEP).round() as u32 {
         let time = f64::from(k) * STEP;
-        simulation.advance(time - simulation.time())?;
+        simulation.advance_to(time)?;
         let shown = simulation.outputs();
         let pose: [f64; 3] = std::array::from_fn(|a| shown.pose[a] + POSE_NOISE[a] * normal(&mut random));
         let length = shown.unstretched_length.map(|l| l + LENGTH_NOISE * normal(&mut random));
@@ -106,5 +106,5 @@ pub(super) fn record(robot: &Model, believed: &Model, plan: &Plan, path: &Path) 
         let cells = [format!("{time:.2}")].into_iter().chain(inputs.winch_force.map(|u| format!("{u:.3}")));
         table.write_record(cells.chain(pose.map(|v| format!("{v:.7}"))).chain(length.map(|l| format!("{l:.5}"))))?;
     }
-    table.into_inner().map_err(|error| anyhow::anyhow!("{}", error.error()))?.finish()
+    table.into_inner().map_err(csv::IntoInnerError::into_error)?.finish()
 }

@@ -59,7 +59,7 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
         if k > 0 {
             let begin = f64::from(k - 1) * STEP;
             slave.step(begin, STEP)?;
-            in_process.advance(begin + STEP - in_process.time())?;
+            in_process.advance_to(begin + STEP)?;
         }
         let time = f64::from(k) * STEP;
         let shown = slave.get_reals(&outputs)?;
