@@ -338,6 +338,12 @@ impl Plant {
     pub fn unstretched_length_for(&self, cable: usize, time: f64, chord: f64, tension: f64, states: &[f64]) -> f64 {
         dynamics::unstretched_length(&self.data.cables[cable], &self.cable[cable].law, time, chord, tension, states)
     }
+
+    /// The tension (N) of `cable` (0 to 3) at rest at this chord and unstretched length (m) and these effect states; less
+    /// than zero where it would be slack.
+    pub fn tension_for(&self, cable: usize, time: f64, chord: f64, unstretched: f64, states: &[f64]) -> f64 {
+        dynamics::elastic_tension(&self.data.cables[cable], &self.cable[cable].law, time, chord, unstretched, states)
+    }
 }
 
 /// Axial states of a cable model.

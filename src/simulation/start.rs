@@ -110,17 +110,22 @@ impl Start {
         let pulls = plant.at_rest(self.time, &pose, &self.inputs, |context| plant.pulls_at_rest(context));
         let cables = kinematics::cables(geometry, &pose, &twist);
         for i in 0..CABLES {
+            let given = self.initialization == Initialization::FromStates && plant.unstretched_index(i).is_some();
+            let tension = if given {
+                let length = self.unstretched_length[i];
+                if !(length.is_finite() && length > 0.0) {
+                    let key = format!("unstretched_length[{}]", i + 1);
+                    return Err(ParameterError::new(key, length, "greater than 0").into());
+                }
+                self.settled_tension(plant, i, cables[i].length)
+            } else {
+                pulls[i].max(0.0)
+            };
             let mut states = [0.0; MAX_EFFECT_STATES];
-            plant.start_effect_states(i, self.inputs.winch_force[i], pulls[i].max(0.0), &mut states);
-            let given = self.initialization == Initialization::FromStates;
+            plant.start_effect_states(i, self.inputs.winch_force[i], tension, &mut states);
             if let Some(at) = plant.unstretched_index(i) {
                 y[at] = if given {
-                    let length = self.unstretched_length[i];
-                    if !(length.is_finite() && length > 0.0) {
-                        let key = format!("unstretched_length[{}]", i + 1);
-                        return Err(ParameterError::new(key, length, "greater than 0").into());
-                    }
-                    length
+                    self.unstretched_length[i]
                 } else {
                     let length = plant.unstretched_length_for(i, self.time, cables[i].length, pulls[i], &states);
                     if !(length.is_finite() && length > 0.0) {
@@ -137,6 +142,28 @@ impl Start {
             y[range].copy_from_slice(&states[..n]);
         }
         Ok(y)
+    }
+
+    /// The tension (N) of `cable` at its given unstretched length and this chord, with what that tension has done to the
+    /// cable in a long time: creep takes off some of the strain that makes it creep.
+    fn settled_tension(&self, plant: &Plant, cable: usize, chord: f64) -> f64 {
+        let carried = |assumed: f64| {
+            let mut states = [0.0; MAX_EFFECT_STATES];
+            plant.start_effect_states(cable, self.inputs.winch_force[cable], assumed, &mut states);
+            plant.tension_for(cable, self.time, chord, self.unstretched_length[cable], &states).max(0.0)
+        };
+        // The more is assumed, the less is carried: halving cannot miss the one tension that is both.
+        let (mut low, mut high) = (0.0, carried(0.0));
+        if carried(high) == high {
+            return high;
+        }
+        loop {
+            let middle = 0.5 * (low + high);
+            if middle <= low || middle >= high {
+                return middle;
+            }
+            if carried(middle) > middle { low = middle } else { high = middle }
+        }
     }
 }
 

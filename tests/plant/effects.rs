@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
-use cdpr::parameters::{CableInertia, CableModel, Parameters};
+use cdpr::parameters::{CableInertia, CableModel, Initialization, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 
@@ -304,6 +304,40 @@ fn creep_relaxes_exponentially_under_constant_tension() {
         assert!((found - strain).abs() < 1e-4 * strain, "{found} {strain}");
         let length = chord / (1.0 + force / 15.2e6 + strain);
         assert!((y[plant.unstretched_index(2).unwrap()] - length).abs() < 5e-4, "{step}");
+    }
+}
+
+/// Given lengths decide the tension, and creep is settled under that one, not under the winch's force.
+#[test]
+fn creep_is_settled_under_the_tension_of_given_lengths() {
+    // The second creeps more than it stretches: taking the tension without creep first would swing ever further.
+    for stiffness in [1e8, 2e6] {
+        let tau = 4.0;
+        let effects = [effect("cable_creep", None, &[stiffness, tau]), effect("cable_stiffening", Some(2), &[50.0])];
+        for model in [CableModel::MasslessSpring, CableModel::LumpedMass] {
+            let parameters = Parameters { cable_model: model, ..Parameters::default() };
+            let plant = Arc::new(Plant::new(parameters, effects.to_vec()).unwrap());
+            let inputs = Inputs { winch_force: [900.0; 4], ..Inputs::default() };
+            let mut start = Start { pose: [3.0, -2.0, 0.05], inputs, ..Start::default() };
+            start.unstretched_length =
+                Simulation::new(plant.clone(), &start, 1e-8).unwrap().outputs().unstretched_length;
+            start.unstretched_length[0] *= 0.999;
+            start.unstretched_length[3] *= 1.1;
+            start.initialization = Initialization::FromStates;
+            let simulation = Simulation::new(plant.clone(), &start, 1e-8).unwrap();
+            let y = simulation.states();
+            for i in 0..4 {
+                let creep = y[plant.effect_states(i).start];
+                let chord = simulation.evaluate().kinematics[i].length;
+                let strain = (chord - start.unstretched_length[i]) / start.unstretched_length[i] - creep;
+                let factor = if i == 1 { 1.0 + 50.0 * strain * strain } else { 1.0 };
+                let tension = (15.2e6 * strain * factor).max(0.0);
+                assert!((creep * stiffness - tension).abs() < 1e-6 * tension.max(1.0), "{i}: {creep} {tension}");
+            }
+            let slack = y[plant.effect_states(3).start];
+            let taut = y[plant.effect_states(2).start] * stiffness;
+            assert!(slack == 0.0 && (taut - 900.0).abs() < 1e-4, "{slack} {taut}");
+        }
     }
 }
 
