@@ -7,6 +7,12 @@
 
 use crate::scalar::{Real, tanh};
 
+/// What a formula is made of, in a few words.
+pub const GRAMMAR: &str = "numbers, + - * / ^ (to a number), parentheses, functions sin cos tan tanh exp log sqrt abs \
+    sign, variables x y phi vx vy omega time disturbance_force_x disturbance_force_y disturbance_torque, and of cable i \
+    winch_force[i] cable_length[i] cable_speed[i] unstretched_length[i] unstretched_length_rate[i] (i = 1 to 4); SI \
+    units, radians";
+
 /// A variable of a formula; indices count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable {
@@ -405,6 +411,23 @@ mod tests {
         assert_eq!(value("-34.8*x*abs(y)"), -34.8 * 2.0 * 3.0);
         assert_eq!(value("winch_force[4] - (1e1 - 5E-1)"), -2.5);
         assert_eq!(value("sign(y) + tanh(0)"), -1.0);
+    }
+
+    #[test]
+    fn the_grammar_in_words_is_the_grammar() {
+        let after = |word: &str| GRAMMAR.split_once(word).unwrap().1;
+        let list = |text: &'static str| text.split([',', '(']).next().unwrap().split_whitespace();
+        let functions: Vec<&str> = list(after("functions ")).collect();
+        assert_eq!(functions, FUNCTIONS.map(|(name, _)| name));
+        let names = list(after("variables ")).chain(list(after("of cable i ")));
+        let read: Vec<Variable> = names
+            .map(|name| match name.strip_suffix("[i]") {
+                Some(name) => Variable::read(name, Some(0)),
+                None => Variable::read(name, None),
+            })
+            .collect::<Option<_>>()
+            .unwrap();
+        assert_eq!(read.len(), 15);
     }
 
     #[test]

@@ -15,7 +15,12 @@ use serde_json::{Value, json};
     [[effect]]\n  \
     id = \"winch_coulomb_friction\"\n  \
     cable = 3\n  \
-    force = 250.0")]
+    force = 250.0\n\n\
+    and a law that is not in the list as\n  \
+    [[effect]]\n  \
+    id = \"expression\"\n  \
+    target = \"platform.force_x\"\n  \
+    expression = \"-34.8*x*abs(y)\"")]
 pub(crate) struct Arguments {
     /// Write JSON, with bounds, typical ranges, sources and look-alikes
     #[arg(long)]
@@ -55,6 +60,10 @@ fn as_text(info: &EffectInfo) -> String {
         let value = format!("{} [{}] {}{default}", parameter.name, parameter.unit, parameter.description);
         line(if k == 0 { "with" } else { "" }, &value);
     }
+    for (k, key) in info.texts.iter().enumerate() {
+        let value = format!("{}: {}", key.name, key.description);
+        line(if k == 0 && info.parameters.is_empty() { "with" } else { "" }, &value);
+    }
     line("shows in", info.shows_in);
     for (k, other) in info.look_alikes.iter().enumerate() {
         let value = format!("{}; to tell them apart: {}", other.id, other.separate_by);
@@ -70,6 +79,11 @@ fn as_json(info: &EffectInfo) -> Value {
         "equation": info.equation,
         "scope": match info.scope { Scope::EachCable => "each_cable", Scope::Whole => "whole" },
         "parameters": info.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        "texts": info
+            .texts
+            .iter()
+            .map(|key| json!({ "name": key.name, "description": key.description }))
+            .collect::<Vec<_>>(),
         "shows_in": info.shows_in,
         "validity": info.validity,
         "source": info.source,

@@ -101,7 +101,9 @@ fn effects(model: &Model) -> Result<String, PackError> {
             id: info.id,
             title: info.title,
             equation: info.equation,
-            parameters: info.parameters.iter().map(|p| Parameter { name: p.name, unit: p.unit }).collect(),
+            parameters: (info.parameters.iter().map(|p| Parameter { name: p.name, unit: p.unit }))
+                .chain(info.texts.iter().map(|t| Parameter { name: t.name, unit: "text" }))
+                .collect(),
             validity: info.validity,
             source: info.source,
         })

@@ -26,6 +26,7 @@ impl Effect for AnchorOffset {
             parameter("x", "m", "offset along x", (-2.0, 2.0)).or(0.0),
             parameter("y", "m", "offset along y", (-2.0, 2.0)).or(0.0),
         ],
+        texts: &[],
         shows_in: "cable length against pose",
         source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "constant survey error",

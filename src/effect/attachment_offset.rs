@@ -26,6 +26,7 @@ impl Effect for AttachmentOffset {
             parameter("x", "m", "offset along the body's x axis", (-0.5, 0.5)).or(0.0),
             parameter("y", "m", "offset along the body's y axis", (-0.5, 0.5)).or(0.0),
         ],
+        texts: &[],
         shows_in: "cable length against orientation",
         source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "constant survey error",

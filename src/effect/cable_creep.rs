@@ -26,6 +26,7 @@ impl Effect for CableCreep {
             parameter("axial_stiffness", "N", "stiffness EA_c of the Kelvin element", (2e7, 1e9)).at_least(1.0),
             parameter("time_constant", "s", "time constant τ of the Kelvin element", (1.0, 1e4)).at_least(1e-3),
         ],
+        texts: &[],
         shows_in: "unstretched length drifts against cable length after a load change",
         source: "W. N. Findley, J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976 (standard linear solid)",
         validity: "elastic cable models; one relaxation time; small strain; tension above zero",

@@ -24,6 +24,7 @@ impl Effect for CableDamping {
         parameters: &[
             parameter("factor", "1", "relative error of the damping b l", (-0.9, 5.0)).at_least(-1.0),
         ],
+        texts: &[],
         shows_in: "decay of the cable's axial mode after a jump of its winch force",
         source: "C. M. Lambert, Dynamics and control of a multi-tethered aerostat positioning system, McGill University, 2006",
         validity: "elastic cable models; damping of braided rope depends on tension and length, reported values differ tenfold",

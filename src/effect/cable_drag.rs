@@ -27,6 +27,7 @@ impl Effect for CableDrag {
         parameters: &[
             parameter("drag_area_per_length", "m", "drag coefficient times diameter, C_d d", (0.0, 0.1)).at_least(0.0),
         ],
+        texts: &[],
         shows_in: "force on the platform against its speed across the cables",
         source: "S. F. Hoerner, Fluid-Dynamic Drag, 1965 (cylinders in cross flow); moment balance about the anchor as in (20), (22)",
         validity: "straight cable turning about its anchor in still air of 1.225 kg/m³, cross-flow principle",

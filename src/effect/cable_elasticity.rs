@@ -27,6 +27,7 @@ impl Effect for CableElasticity {
             parameter("axial_stiffness", "N", "axial stiffness EA", (1e5, 1e9)).at_least(1.0),
             parameter("damping", "N.s", "damping b l", (0.0, 1e6)).at_least(0.0),
         ],
+        texts: &[],
         shows_in: "unstretched length against cable length; ringing after a jump of a winch force",
         source: "the paper, equations (32), (33), Fig. 5(b)",
         validity: "base model `rigid` or any other; small strain, linear law, unilateral",

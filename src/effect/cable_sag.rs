@@ -26,6 +26,7 @@ impl Effect for CableSag {
             parameter("weight", "N/m", "weight per length w", (0.0, 20.0)).at_least(0.0),
             parameter("reference_tension", "N", "tension T_ref at which the chord strain is counted as zero", (1e3, 1e5)).at_least(1.0),
         ],
+        texts: &[],
         shows_in: "static stretch against tension: the cable is soft at low tension",
         source: "H. M. Irvine, Cable Structures, 1981 (parabolic sag); H. J. Ernst, Der Bauingenieur 40 (1965) (equivalent modulus)",
         validity: "elastic cable models; sag to span below 1/8, that is w L / T below about 1; quasi-static shape",

@@ -24,6 +24,7 @@ impl Effect for CableStiffening {
         parameters: &[
             parameter("coefficient", "1", "stiffening coefficient β", (0.0, 1e6)).at_least(0.0),
         ],
+        texts: &[],
         shows_in: "static stretch falls behind tension at high tension",
         source: "A. H. Nayfeh, P. F. Pai, Linear and Nonlinear Structural Mechanics, 2004 (cubic stiffness)",
         validity: "elastic cable models; strains below break (about 3 % for high-modulus polyethylene)",

@@ -24,6 +24,7 @@ impl Effect for CableStiffness {
         parameters: &[
             parameter("factor", "1", "relative error of the axial stiffness", (-0.3, 0.3)).at_least(-0.95),
         ],
+        texts: &[],
         shows_in: "unstretched length against tension: the static stretch and the frequency of that cable's mode",
         source: "H. A. McKenna, J. W. S. Hearle, N. O'Hear, Handbook of Fibre Rope Technology, 2004",
         validity: "elastic cable models; the manufacturer's modulus of a braided rope is known to 10-30 %",

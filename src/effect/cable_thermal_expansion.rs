@@ -28,6 +28,7 @@ impl Effect for CableThermalExpansion {
             parameter("period", "s", "period of the temperature", (10.0, 1e5)).at_least(1e-3),
             parameter("phase", "rad", "phase of the temperature at t = 0", (-3.2, 3.2)).or(0.0),
         ],
+        texts: &[],
         shows_in: "unstretched length against cable length, all cables together, slowly",
         source: "McKenna, Hearle, O'Hear, Handbook of Fibre Rope Technology, 2004 (axial expansion of HMPE about -1.2e-5 1/K)",
         validity: "elastic cable models; uniform temperature along and among the cables",

@@ -1,7 +1,7 @@
 //! Any force, torque or winch-force term written as an expression: the symbolic fallback.
 
-use super::{Effect, EffectInfo, EffectSpec, PlatformContext, Scope, SpecError, Stage};
-use crate::formula::{Formula, Variable};
+use super::{Effect, EffectInfo, EffectSpec, PlatformContext, Scope, SpecError, Stage, TextInfo};
+use crate::formula::{Formula, GRAMMAR, Variable};
 use crate::scalar::Real;
 
 /// A term given as text, added to one axis of the platform's wrench or to one winch force.
@@ -19,6 +19,9 @@ pub struct Expression {
     target: Target,
     formula: Formula,
 }
+
+const TARGETS: &str =
+    "platform.force_x, platform.force_y (N), platform.torque (N.m) or winch[1] to winch[4] (N, added to the pull)";
 
 #[derive(Clone, Copy, Debug)]
 enum Target {
@@ -67,6 +70,10 @@ impl Effect for Expression {
         equation: "`expression` added to `target`",
         scope: Scope::Whole,
         parameters: &[],
+        texts: &[
+            TextInfo { name: "target", description: TARGETS },
+            TextInfo { name: "expression", description: GRAMMAR },
+        ],
         shows_in: "the residual of its target",
         source: "S. L. Brunton, J. L. Proctor, J. N. Kutz, Discovering governing equations from data, PNAS 113 (2016)",
         validity: "the range of the data it was found on",
@@ -74,12 +81,11 @@ impl Effect for Expression {
     };
 
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
-        const TARGETS: &str = "platform.force_x, platform.force_y, platform.torque or winch[1] to winch[4]";
         let error = |message: String| SpecError::new("expression", message);
         let target = spec.target.as_deref().ok_or_else(|| error(format!("no `target`, expected {TARGETS}")))?;
         let target =
             read_target(target).ok_or_else(|| error(format!("`target` is {target:?}, expected {TARGETS}")))?;
-        let text = spec.expression.as_deref().ok_or_else(|| error("no `expression`".to_owned()))?;
+        let text = spec.expression.as_deref().ok_or_else(|| error(format!("no `expression`, expected {GRAMMAR}")))?;
         let formula = Formula::parse(text).map_err(|e| error(format!("`expression` is {text:?}: {e}")))?;
         Ok(Self { target, formula })
     }

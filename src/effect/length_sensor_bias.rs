@@ -1,6 +1,6 @@
 //! Bias of a length sensor: measured length + bias (`channel`: unstretched_length or cable_length).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter, TextInfo};
 
 /// Bias of a length sensor: measured length + bias (`channel`: unstretched_length or cable_length).
 ///
@@ -23,6 +23,10 @@ impl Effect for LengthSensorBias {
         parameters: &[
             parameter("bias", "m", "length added by the sensor", (-0.5, 0.5)),
         ],
+        texts: &[TextInfo {
+            name: "channel",
+            description: "the sensor, unstretched_length (default) or cable_length",
+        }],
         shows_in: "measured length against the length from pose or tension",
         source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "constant over the trial",

@@ -23,6 +23,7 @@ impl Effect for LengthSensorScale {
         parameters: &[
             parameter("factor", "1", "relative error of the drum radius", (-5e-3, 5e-3)).at_least(-0.5),
         ],
+        texts: &[],
         shows_in: "measured unstretched length in proportion to length",
         source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "single-layer drum of constant radius",

@@ -62,6 +62,15 @@ pub struct ParameterInfo {
     pub typical: (f64, f64),
 }
 
+/// A parameter of an effect that is a text.
+#[derive(Clone, Copy, Debug)]
+pub struct TextInfo {
+    /// Key in `model.toml`.
+    pub name: &'static str,
+    /// What may stand there, and what it is when the key is absent, if it may be.
+    pub description: &'static str,
+}
+
 /// Another effect that ordinary data can hardly tell from this one.
 #[derive(Clone, Copy, Debug)]
 pub struct LookAlike {
@@ -84,6 +93,8 @@ pub struct EffectInfo {
     pub scope: Scope,
     /// Its parameters, in order.
     pub parameters: &'static [ParameterInfo],
+    /// Those that are texts.
+    pub texts: &'static [TextInfo],
     /// Where in data it shows.
     pub shows_in: &'static str,
     /// The textbook source.

@@ -30,6 +30,7 @@ impl Effect for PeriodicGust {
             parameter("phase", "rad", "phase ψ at t = 0", (-3.2, 3.2)).or(0.0),
             parameter("direction", "rad", "direction of the force, from the x axis", (-3.2, 3.2)).or(0.0),
         ],
+        texts: &[],
         shows_in: "force on the platform at one frequency",
         source: "E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996 (vortex shedding, buffeting)",
         validity: "one spectral line; force through G",

@@ -26,6 +26,7 @@ impl Effect for PlatformComOffset {
             parameter("x", "m", "c along the body's x axis", (-1.0, 1.0)).or(0.0),
             parameter("y", "m", "c along the body's y axis", (-1.0, 1.0)).or(0.0),
         ],
+        texts: &[],
         shows_in: "torque on the platform against its acceleration, force against angular acceleration",
         source: "H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd ed., 2002 (rigid body motion)",
         validity: "rigid platform; the moment of inertia stays that about the centre of mass",

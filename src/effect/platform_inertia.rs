@@ -24,6 +24,7 @@ impl Effect for PlatformInertia {
         parameters: &[
             parameter("inertia", "kg.m2", "added moment of inertia ΔI", (-1e5, 1e5)),
         ],
+        texts: &[],
         shows_in: "torque on the platform against its angular acceleration",
         source: "J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems Magazine 27 (2007)",
         validity: "rigid platform",

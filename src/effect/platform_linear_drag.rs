@@ -24,6 +24,7 @@ impl Effect for PlatformLinearDrag {
         parameters: &[
             parameter("coefficient", "N.s/m", "drag coefficient c", (1.0, 2e3)).at_least(0.0),
         ],
+        texts: &[],
         shows_in: "force on the platform in proportion to its velocity",
         source: "G. K. Batchelor, An Introduction to Fluid Dynamics, 1967, sec. 4.9",
         validity: "low Reynolds number or a linearised drag about a mean wind",

@@ -24,6 +24,7 @@ impl Effect for PlatformMass {
         parameters: &[
             parameter("mass", "kg", "added mass ΔM", (-500.0, 500.0)),
         ],
+        texts: &[],
         shows_in: "force on the platform against its acceleration",
         source: "J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots, IEEE Control Systems Magazine 27 (2007)",
         validity: "payload fixed at the centre of mass",

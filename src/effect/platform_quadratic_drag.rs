@@ -28,6 +28,7 @@ impl Effect for PlatformQuadraticDrag {
             parameter("wind_x", "m/s", "steady wind speed w along x", (-20.0, 20.0)).or(0.0),
             parameter("wind_y", "m/s", "steady wind speed w along y", (-20.0, 20.0)).or(0.0),
         ],
+        texts: &[],
         shows_in: "force on the platform against the square of its velocity",
         source: "S. F. Hoerner, Fluid-Dynamic Drag, 1965",
         validity: "bluff body, Reynolds number above about 1e4, no torque",

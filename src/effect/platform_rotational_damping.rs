@@ -24,6 +24,7 @@ impl Effect for PlatformRotationalDamping {
         parameters: &[
             parameter("coefficient", "N.m.s", "damping coefficient c", (100.0, 1e6)).at_least(0.0),
         ],
+        texts: &[],
         shows_in: "torque on the platform in proportion to its angular velocity",
         source: "S. F. Hoerner, Fluid-Dynamic Drag, 1965 (linearised)",
         validity: "slow rotation",

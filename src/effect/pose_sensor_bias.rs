@@ -27,6 +27,7 @@ impl Effect for PoseSensorBias {
             parameter("y", "m", "bias of y", (-0.5, 0.5)).or(0.0),
             parameter("phi", "rad", "bias of phi", (-0.05, 0.05)).or(0.0),
         ],
+        texts: &[],
         shows_in: "measured pose against all cable lengths",
         source: "B. Hofmann-Wellenhof, H. Lichtenegger, E. Wasle, GNSS: Global Navigation Satellite Systems, 2008",
         validity: "constant over the trial",

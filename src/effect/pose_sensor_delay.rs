@@ -23,6 +23,7 @@ impl Effect for PoseSensorDelay {
         parameters: &[
             parameter("delay", "s", "delay τ", (1e-3, 1.0)).at_least(0.0),
         ],
+        texts: &[],
         shows_in: "measured pose against cable lengths, in proportion to velocity",
         source: "L. Ljung, System Identification: Theory for the User, 2nd ed., 1999",
         validity: "constant processing delay; before the start the pose is taken as constant",

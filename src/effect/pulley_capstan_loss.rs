@@ -28,6 +28,7 @@ impl Effect for PulleyCapstanLoss {
                 .at_least(1e-9)
                 .or(0.01),
         ],
+        texts: &[],
         shows_in: "tension against winch force, with the sign of the winch speed and the size of the force",
         source: "H. G. Howell, The general case of friction of a string round a cylinder, J. Text. Inst. 44 (1953); capstan equation T2 = T1 exp(μ θ) for small μ θ",
         validity: "small loss (first order in μ θ), tension above zero, sliding",

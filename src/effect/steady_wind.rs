@@ -28,6 +28,7 @@ impl Effect for SteadyWind {
             parameter("force_y", "N", "force along y", (-2e3, 2e3)).or(0.0),
             parameter("torque", "N.m", "torque about G", (-1e4, 1e4)).or(0.0),
         ],
+        texts: &[],
         shows_in: "constant force or torque on the platform",
         source: "E. Simiu, R. H. Scanlan, Wind Effects on Structures, 3rd ed., 1996",
         validity: "mean wind over the trial, small change of attitude",

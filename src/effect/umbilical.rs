@@ -30,6 +30,7 @@ impl Effect for Umbilical {
             parameter("x", "m", "ground point x", (-100.0, 100.0)).or(0.0),
             parameter("y", "m", "ground point y", (-100.0, 100.0)).or(0.0),
         ],
+        texts: &[],
         shows_in: "force on the platform in proportion to its position",
         source: "C. M. Lambert, M. Nahon et al., Implementation of an aerostat positioning system with cable control, IEEE/ASME Transactions on Mechatronics 12 (2007)",
         validity: "slack hose or cable near its rest shape; linear in the displacement",

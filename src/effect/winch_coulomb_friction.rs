@@ -26,6 +26,7 @@ impl Effect for WinchCoulombFriction {
             parameter("force", "N", "friction force F_c", (5.0, 2e3)).at_least(0.0),
             parameter("transition_speed", "m/s", "speed v_s over which the force turns its sign", (1e-4, 0.1)).at_least(1e-9).or(0.01),
         ],
+        texts: &[],
         shows_in: "tension against winch force, with the sign of the winch speed",
         source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994)",
         validity: "sliding; the smooth law creeps at speeds below v_s where a real winch sticks",

@@ -23,6 +23,7 @@ impl Effect for WinchDelay {
         parameters: &[
             parameter("delay", "s", "dead time τ", (1e-3, 1.0)).at_least(0.0),
         ],
+        texts: &[],
         shows_in: "tension after a jump of the winch force",
         source: "L. Ljung, System Identification: Theory for the User, 2nd ed., 1999",
         validity: "constant transport and computing delay; before the start the command is taken as constant",

@@ -24,6 +24,7 @@ impl Effect for WinchDrumInertia {
         parameters: &[
             parameter("mass", "kg", "drum inertia J over the radius squared", (1.0, 2e3)).at_least(0.0),
         ],
+        texts: &[],
         shows_in: "unstretched length after a jump of the winch force; frequency of that cable's mode",
         source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "drum and gear turning with the cable, no slip",

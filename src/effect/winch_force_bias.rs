@@ -24,6 +24,7 @@ impl Effect for WinchForceBias {
         parameters: &[
             parameter("bias", "N", "force added", (-500.0, 500.0)),
         ],
+        texts: &[],
         shows_in: "tension against winch force",
         source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "constant over the trial",

@@ -24,6 +24,7 @@ impl Effect for WinchForceGain {
         parameters: &[
             parameter("factor", "1", "relative error of the force", (-0.2, 0.2)).at_least(-1.0),
         ],
+        texts: &[],
         shows_in: "tension against winch force",
         source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018",
         validity: "linear drive",

@@ -24,6 +24,7 @@ impl Effect for WinchLag {
         parameters: &[
             parameter("time_constant", "s", "time constant τ", (5e-3, 2.0)).at_least(1e-6),
         ],
+        texts: &[],
         shows_in: "tension after a jump of the winch force",
         source: "L. Ljung, System Identification: Theory for the User, 2nd ed., 1999",
         validity: "closed-loop force drive with one dominant pole",

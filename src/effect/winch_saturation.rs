@@ -26,6 +26,7 @@ impl Effect for WinchSaturation {
             parameter("lower", "N", "smallest force", (0.0, 1e4)),
             parameter("upper", "N", "largest force", (1e3, 1e5)),
         ],
+        texts: &[],
         shows_in: "tension stays behind the winch force beyond a level",
         source: "H. K. Khalil, Nonlinear Systems, 3rd ed., 2002, sec. 1.2",
         validity: "hard limit of the drive; must be reached in the data to be found",

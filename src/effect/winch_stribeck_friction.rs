@@ -30,6 +30,7 @@ impl Effect for WinchStribeckFriction {
             parameter("stribeck_speed", "m/s", "Stribeck speed v_s", (1e-3, 1.0)).at_least(1e-9).or(0.05),
             parameter("viscous", "N.s/m", "viscous coefficient c", (0.0, 1e4)).at_least(0.0).or(0.0),
         ],
+        texts: &[],
         shows_in: "tension against winch force: highest just after a reversal",
         source: "R. Stribeck, VDI-Zeitschrift 46 (1902); Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994)",
         validity: "sliding; quasi-static law, no presliding displacement",

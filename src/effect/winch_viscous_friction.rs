@@ -24,6 +24,7 @@ impl Effect for WinchViscousFriction {
         parameters: &[
             parameter("coefficient", "N.s/m", "friction coefficient c", (1.0, 1e4)).at_least(0.0),
         ],
+        texts: &[],
         shows_in: "tension against winch force, in proportion to the winch speed",
         source: "Armstrong-Hélouvry, Dupont, Canudas de Wit, A survey of models for friction, Automatica 30 (1994)",
         validity: "lubricated bearings and gears at constant temperature",
