@@ -328,8 +328,9 @@ fn line_of_key(text: &str, key: &str) -> Option<usize> {
         start: BTreeMap<Spanned<String>, toml::Value>,
     }
     let inner: OnlyStart = toml::from_str(text).ok()?;
-    let key = if key == "pose" { "x" } else { key };
-    inner.start.keys().find(|k| k.get_ref() == key).map(|k| line_at(text, k.span().start))
+    let wanted = if key == "pose" { ["x", "y", "phi"].as_slice() } else { &[key] };
+    let lines = inner.start.keys().filter(|k| wanted.contains(&k.get_ref().as_str()));
+    lines.map(|k| line_at(text, k.span().start)).min()
 }
 
 fn line_of_effect(model: &Model, lines: &[usize], id: &str) -> Option<usize> {
@@ -364,7 +365,7 @@ mod tests {
             ("[[effect]]\nid = \"nothing\"", Some(1), "winch_coulomb_friction"),
             ("[[effect]]\nid = \"winch_lag\"", Some(1), "no `time_constant`"),
             ("[start]\nx = 1\ny = 1000.0", Some(2), "inside the anchors"),
-            ("[start]\nphi = 1.2", None, "cable"),
+            ("[start]\n\nphi = 1.2", Some(3), "cable"),
             ("anchor_angle = [0.0, 1.0]", Some(1), "length 4"),
             ("platform_mass = ", Some(1), ""),
         ] {

@@ -23,7 +23,7 @@ pub(crate) fn indexed(name: &str, i: usize) -> String {
 /// N m), which are zero where they are missing. Each row's inputs hold until the next. Other columns are left alone.
 pub(crate) fn read_inputs(path: &Path) -> Result<Vec<(f64, Inputs)>, BadInput> {
     let bad = |message: String| BadInput::in_file(path, message);
-    let bytes = fs::read(path).map_err(|error| bad(error.to_string()))?;
+    let bytes = read_text(path)?;
     let mut reader = ReaderBuilder::new().trim(Trim::All).flexible(true).from_reader(bytes.as_slice());
     let header = reader.headers().map_err(|error| bad(error.to_string()))?.clone();
     let columns = Columns::find(&header).map_err(bad)?;
@@ -44,6 +44,34 @@ pub(crate) fn read_inputs(path: &Path) -> Result<Vec<(f64, Inputs)>, BadInput> {
         return Err(bad("no rows below the header, expected at least one".to_owned()));
     }
     Ok(rows)
+}
+
+/// The bytes of a table, which are text.
+pub(crate) fn read_text(path: &Path) -> Result<Vec<u8>, BadInput> {
+    let bytes = fs::read(path).map_err(|error| BadInput::in_file(path, error))?;
+    match std::str::from_utf8(&bytes) {
+        Ok(_) => Ok(bytes),
+        Err(error) => {
+            let line = bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
+            let found = bytes[error.valid_up_to()];
+            Err(BadInput::in_file(path, format!("line {line}: found the byte {found:#04x}, expected text in UTF-8")))
+        }
+    }
+}
+
+/// What to say of a header without this column.
+pub(crate) fn no_column(name: &str, names: &[&str]) -> String {
+    let text = names.join(", ");
+    if text.is_empty() {
+        return format!("line 1: found nothing, expected a header with a column `{name}`");
+    }
+    // Spreadsheets of countries with a decimal comma separate cells by semicolons.
+    let separator = match names {
+        [only] if only.contains(';') => "; the cells are separated by semicolons, expected commas and decimal points",
+        [only] if only.contains('\t') => "; the cells are separated by tabs, expected commas",
+        _ => "",
+    };
+    format!("line 1: no column `{name}`; found {text:?}{separator}")
 }
 
 /// The line, from 1, of a record that begins at this byte; the reader counts empty lines before it to the record.
@@ -71,12 +99,7 @@ impl Columns {
                 (found, _) => Ok(found),
             }
         };
-        let need = |name: &str| {
-            find(name)?.ok_or_else(|| {
-                let found = if names.iter().all(|n| n.is_empty()) { "nothing".to_owned() } else { names.join(", ") };
-                format!("line 1: no column `{name}`; found {found:?}")
-            })
-        };
+        let need = |name: &str| find(name)?.ok_or_else(|| no_column(name, &names));
         let mut winch_force = [0; CABLES];
         let time = need("time")?;
         for (i, place) in winch_force.iter_mut().enumerate() {
@@ -181,12 +204,11 @@ impl<W: Write> ResultWriter<W> {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Vec<(f64, Inputs)>, String> {
-        let path = std::env::temp_dir().join(format!("cdpr-csv-{}-{:p}.csv", std::process::id(), text));
+    fn read(text: impl AsRef<[u8]>) -> Result<Vec<(f64, Inputs)>, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
         std::fs::write(&path, text).unwrap();
-        let rows = read_inputs(&path).map_err(|e| e.to_string());
-        std::fs::remove_file(&path).unwrap();
-        rows
+        read_inputs(&path).map_err(|e| e.to_string())
     }
 
     const HEADER: &str = "time,winch_force[1],winch_force[2],winch_force[3],winch_force[4]";
@@ -210,14 +232,18 @@ mod tests {
             ("0,1,1,1,1\n0,1,1,1,1\n", ["line 3", "`time` is 0", "more than 0"]),
             ("0,1,1,1,1\r\n\r\n1,1,1\r\n", ["line 4", "3 cells", "expected 5"]),
         ] {
-            let error = read(&format!("{HEADER}\n{body}")).unwrap_err();
+            let error = read(format!("{HEADER}\n{body}")).unwrap_err();
             for part in parts {
                 assert!(error.contains(part), "{error}");
             }
         }
         assert!(read("time,winch_force[1]\n0,1\n").unwrap_err().contains("no column `winch_force[2]`"));
-        assert!(read("").unwrap_err().contains("no column `time`"));
+        assert!(read("").unwrap_err().contains("found nothing, expected a header with a column `time`"));
+        assert!(read("time;winch_force[1]\n0;1,5\n").unwrap_err().contains("semicolons, expected commas"));
+        assert!(read("time\tx\n0\t1\n").unwrap_err().contains("tabs, expected commas"));
+        let latin = [HEADER.as_bytes(), b"\n0,1,1,1,1\n1,1,1,1,\xe9\n"].concat();
+        assert!(read(latin).unwrap_err().contains("line 3: found the byte 0xe9, expected text in UTF-8"));
         assert!(read(HEADER).unwrap_err().contains("no rows"));
-        assert!(read(&format!("{HEADER},time\n")).unwrap_err().contains("twice"));
+        assert!(read(format!("{HEADER},time\n")).unwrap_err().contains("twice"));
     }
 }

@@ -1,6 +1,7 @@
 //! The model that a command works on.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use cdpr::model_file::Model;
@@ -13,7 +14,10 @@ pub(crate) fn read(path: Option<&Path>) -> anyhow::Result<(String, Model)> {
         let model = Model::default();
         return Ok((model.to_toml(), model));
     };
-    let text = fs::read_to_string(path).map_err(|error| BadInput::in_file(path, error))?;
+    let text = fs::read_to_string(path).map_err(|error| match error.kind() {
+        ErrorKind::InvalidData => BadInput::in_file(path, "not a text, expected a model file in UTF-8"),
+        _ => BadInput::in_file(path, error),
+    })?;
     let model = Model::from_toml(&text).map_err(|error| BadInput::in_file(path, error))?;
     Ok((text, model))
 }

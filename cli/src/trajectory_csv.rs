@@ -1,12 +1,11 @@
 //! Tables of a prescribed motion.
 
-use std::fs;
 use std::path::Path;
 
 use cdpr::inverse::Samples;
 use csv::{ReaderBuilder, Trim};
 
-use crate::csv_io::{DISTURBANCES, line_at};
+use crate::csv_io::{DISTURBANCES, line_at, no_column, read_text};
 use crate::failure::BadInput;
 
 const POSE: [&str; 3] = ["x", "y", "phi"];
@@ -16,7 +15,7 @@ const ACCELERATION: [&str; 3] = ["ax", "ay", "alpha"];
 /// Reads `time, x, y, phi`, and where there: `vx, vy, omega`, then `ax, ay, alpha`, and any of the disturbances.
 pub(crate) fn read(path: &Path) -> Result<Samples, BadInput> {
     let bad = |message: String| BadInput::in_file(path, message);
-    let bytes = fs::read(path).map_err(|error| bad(error.to_string()))?;
+    let bytes = read_text(path)?;
     let mut reader = ReaderBuilder::new().trim(Trim::All).flexible(true).from_reader(bytes.as_slice());
     let header = reader.headers().map_err(|error| bad(error.to_string()))?.clone();
     let names: Vec<&str> = header.iter().map(|name| name.trim_start_matches('\u{feff}').trim()).collect();
@@ -27,9 +26,7 @@ pub(crate) fn read(path: &Path) -> Result<Samples, BadInput> {
             (found, _) => Ok(found),
         }
     };
-    let need = |name: &str| {
-        find(name)?.ok_or_else(|| bad(format!("line 1: no column `{name}`; found {:?}", names.join(", "))))
-    };
+    let need = |name: &str| find(name)?.ok_or_else(|| bad(no_column(name, &names)));
     // Rates count as a group: all three, or none.
     let group = |columns: [&str; 3]| -> Result<Option<[usize; 3]>, BadInput> {
         let mut found = [None; 3];

@@ -39,7 +39,7 @@ fn broken_models_are_bad_input() {
         ("platform_mass = = 1\n", ["line 1", "platform_mass"]),
         ("\nplatform_mass = -1.0\n", ["line 2", "`platform_mass` is -1"]),
         ("anchor_radius = 9.0\n", ["attachment_radius", "anchor_radius"]),
-        ("[start]\nphi = 1.6\n", ["cable", "platform"]),
+        ("[start]\nphi = 1.6\n", ["line 2", "cable 1 runs through it"]),
         ("[start]\nx = 950.0\n", ["line 2", "inside the anchors"]),
     ] {
         for command in ["simulate", "fmu"] {
@@ -48,6 +48,7 @@ fn broken_models_are_bad_input() {
         }
     }
     fails(&[], &["simulate", "--model", "none.toml", "-o", "out.csv"], 2, &["none.toml"]);
+    fails(&[], &["simulate", "--input", "none.csv", "-o", "out.csv"], 2, &["none.csv"]);
 }
 
 #[test]
@@ -56,7 +57,11 @@ fn broken_tables_are_bad_input() {
         (format!("{HEADER}\n0,1,1,1,1\n1,1,x,1,1\n"), ["line 3", "winch_force[2]"]),
         (format!("{HEADER}\n1,1,1,1,1\n0,1,1,1,1\n"), ["line 3", "time"]),
         ("time,winch_force[1]\n0,1\n".to_owned(), ["line 1", "winch_force[2]"]),
-        (String::new(), ["no column", "time"]),
+        (String::new(), ["found nothing", "`time`"]),
+        (HEADER.replace(',', ";") + "\n0;1;1;1;1\n", ["semicolons", "expected commas"]),
+        (format!("{HEADER}\n0,1,1,,1\n"), ["line 2", "`winch_force[3]` is \"\""]),
+        (format!("{HEADER}\n0,1,1,nan,1\n"), ["line 2", "`winch_force[3]` is \"nan\""]),
+        (format!("{HEADER}\n"), ["no rows", "expected at least one"]),
     ] {
         let words = [&["in.csv"], words.as_slice()].concat();
         fails(&[("in.csv", &body)], &["simulate", "--input", "in.csv", "-o", "out.csv"], 2, &words);
