@@ -156,6 +156,47 @@ def unknown_value_references(host: Host):
 
 
 @case
+def references_of_another_type(host: Host):
+    """Reals and the rest number their variables apart: what is a Real may be no Integer."""
+    component = host.initialised(logger=host.logger)
+    refused(host.GetInteger(component, host.refs("phi"), 1, byref(c_int())))
+    assert "no variable of type Integer" in host.messages[-1][2], host.messages
+    renewed(host, component)
+    refused(host.GetString(component, host.refs("phi"), 1, byref(c_char_p())))
+    host.free(component)
+
+
+@case
+def more_values_than_variables(host: Host):
+    component = host.initialised()
+    count = len(host.references) + 1
+    same = (ctypes.c_uint * count)(*[host.references["x"]] * count)
+    for name, kind in (*GETTERS, *SETTERS):
+        refused(getattr(host, name)(component, same, count, (kind * count)()), name)
+        component = renewed(host, component)
+    host.free(component)
+
+
+@case
+def models_that_cannot_be(host: Host):
+    """Values within their bounds that make no robot: told by name at the latest moment."""
+    for name, value, words in (
+        ("platform_mass", 0.0, "greater than 0"),
+        ("attachment_radius", 1e4, "less than `anchor_radius`"),
+        ("x", 2000.0, "inside the anchors"),
+        ("phi", 1.5, "runs through it"),
+    ):
+        component = host.instantiate(logger=host.logger)
+        assert host.set_real(component, name, value) == OK
+        assert host.SetupExperiment(component, 0, 0.0, 0.0, 0, 0.0) == OK
+        assert host.EnterInitializationMode(component) == OK
+        refused(host.ExitInitializationMode(component), name)
+        assert words in host.messages[-1][2], host.messages
+        renewed(host, component)
+        host.free(component)
+
+
+@case
 def a_list_with_one_wrong_entry_changes_nothing(host: Host):
     component = host.initialised()
     assert host.set_real(component, "winch_force[1]", 1234.0) == OK
@@ -194,6 +235,14 @@ def derivatives_of_the_wrong_kind(host: Host):
                 component, host.refs("winch_force[1]"), 1, byref(c_int(order)), value
             ),
             order,
+        )
+        renewed(host, component)
+    for seed in (math.nan, math.inf):
+        refused(
+            host.GetDirectionalDerivative(
+                component, host.refs("der(vx)"), 1, host.refs("x"), 1, byref(c_double(seed)), value
+            ),
+            seed,
         )
         renewed(host, component)
     slope = byref(c_double(1.0))
@@ -379,6 +428,9 @@ def logging_of_unknown_categories(host: Host):
     names = (c_char_p * 2)(b"logAll", b"no such category")
     refused(host.SetDebugLogging(component, 1, 2, names), allowed=(OK, 1, ERROR))
     refused(host.SetDebugLogging(component, 1, 2, None))
+    assert host.Reset(component) == OK
+    refused(host.SetDebugLogging(component, 1, 1, (c_char_p * 1)(None)), "a null category")
+    assert host.Reset(component) == OK
     assert host.SetDebugLogging(component, 1, 0, None) == OK
     host.free(component)
 

@@ -132,6 +132,20 @@ pub enum Causality {
     Independent,
 }
 
+impl Causality {
+    /// What the standard calls it.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Parameter => "parameter",
+            Self::CalculatedParameter => "calculatedParameter",
+            Self::Input => "input",
+            Self::Output => "output",
+            Self::Local => "local",
+            Self::Independent => "independent",
+        }
+    }
+}
+
 /// When a variable changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Variability {
@@ -147,6 +161,19 @@ pub enum Variability {
     Continuous,
 }
 
+impl Variability {
+    /// What the standard calls it.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Fixed => "fixed",
+            Self::Tunable => "tunable",
+            Self::Discrete => "discrete",
+            Self::Continuous => "continuous",
+        }
+    }
+}
+
 /// How a start value is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Initial {
@@ -156,6 +183,17 @@ pub enum Initial {
     Approx,
     /// None: the value is computed.
     Calculated,
+}
+
+impl Initial {
+    /// What the standard calls it.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Approx => "approx",
+            Self::Calculated => "calculated",
+        }
+    }
 }
 
 /// One known that an unknown depends on.

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::{
-    BaseUnit, Causality, DependencyKind, DisplayUnit, Enumeration, Initial, Kind, LAYER_LOG_CATEGORIES,
-    ModelDescription, RealKind, Unit, Variability, Variable,
+    BaseUnit, DependencyKind, DisplayUnit, Enumeration, Initial, Kind, LAYER_LOG_CATEGORIES, ModelDescription,
+    RealKind, Unit, Variable,
 };
 
 impl ModelDescription {
@@ -194,9 +194,9 @@ fn write_variable(xml: &mut Writer, variable: &Variable) {
         .attr("name", &variable.name)
         .attr("valueReference", variable.value_reference)
         .opt("description", variable.description.as_ref())
-        .attr("causality", causality_name(variable.causality))
-        .attr("variability", variability_name(variable.variability))
-        .opt("initial", variable.effective_initial().map(initial_name));
+        .attr("causality", variable.causality.name())
+        .attr("variability", variable.variability.name())
+        .opt("initial", variable.effective_initial().map(Initial::name));
     xml.element(tag, |xml| xml.leaf(type_tag(&variable.kind)));
 }
 
@@ -226,35 +226,6 @@ fn real_tag(real: &RealKind) -> Tag {
         .opt("nominal", real.nominal.map(number))
         .opt("start", real.start.map(number))
         .opt("derivative", real.derivative_of.map(|state| state + 1))
-}
-
-fn causality_name(causality: Causality) -> &'static str {
-    match causality {
-        Causality::Parameter => "parameter",
-        Causality::CalculatedParameter => "calculatedParameter",
-        Causality::Input => "input",
-        Causality::Output => "output",
-        Causality::Local => "local",
-        Causality::Independent => "independent",
-    }
-}
-
-fn variability_name(variability: Variability) -> &'static str {
-    match variability {
-        Variability::Constant => "constant",
-        Variability::Fixed => "fixed",
-        Variability::Tunable => "tunable",
-        Variability::Discrete => "discrete",
-        Variability::Continuous => "continuous",
-    }
-}
-
-fn initial_name(initial: Initial) -> &'static str {
-    match initial {
-        Initial::Exact => "exact",
-        Initial::Approx => "approx",
-        Initial::Calculated => "calculated",
-    }
 }
 
 fn kind_name(kind: DependencyKind) -> &'static str {

@@ -113,11 +113,11 @@ impl<M: Model> Instance<M> {
             return Ok(());
         }
         Err(Failure::refused(format!(
-            "`{}` (causality {:?}, variability {:?}, initial {:?}) cannot be set in state `{}`",
+            "`{}` (causality {}, variability {}{}) cannot be set in state `{}`",
             variable.name,
-            variable.causality,
-            variable.variability,
-            variable.effective_initial(),
+            variable.causality.name(),
+            variable.variability.name(),
+            variable.effective_initial().map_or(String::new(), |initial| format!(", initial {}", initial.name())),
             state.name()
         )))
     }

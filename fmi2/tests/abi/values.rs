@@ -88,5 +88,7 @@ fn what_may_be_set_when() {
         assert_eq!(fmu.set_integer(vr::STEPS, 1), ERROR, "an output");
     }
     assert_eq!(states[2].set_string(vr::LABEL, c"late"), ERROR, "a fixed parameter");
-    assert!(states[2].log().last().unwrap().text.contains("cannot be set in state"));
+    let said = states[2].log().last().unwrap().text.clone();
+    assert!(said.contains("cannot be set in state") && said.contains("(causality "), "{said}");
+    assert!(!said.contains("Some("), "{said}");
 }
