@@ -21,6 +21,7 @@ from outside.host import (
     LAST_SUCCESSFUL_TIME,
     OK,
     SIGNATURES,
+    TERMINATED,
     Host,
 )
 
@@ -404,6 +405,31 @@ def a_step_that_the_solver_cannot_take(host: Host):
     assert host.SetFMUstate(component, saved) == OK
     assert host.DoStep(component, 0.1, 0.1, 1) == OK
     assert host.FreeFMUstate(component, byref(saved)) == OK
+    host.free(component)
+
+
+@case
+def a_platform_that_leaves_its_anchors(host: Host):
+    """The model asks for the end: the status says so, and going back to a saved state goes on."""
+    component = host.initialised(logger=host.logger, logging_on=True)
+    saved = host.state(component)
+    assert host.set_real(component, "disturbance_force_x", 5e4) == OK
+    steps = 0
+    while (status := host.DoStep(component, float(steps), 1.0, 1)) == OK:
+        steps += 1
+        assert steps < 1000
+    assert status == DISCARD
+    assert any("left the space between the anchors" in text for _, _, text in host.messages)
+    ended, time = c_int(), c_double()
+    assert host.GetBooleanStatus(component, TERMINATED, byref(ended)) == OK
+    assert host.GetRealStatus(component, LAST_SUCCESSFUL_TIME, byref(time)) == OK
+    assert ended.value == 1
+    assert steps < time.value <= steps + 1
+    assert host.real(component, "x") > 500.0
+    assert host.SetFMUstate(component, saved) == OK
+    assert host.DoStep(component, 0.0, 1.0, 1) == OK
+    assert host.GetBooleanStatus(component, TERMINATED, byref(ended)) == OK
+    assert ended.value == 0
     host.free(component)
 
 
