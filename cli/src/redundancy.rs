@@ -11,16 +11,16 @@ use crate::number;
 #[derive(clap::Args)]
 pub(crate) struct Choice {
     /// Smallest tension of a cable in N
-    #[arg(long, value_name = "N", default_value = "1000", value_parser = number::finite)]
+    #[arg(long, value_name = "N", default_value = "1000", value_parser = number::finite, allow_negative_numbers = true)]
     tension_min: f64,
     /// Largest tension of a cable in N
-    #[arg(long, value_name = "N", default_value = "50000", value_parser = number::finite)]
+    #[arg(long, value_name = "N", default_value = "50000", value_parser = number::finite, allow_negative_numbers = true)]
     tension_max: f64,
     /// What is made smallest within the bounds
     #[arg(long, value_enum, default_value_t = Goal::MidTension)]
     objective: Goal,
     /// Exponent of `p-norm`
-    #[arg(long, value_name = "P", default_value = "6", value_parser = exponent)]
+    #[arg(long, value_name = "P", default_value = "6", value_parser = exponent, allow_negative_numbers = true)]
     exponent: f64,
     /// How it is solved
     #[arg(long, value_enum, default_value_t = Solver::ClosedForm)]

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use cdpr::parameters::CABLES;
 
-use crate::figure::{BLUE, CABLE_COLOURS, Column, Figure, GREEN, Line, ORANGE, Panel};
-use crate::run::{Area, Series};
+use crate::figure::{BLUE, Column, Figure, GREEN, Line, ORANGE, Panel};
+use crate::run::{Area, Inverse, Series};
 use crate::{PaperError, Runs, write_whole};
 
 /// Of the inverse dynamics every tenth instant is shown, 0.1 s apart.
@@ -37,10 +37,7 @@ fn pose_and_strain(runs: &[(&str, plotters::style::RGBColor, bool, &Series)], st
 }
 
 fn strain(series: &Series) -> Panel {
-    let lines = (0..CABLES)
-        .map(|i| Line::new(&format!("cable {}", i + 1), CABLE_COLOURS[i], &series.time, series.strain(i)))
-        .collect();
-    Panel::new("strain (1)", lines)
+    Panel::new("strain", Line::of_cables(&series.time, |i| series.strain(i)))
 }
 
 /// Twelve digits, nothing where there is no number.
@@ -78,7 +75,7 @@ fn table(folder: &Path, name: &str, columns: &[(&str, &Series)]) -> Result<(), P
     write_whole(&path, &bytes)
 }
 
-fn inverse_table(folder: &Path, name: &str, run: &crate::run::Inverse) -> Result<(), PaperError> {
+fn inverse_table(folder: &Path, name: &str, run: &Inverse) -> Result<(), PaperError> {
     let path = folder.join(format!("{name}.csv"));
     let mut text = String::from("time,x,y,phi");
     for what in ["tension", "unstretched_length", "unstretched_length_rate", "winch_force"] {
@@ -111,7 +108,10 @@ fn fig8(folder: &Path, runs: &Runs) -> Result<(), PaperError> {
         ("fig8_area_as_printed", Area::Printed, &runs.lumped_printed, &runs.mismatch_printed),
     ] {
         let figure = Figure {
-            title: format!("Fig. 8: released at [0.1, 0.1, 0.1] under 1 kN in each cable ({})", area.name()),
+            title: format!(
+                "Fig. 8: released at rest at [0.1 m, 0.1 m, 0.1 rad] under 1 kN in each cable ({})",
+                area.name()
+            ),
             columns: vec![
                 Column {
                     title: "consistent signs, until a cable meets the platform".to_owned(),
@@ -149,7 +149,7 @@ fn fig9(folder: &Path, runs: &Runs) -> Result<(), PaperError> {
             title: area.name().to_owned(),
             panels: vec![
                 Panel::new("y (m)", vec![y("rigid", BLUE, &runs.pull_rigid), y("elastic", ORANGE, lumped).dashed()]),
-                Panel::new("elastic - rigid (m)", vec![Line::new("", GREEN, &lumped.time, lag)]),
+                Panel::new("y elastic - y rigid (m)", vec![Line::new("", GREEN, &lumped.time, lag)]),
                 strain(lumped),
             ],
         }
@@ -170,60 +170,45 @@ fn fig9(folder: &Path, runs: &Runs) -> Result<(), PaperError> {
 
 fn inverse(folder: &Path, runs: &Runs) -> Result<(), PaperError> {
     let time: Vec<f64> = runs.inverse_lumped.instants.iter().step_by(SHOWN).map(|i| i.time).collect();
-    let of = |run: &crate::run::Inverse, pick: &dyn Fn(&cdpr::inverse::Instant, usize) -> f64, what: &str| {
-        (0..CABLES)
-            .map(|i| {
-                let label = format!("{what} {}", i + 1);
-                Line::new(
-                    &label,
-                    CABLE_COLOURS[i],
-                    &time,
-                    run.instants.iter().step_by(SHOWN).map(|at| pick(at, i)).collect::<Vec<_>>(),
-                )
-            })
-            .collect::<Vec<_>>()
+    let of = |run: &Inverse, pick: &dyn Fn(&cdpr::inverse::Instant, usize) -> f64| {
+        Line::of_cables(&time, |i| run.instants.iter().step_by(SHOWN).map(move |at| pick(at, i)))
     };
-    let difference = |elastic: &crate::run::Inverse| {
-        (0..CABLES)
-            .map(|i| {
-                let pairs = elastic.instants.iter().zip(&runs.inverse_rigid.instants).step_by(SHOWN);
-                let values: Vec<f64> = pairs.map(|(e, r)| e.winch_force[i] - r.winch_force[i]).collect();
-                Line::new("", CABLE_COLOURS[i], &time, values)
-            })
-            .collect::<Vec<_>>()
+    let unlabelled = |lines: Vec<Line>| lines.into_iter().map(Line::unlabelled).collect::<Vec<_>>();
+    let difference = |elastic: &Inverse| {
+        unlabelled(Line::of_cables(&time, |i| {
+            let pairs = elastic.instants.iter().zip(&runs.inverse_rigid.instants).step_by(SHOWN);
+            pairs.map(move |(e, r)| e.winch_force[i] - r.winch_force[i])
+        }))
     };
     let position = |k: usize| {
         runs.inverse_lumped.instants.iter().step_by(SHOWN).map(move |i| i.motion.pose[k][0]).collect::<Vec<_>>()
-    };
-    let unlabelled = |mut lines: Vec<Line>| {
-        lines.iter_mut().for_each(|l| l.label.clear());
-        lines
     };
     let figure = Figure {
         title: "Inverse dynamics: winch forces of a prescribed motion under a gust".to_owned(),
         columns: vec![
             Column {
-                title: "motion, tensions (0.5 to 2.5 kN), winch forces".to_owned(),
+                title: "motion, tensions between 0.5 and 2.5 kN, winch forces".to_owned(),
                 panels: vec![
                     Panel::new(
                         "x, y (m)",
                         vec![Line::new("x", BLUE, &time, position(0)), Line::new("y", ORANGE, &time, position(1))],
                     ),
                     Panel::new("φ (rad)", vec![Line::new("", BLUE, &time, position(2))]),
-                    Panel::new("tension (N)", of(&runs.inverse_lumped, &|at, i| at.tension[i], "cable")),
-                    Panel::new("winch force (N)", unlabelled(of(&runs.inverse_lumped, &|at, i| at.winch_force[i], ""))),
+                    Panel::new("tension (N)", of(&runs.inverse_lumped, &|at, i| at.tension[i])),
+                    Panel::new("winch force (N)", unlabelled(of(&runs.inverse_lumped, &|at, i| at.winch_force[i]))),
                 ],
             },
             Column {
-                title: "what elasticity changes".to_owned(),
+                title: "what elasticity changes: upper half with 4e-4 m², lower half with 4e-4 cm² as printed"
+                    .to_owned(),
                 panels: vec![
-                    Panel::new("l' (m/s)", of(&runs.inverse_lumped, &|at, i| at.unstretched_rate[i], "cable")),
-                    Panel::new("u - u rigid (N)", difference(&runs.inverse_lumped)),
+                    Panel::new("paid-out rate (m/s)", of(&runs.inverse_lumped, &|at, i| at.unstretched_rate[i])),
+                    Panel::new("force - rigid force (N)", difference(&runs.inverse_lumped)),
                     Panel::new(
-                        "l', printed A",
-                        unlabelled(of(&runs.inverse_printed, &|at, i| at.unstretched_rate[i], "")),
+                        "paid-out rate (m/s)",
+                        unlabelled(of(&runs.inverse_printed, &|at, i| at.unstretched_rate[i])),
                     ),
-                    Panel::new("u - u rigid, printed A", difference(&runs.inverse_printed)),
+                    Panel::new("force - rigid force (N)", difference(&runs.inverse_printed)),
                 ],
             },
         ],

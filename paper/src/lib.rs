@@ -11,6 +11,7 @@ pub mod mismatch;
 mod ode;
 pub mod printed;
 mod run;
+mod thin;
 
 use std::path::{Path, PathBuf};
 
@@ -68,9 +69,13 @@ struct Runs {
     pull_massless: Series,
     pull_lumped: Series,
     pull_lumped_printed: Series,
+    mismatch_pull_rigid: Series,
+    mismatch_pull_printed: Series,
     inverse_rigid: Inverse,
     inverse_lumped: Inverse,
     inverse_printed: Inverse,
+    /// Deviation (m, rad) of rigid cables under forces computed with the sign mismatch.
+    mismatch_inverse: f64,
 }
 
 /// Times that the simulations stop at (s).
@@ -97,7 +102,11 @@ impl Runs {
         let pull_massless = run::pull_one_way(Physical, MasslessSpring, PULL_STOP)?;
         let pull_lumped = run::pull_one_way(Physical, LumpedMass, PULL_STOP)?;
         let pull_lumped_printed = run::pull_one_way(Printed, LumpedMass, PULL_STOP)?;
+        let mismatch_pull_rigid = run::mismatched_pull(Physical, Rigid, PULL_STOP)?;
+        let mismatch_pull_printed = run::mismatched_pull(Printed, LumpedMass, PULL_STOP)?;
         tell("inverse dynamics");
+        let inverse_rigid = run::inverse(Physical, Rigid)?;
+        let mismatch_inverse = run::mismatched_inverse(&inverse_rigid)?;
         Ok(Self {
             rigid,
             massless,
@@ -110,7 +119,10 @@ impl Runs {
             pull_massless,
             pull_lumped,
             pull_lumped_printed,
-            inverse_rigid: run::inverse(Physical, Rigid)?,
+            mismatch_pull_rigid,
+            mismatch_pull_printed,
+            inverse_rigid,
+            mismatch_inverse,
             inverse_lumped: run::inverse(Physical, LumpedMass)?,
             inverse_printed: run::inverse(Printed, LumpedMass)?,
         })

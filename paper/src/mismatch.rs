@@ -97,8 +97,15 @@ impl Mismatch {
     /// # Errors
     /// When the integrator cannot go on.
     pub fn release(&self, pose: [f64; 3], force: f64, step: f64, stop: f64) -> Result<Vec<Vec<f64>>, RadauError> {
-        let start = self.start(pose, force);
-        ode::integrate(|_, y, rates| self.rates(y, &[force; CABLES], rates), &start, step, stop, 1e-9)
+        self.run(&self.start(pose, force), &[force; CABLES], step, stop)
+    }
+
+    /// States at every multiple of `step` (s) up to `stop` (s), from `start` under constant winch forces (N).
+    ///
+    /// # Errors
+    /// When the integrator cannot go on.
+    pub fn run(&self, start: &[f64], force: &[f64; CABLES], step: f64, stop: f64) -> Result<Vec<Vec<f64>>, RadauError> {
+        ode::integrate(|_, y, rates| self.rates(y, force, rates), start, step, stop, 1e-9)
     }
 }
 

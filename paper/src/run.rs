@@ -17,8 +17,14 @@ use crate::mismatch::Mismatch;
 pub(crate) const FORCE: f64 = 1e3;
 /// Start of Fig. 8.
 pub(crate) const RELEASE: [f64; 3] = [0.1; 3];
+/// Winch forces of Fig. 9 (N).
+const PULL: [f64; CABLES] = [FORCE, FORCE, 0.0, 0.0];
 /// Time of one sample (s).
 const STEP: f64 = 0.1;
+/// The same in Fig. 9.
+const PULL_STEP: f64 = 0.02;
+/// The same in the inverse dynamics simulation.
+const INVERSE_STEP: f64 = 0.01;
 /// Relative tolerance of every simulation.
 const TOLERANCE: f64 = 1e-10;
 
@@ -122,15 +128,32 @@ pub(crate) fn release(area: Area, cable_model: CableModel, stop: f64) -> Result<
 
 /// Fig. 8 with the moment's sign turned round.
 pub(crate) fn mismatched_release(area: Area, cable_model: CableModel, stop: f64) -> Result<Series, PaperError> {
+    mismatched(area, cable_model, (RELEASE, FORCE), [FORCE; CABLES], (STEP, stop))
+}
+
+/// Fig. 9 with the moment's sign turned round.
+pub(crate) fn mismatched_pull(area: Area, cable_model: CableModel, stop: f64) -> Result<Series, PaperError> {
+    mismatched(area, cable_model, ([0.0; 3], 0.0), PULL, (PULL_STEP, stop))
+}
+
+/// The model with the moment's sign turned round, at rest at a pose with springs that carry a force, then under `force`.
+fn mismatched(
+    area: Area,
+    cable_model: CableModel,
+    (pose, carried): ([f64; 3], f64),
+    force: [f64; CABLES],
+    (step, stop): (f64, f64),
+) -> Result<Series, PaperError> {
     let parameters = area.parameters(cable_model);
     let geometry = cdpr::geometry::Geometry::new(&parameters);
     let (stiffness, damping) = (parameters.axial_stiffness(), parameters.cable_damping);
-    let states = Mismatch::new(parameters).release(RELEASE, FORCE, STEP, stop).map_err(PaperError::model)?;
+    let model = Mismatch::new(parameters);
+    let states = model.run(&model.start(pose, carried), &force, step, stop).map_err(PaperError::model)?;
     let mut series = Series::default();
     for (k, y) in states.iter().enumerate() {
         let (pose, twist) = ([y[0], y[1], y[2]], [y[3], y[4], y[5]]);
         let cables = kinematics::cables(&geometry, &pose, &twist);
-        series.time.push(k as f64 * STEP);
+        series.time.push(k as f64 * step);
         series.pose.push(pose);
         series.length.push(cables.map(|c| c.length));
         let elastic = cable_model != CableModel::Rigid;
@@ -154,10 +177,10 @@ pub(crate) fn pull_one_way(area: Area, cable_model: CableModel, stop: f64) -> Re
     let start = Start {
         initialization: Initialization::FromStates,
         unstretched_length: kinematics::cable_lengths(&geometry, &[0.0; 3]).into(),
-        inputs: Inputs { winch_force: [FORCE, FORCE, 0.0, 0.0], disturbance: [0.0; 3] },
+        inputs: Inputs { winch_force: PULL, disturbance: [0.0; 3] },
         ..Start::default()
     };
-    run(simulation(parameters, &start)?, stop, 0.02)
+    run(simulation(parameters, &start)?, stop, PULL_STEP)
 }
 
 /// The inverse dynamics simulation and the forward simulation under its forces.
@@ -206,30 +229,80 @@ fn motion() -> Result<Gusty, PaperError> {
     Ok(Gusty { motion })
 }
 
-/// Winch forces along [`motion`], tensions between 0.5 and 2.5 kN, held linear over 10 ms in the forward simulation.
+/// How tensions are chosen: between 0.5 and 2.5 kN, about their mean.
+fn tensions() -> Result<Distribution, PaperError> {
+    let bounds = Bounds::new(500.0, 2500.0).map_err(PaperError::model)?;
+    Ok(Distribution { objective: Objective::MidTension, bounds })
+}
+
+fn inverse_times() -> Vec<f64> {
+    (0..=6000).map(|k| INVERSE_STEP * f64::from(k)).collect()
+}
+
+/// Winch forces along [`motion`], and a forward simulation under them.
 pub(crate) fn inverse(area: Area, cable_model: CableModel) -> Result<Inverse, PaperError> {
     let plant = Arc::new(Plant::new(area.parameters(cable_model), Vec::new()).map_err(PaperError::model)?);
-    let trajectory = motion()?;
-    let bounds = Bounds::new(500.0, 2500.0).map_err(PaperError::model)?;
-    let distribution = Distribution { objective: Objective::MidTension, bounds };
+    let (trajectory, distribution) = (motion()?, tensions()?);
     let problem = InverseDynamics::new(plant.clone(), &trajectory, &distribution).map_err(PaperError::model)?;
-    let step = 0.01;
-    let times: Vec<f64> = (0..=6000).map(|k| step * f64::from(k)).collect();
-    let instants = problem.run(&times, TOLERANCE).map_err(PaperError::model)?;
+    let instants = problem.run(&inverse_times(), TOLERANCE).map_err(PaperError::model)?;
+    let deviation = forward(plant, &instants, &trajectory)?;
+    Ok(Inverse { instants, deviation })
+}
+
+/// Largest deviation (m, rad) from the trajectory under these forces, held linear between instants. It is measured until
+/// the platform is where no cable robot is.
+fn forward(plant: Arc<Plant>, instants: &[Instant], trajectory: &Gusty) -> Result<f64, PaperError> {
     let first = &instants[0];
-    let mut forward = Simulation::from_states(plant, 0.0, first.states.clone(), first.inputs(), TOLERANCE);
+    let inputs = |instant: &Instant| Inputs {
+        winch_force: instant.winch_force,
+        disturbance: trajectory.motion(instant.time).disturbance.map(|d| d[0]),
+    };
+    let mut forward = Simulation::from_states(plant, 0.0, first.states.clone(), inputs(first), TOLERANCE);
     let mut deviation = 0.0_f64;
     for pair in instants.windows(2) {
-        let (a, b) = (pair[0].inputs(), pair[1].inputs());
+        let (a, b) = (inputs(&pair[0]), inputs(&pair[1]));
         let slopes = Inputs {
-            winch_force: std::array::from_fn(|i| (b.winch_force[i] - a.winch_force[i]) / step),
-            disturbance: std::array::from_fn(|k| (b.disturbance[k] - a.disturbance[k]) / step),
+            winch_force: std::array::from_fn(|i| (b.winch_force[i] - a.winch_force[i]) / INVERSE_STEP),
+            disturbance: std::array::from_fn(|k| (b.disturbance[k] - a.disturbance[k]) / INVERSE_STEP),
         };
         forward.set_inputs_with_slopes(a, slopes);
-        forward.advance(step).map_err(PaperError::model)?;
+        forward.advance(INVERSE_STEP).map_err(PaperError::model)?;
         let asked = trajectory.motion(pair[1].time).derivative(0);
         let reached = forward.outputs().pose;
         deviation = (0..3).map(|k| (reached[k] - asked[k]).abs()).fold(deviation, f64::max);
+        if !forward.plant().geometry().holds(&reached) {
+            break;
+        }
     }
-    Ok(Inverse { instants, deviation })
+    Ok(deviation)
+}
+
+/// The motion with a torque added at each instant. Only its value counts: forces of rigid cables do not depend on its rate.
+struct Turned {
+    trajectory: Gusty,
+    torque: Vec<f64>,
+}
+
+impl Trajectory for Turned {
+    fn span(&self) -> [f64; 2] {
+        self.trajectory.span()
+    }
+
+    fn motion(&self, time: f64) -> Motion {
+        let mut motion = self.trajectory.motion(time);
+        motion.disturbance[2][0] += self.torque[(time / INVERSE_STEP).round() as usize];
+        motion
+    }
+}
+
+/// How far (m, rad) rigid cables leave the trajectory under forces that were computed with the moment's sign turned round.
+pub(crate) fn mismatched_inverse(consistent: &Inverse) -> Result<f64, PaperError> {
+    let parameters = Area::Physical.parameters(CableModel::Rigid);
+    let plant = Arc::new(Plant::new(parameters, Vec::new()).map_err(PaperError::model)?);
+    // With the sign turned round tensions are thought to exert the opposite moment, so the opposite one is asked of them.
+    let torque = consistent.instants.iter().map(|i| 2.0 * i.wrench[2]).collect();
+    let (trajectory, distribution) = (Turned { trajectory: motion()?, torque }, tensions()?);
+    let problem = InverseDynamics::new(plant.clone(), &trajectory, &distribution).map_err(PaperError::model)?;
+    let instants = problem.run(&inverse_times(), TOLERANCE).map_err(PaperError::model)?;
+    forward(plant, &instants, &trajectory.trajectory)
 }
