@@ -40,7 +40,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     choice: Choice,
     /// Forces and torque that must be possible either way, in N, N, N m
-    #[arg(long, value_name = "FX,FY,TAU", value_parser = number::pose, default_value = "0,0,0")]
+    #[arg(long, value_name = "FX,FY,TAU", value_parser = number::pose, default_value = "0,0,0",
+        allow_hyphen_values = true)]
     wrench: [f64; 3],
     /// Write A, B, C, D with their names
     #[arg(long, value_name = "FILE.json")]
@@ -86,6 +87,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let held = hold(&plant, &arguments.pose, disturbance, redundancy.as_ref());
     let linear = match &held {
         Ok(instant) => Some(analyse_held(&mut text, &model, &plant, instant)?),
+        Err(error) if arguments.linear.is_some() => {
+            return Err(anyhow::Error::from(error.clone())
+                .context("--linear: the pose is not held, so there is no linear model"));
+        }
         Err(error) => {
             text.not_held(error);
             None
@@ -103,9 +108,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         write_map(path, &map)?;
         text.map(&map, path);
     }
-    if let Some(path) = &arguments.linear {
-        let linear = linear.context("there is no linear model: the pose is not held")?;
-        let json = serde_json::to_string_pretty(&linear_json(&linear)).context("the linear model as JSON")?;
+    if let (Some(path), Some(linear)) = (&arguments.linear, &linear) {
+        let json = serde_json::to_string_pretty(&linear_json(linear)).context("the linear model as JSON")?;
         whole::write(path, json + "\n")?;
         text.linear(path);
     }

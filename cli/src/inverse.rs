@@ -14,6 +14,7 @@ use clap::ValueEnum;
 use crate::csv_io::{indexed, input_names, input_values};
 use crate::failure::BadInput;
 use crate::redundancy::Choice;
+use crate::trajectory_csv::Table;
 use crate::whole::{self, WholeFile};
 use crate::{model, number, trajectory_csv};
 
@@ -67,7 +68,7 @@ enum EndChoice {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (_, mut model) = model::read(arguments.model.as_deref())?;
-    let samples = trajectory_csv::read(&arguments.trajectory)?;
+    let Table { samples, lines } = trajectory_csv::read(&arguments.trajectory)?;
     let (_, redundancy) = arguments.choice.resolve()?;
     let ends = match arguments.ends {
         EndChoice::Natural => Ends::Natural,
@@ -75,17 +76,24 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let trajectory =
         SplineTrajectory::new(&samples, ends).map_err(|error| BadInput::in_file(&arguments.trajectory, error))?;
+    let plant = model.plant()?;
+    for (pose, line) in samples.pose.iter().zip(&lines) {
+        let bad = |error| BadInput::in_file(&arguments.trajectory, format!("line {line}: {error}"));
+        plant.geometry().check_pose(pose).map_err(bad)?;
+    }
     let times = match arguments.step {
         Some(step) => grid(trajectory.span(), step)?,
         None => samples.time,
     };
-    let plant = model.plant()?;
     let problem =
-        InverseDynamics::new(plant, &trajectory, redundancy.as_ref()).map_err(|error| BadInput(error.to_string()))?;
+        InverseDynamics::new(plant, &trajectory, redundancy.as_ref()).map_err(|error| match &arguments.model {
+            Some(path) => BadInput::in_file(path, error),
+            None => BadInput(error.to_string()),
+        })?;
     let times = if arguments.held { with_middles(&times) } else { times };
     let instants = problem.run(&times, model.relative_tolerance).map_err(|error| match error {
         InverseError::Pose { .. } => BadInput::in_file(&arguments.trajectory, error).into(),
-        other => anyhow::Error::from(other),
+        other => anyhow::Error::from(other).context(arguments.trajectory.display().to_string()),
     })?;
     // With middles in between, every second instant is a row.
     let stride = if arguments.held { 2 } else { 1 };

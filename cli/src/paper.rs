@@ -3,8 +3,7 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
-use anyhow::Context;
-
+use crate::failure::BadInput;
 use crate::progress::Progress;
 
 /// Stages that the programme tells of.
@@ -23,13 +22,19 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if arguments.out.exists() && !arguments.out.is_dir() {
+        return Err(BadInput(format!(
+            "--out is {}, expected a folder; there is a file of that name",
+            arguments.out.display()
+        ))
+        .into());
+    }
     let mut progress = Progress::new("the paper's simulations");
     let mut stages = 0.0;
     let claims = cdpr_paper::write(&arguments.out, |_| {
         progress.update(stages / STAGES);
         stages += 1.0;
-    })
-    .with_context(|| format!("{}: not written", arguments.out.display()))?;
+    })?;
     drop(progress);
     let mut out = std::io::stdout().lock();
     for claim in &claims {

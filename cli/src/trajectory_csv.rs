@@ -12,8 +12,16 @@ const POSE: [&str; 3] = ["x", "y", "phi"];
 const TWIST: [&str; 3] = ["vx", "vy", "omega"];
 const ACCELERATION: [&str; 3] = ["ax", "ay", "alpha"];
 
+/// A prescribed motion as read.
+#[derive(Debug)]
+pub(crate) struct Table {
+    pub(crate) samples: Samples,
+    /// The line of each sample in the file, from 1.
+    pub(crate) lines: Vec<usize>,
+}
+
 /// Reads `time, x, y, phi`, and where there: `vx, vy, omega`, then `ax, ay, alpha`, and any of the disturbances.
-pub(crate) fn read(path: &Path) -> Result<Samples, BadInput> {
+pub(crate) fn read(path: &Path) -> Result<Table, BadInput> {
     let bad = |message: String| BadInput::in_file(path, message);
     let bytes = read_text(path)?;
     let mut reader = ReaderBuilder::new().trim(Trim::All).flexible(true).from_reader(bytes.as_slice());
@@ -56,6 +64,7 @@ pub(crate) fn read(path: &Path) -> Result<Samples, BadInput> {
         *place = find(name)?;
     }
     let mut samples = Samples::default();
+    let mut lines = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| bad(error.to_string()))?;
         let line = record.position().map_or(0, |position| line_at(&bytes, position.byte()));
@@ -81,6 +90,7 @@ pub(crate) fn read(path: &Path) -> Result<Samples, BadInput> {
             return Err(bad(format!("line {line}: `time` is {now}, expected more than {before} of the row before")));
         }
         samples.time.push(now);
+        lines.push(line);
         samples.pose.push(three(pose)?);
         if let Some(columns) = twist {
             samples.twist.push(three(columns)?);
@@ -101,14 +111,14 @@ pub(crate) fn read(path: &Path) -> Result<Samples, BadInput> {
     if samples.time.len() < 2 {
         return Err(bad(format!("{} rows below the header, expected two or more", samples.time.len())));
     }
-    Ok(samples)
+    Ok(Table { samples, lines })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn read_text(text: &str) -> Result<Samples, String> {
+    fn read_text(text: &str) -> Result<Table, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("motion.csv");
         std::fs::write(&path, text).unwrap();
@@ -117,7 +127,9 @@ mod tests {
 
     #[test]
     fn columns_are_found_by_name() {
-        let samples = read_text("phi,time,y,x,disturbance_torque,note\n0.1,0,2,1,9,a\n0.2,1,3,2,8,b\n").unwrap();
+        let text = "phi,time,y,x,disturbance_torque,note\n0.1,0,2,1,9,a\n\n0.2,1,3,2,8,b\n";
+        let Table { samples, lines } = read_text(text).unwrap();
+        assert_eq!(lines, [2, 4]);
         assert_eq!(samples.pose, [[1.0, 2.0, 0.1], [2.0, 3.0, 0.2]]);
         assert_eq!(samples.disturbance, [[0.0, 0.0, 9.0], [0.0, 0.0, 8.0]]);
         assert!(samples.twist.is_empty());

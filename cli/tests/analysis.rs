@@ -94,6 +94,65 @@ fn impossible_motions_and_bad_tables_are_told_apart() {
         cdpr(at, &["inverse", "--trajectory", "circle.csv", "-o", "f.csv", "--tension-min", "9", "--tension-max", "5"]);
     assert_eq!(wrong.status.code(), Some(2));
     assert!(text(&wrong.stderr).contains("--tension-max is 5"), "{}", text(&wrong.stderr));
+    assert!(!at.join("f.csv").exists());
+}
+
+/// Exit code 2, a message that names what is wrong, and no file left behind.
+#[test]
+fn bad_input_is_named_and_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("circle.csv"), circle()).unwrap();
+    std::fs::write(at.join("out.csv"), "time,x,y,phi\n0,0,0,0\n\n1,2000,0,0\n").unwrap();
+    std::fs::write(at.join("back.csv"), "time,x,y,phi\n0,0,0,0\n2,0,0,0\n1,0,0,0\n").unwrap();
+    std::fs::write(at.join("short.csv"), "time,x,y\n0,0,0\n").unwrap();
+    std::fs::write(at.join("delay.toml"), "[[effect]]\nid = \"winch_delay\"\ndelay = 0.1\n").unwrap();
+    let files = || std::fs::read_dir(at).unwrap().count();
+    let before = files();
+    let inverse = |more: &[&'static str]| [&["inverse", "-o", "f.csv", "--trajectory"], more].concat();
+    for (arguments, parts) in [
+        (inverse(&["none.csv"]), vec!["none.csv: "]),
+        (inverse(&["short.csv"]), vec!["short.csv: line 1: no column `phi`", "found \"time, x, y\""]),
+        (inverse(&["back.csv"]), vec!["back.csv: line 4: `time` is 1, expected more than 2"]),
+        (inverse(&["out.csv"]), vec!["out.csv: line 4: `pose` is [2000, 0, 0], expected a pose inside the anchors"]),
+        (inverse(&["circle.csv", "--model", "none.toml"]), vec!["none.toml: "]),
+        (inverse(&["circle.csv", "--model", "delay.toml"]), vec!["delay.toml: ", "winch_delay"]),
+        (
+            inverse(&["circle.csv", "--tension-min", "-5"]),
+            vec!["--tension-min is -5, expected a finite number, 0 or more"],
+        ),
+        (inverse(&["circle.csv", "--tension-min", "9", "--tension-max", "5"]), vec!["--tension-max is 5", "above"]),
+        (vec!["analyse", "--pose", "2000,0,0"], vec!["--pose", "[2000, 0, 0]", "inside the anchors"]),
+        (vec!["analyse", "--pose", "0,0,0", "--tension-min", "-1"], vec!["--tension-min is -1"]),
+        (vec!["analyse", "--pose", "0,0,0", "--wrench", "-1,0,0"], vec!["--wrench has -1"]),
+        (vec!["analyse", "--pose", "0,0,0", "--model", "none.toml"], vec!["none.toml: "]),
+        (vec!["paper", "--out", "circle.csv"], vec!["--out is circle.csv, expected a folder"]),
+    ] {
+        let output = cdpr(at, &arguments);
+        let told = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+        for part in parts {
+            assert!(told.contains(part), "{arguments:?}: {told}");
+        }
+        assert_eq!(files(), before, "{arguments:?} left a file behind");
+    }
+}
+
+#[test]
+fn a_pose_that_is_not_held_has_no_linear_model_and_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("wind.toml"), "[start]\ndisturbance_force_x = 1e6\n").unwrap();
+    let analyse = ["analyse", "--model", "wind.toml", "--pose", "0,0,0"];
+    let told = done(&cdpr(at, &analyse));
+    for part in ["no: at t = 0 s: no tensions within the bounds", "nearest tensions"] {
+        assert!(told.contains(part), "{told}");
+    }
+    let linear = cdpr(at, &[&analyse[..], &["--linear", "l.json", "--workspace", "w.csv"]].concat());
+    assert_eq!(linear.status.code(), Some(1));
+    let told = text(&linear.stderr);
+    assert!(told.contains("not held") && told.contains("no tensions within the bounds"), "{told}");
+    assert!(!at.join("l.json").exists() && !at.join("w.csv").exists());
 }
 
 #[test]

@@ -31,7 +31,7 @@ pub enum PaperError {
     #[error("figure {0}")]
     Figure(String),
     /// A file could not be written.
-    #[error("{path}: {error}")]
+    #[error("{}: cannot be written: {error}", path.display())]
     Write {
         /// The file.
         path: PathBuf,
