@@ -12,7 +12,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// The circles of Table I.
+    /// The circles of Table I: `A_i` by (2), `B_i` by (1) at `φ = 0`.
     pub fn new(parameters: &Parameters) -> Self {
         let on_circle = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin()];
         Self {
@@ -31,7 +31,8 @@ impl Geometry {
         self.attachment.iter().map(|b| b[0].hypot(b[1])).fold(1e-3 * self.size(), f64::max)
     }
 
-    /// Checks a pose: the attachment points inside the anchors' polygon, no cable through the platform.
+    /// Checks a pose: the attachment points inside the anchors' polygon, no cable through the platform. The paper has
+    /// no such limit; its figures stay within.
     ///
     /// # Errors
     /// Names the coordinate or cable, what was found and what was expected.

@@ -42,7 +42,7 @@ impl<S: Real> CableKinematics<S> {
         [-self.direction[1], self.direction[0], self.arm_dot_direction]
     }
 
-    /// `E · N` (m).
+    /// `E · N` (m), the arm of the `φ̇²` term of (14).
     #[inline]
     pub fn arm_dot_normal(&self) -> S {
         self.arm[1] * self.direction[0] - self.arm[0] * self.direction[1]
@@ -137,7 +137,7 @@ impl<S: Real> CableArrays<S> {
     }
 }
 
-/// Kinematics of all cables at `pose` `[x, y, φ]` (m, rad) and `twist` `[vx, vy, φ̇]` (m/s, rad/s).
+/// Kinematics of all cables at `pose` `[x, y, φ]` (m, rad) and `twist` `[vx, vy, φ̇]` (m/s, rad/s): equations (1)-(10), (30), (31).
 pub fn cables<S: Real>(geometry: &Geometry, pose: &[S; 3], twist: &[S; 3]) -> [CableKinematics<S>; CABLES] {
     let (sin, cos) = pose[2].sin_cos();
     let arrays = CableArrays::new(geometry, pose, [cos, sin], twist);

@@ -3,6 +3,8 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use cdpr_paper::PaperError;
+
 use crate::failure::BadInput;
 use crate::progress::Progress;
 
@@ -34,6 +36,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let claims = cdpr_paper::write(&arguments.out, |_| {
         progress.update(stages / STAGES);
         stages += 1.0;
+    })
+    .map_err(|error| match error {
+        PaperError::Write { .. } => anyhow::Error::from(BadInput(error.to_string())),
+        other => other.into(),
     })?;
     drop(progress);
     let mut out = std::io::stdout().lock();

@@ -41,7 +41,8 @@ impl Plant {
     /// Evaluates the plant at time `time` (s), states `y`, inputs `u` (winch forces after their dead time), with the
     /// cables in `slack` carrying nothing.
     ///
-    /// The accelerations solve the implicit system [`Plant::residual`].
+    /// The accelerations solve the implicit system [`Plant::residual`]: (26)-(28) with rigid cables, (37)-(42) with massless
+    /// springs, Fig. 5(b) with lumped masses.
     pub fn evaluate<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: [bool; CABLES]) -> Evaluation<S> {
         let e = self.instant(time, y, u, slack);
         Evaluation {
@@ -59,7 +60,7 @@ impl Plant {
         }
     }
 
-    /// Rates `ẏ` of all states: the solved-for form of the implicit system.
+    /// Rates `ẏ` of all states: the solved-for form of the implicit system (29), (41).
     ///
     /// Layout of `y` and `rates`: pose `[x, y, φ]`, twist `[vx, vy, φ̇]`, then for each cable `l` (not in rigid cables),
     /// `l̇` (lumped mass only) and its effects' states.
@@ -69,7 +70,8 @@ impl Plant {
         self.write_instant(y, &e, rates);
     }
 
-    /// Which cables are slack at this state: those whose tension would be negative.
+    /// Which cables are slack at this state: those whose tension would be negative; below (35) the paper asks for
+    /// cables under tension.
     ///
     /// With elastic cables this is read off the spring and damper. Where tension depends on the acceleration (rigid,
     /// massless spring) tensions and accelerations form a linear complementarity problem with a positive definite

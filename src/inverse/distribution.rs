@@ -207,7 +207,8 @@ impl TensionLine<f64> {
         Self::new(&rows, wrench)
     }
 
-    /// The interval of `λ` (N) within the bounds, with the cable that makes each end; `None` where it is empty.
+    /// The interval of `λ` (N) within the bounds, with the cable that makes each end; `None` where it is empty (Pott, *Cable-Driven
+    /// Parallel Robots*, 2018, chapter 3).
     pub fn feasible(&self, bounds: &Bounds) -> Option<[(f64, Option<Selection>); 2]> {
         let (mut low, mut high) = ((f64::NEG_INFINITY, None), (f64::INFINITY, None));
         let slack = 1e-12 * bounds.upper;
@@ -335,7 +336,7 @@ impl Distribution {
         }
     }
 
-    /// The tensions (N) that exert `wrench` (N, N m) through `structure` (3×4).
+    /// The tensions (N) that exert `wrench` (N, N m) through `structure` (3×4): (26), (27) solved for them.
     ///
     /// # Errors
     /// See [`Redundancy::select`].

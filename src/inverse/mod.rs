@@ -146,7 +146,8 @@ struct Rigid {
 }
 
 impl<'a> InverseDynamics<'a> {
-    /// The problem of driving `plant` along `trajectory`, redundancy resolved by `redundancy`.
+    /// The problem of driving `plant` along `trajectory`, redundancy resolved by `redundancy`: (28) or (41) solved for the
+    /// forces.
     ///
     /// # Errors
     /// [`InverseError::Refused`] for effects that cannot be turned round: dead times, and expressions on the platform that
@@ -211,7 +212,7 @@ impl<'a> InverseDynamics<'a> {
         Ok(states)
     }
 
-    /// Rates of the internal states at `time` (s).
+    /// Rates of the internal states at `time` (s): the last row of (37), (40) solved for the paid-out rate.
     ///
     /// # Errors
     /// As [`InverseDynamics::at`].
@@ -260,7 +261,8 @@ impl<'a> InverseDynamics<'a> {
         })
     }
 
-    /// The answer at `time` (s) for these internal states (see [`InverseDynamics::start`]).
+    /// The answer at `time` (s) for these internal states (see [`InverseDynamics::start`]): wrench (26), (27), tensions, winch
+    /// forces (23), (36).
     ///
     /// # Errors
     /// A time outside the trajectory, a pose outside the anchors, no feasible tensions, an effect that cannot be turned

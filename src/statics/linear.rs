@@ -88,7 +88,7 @@ fn flat<S: Copy>(o: &Outputs<S>) -> Vec<S> {
 }
 
 impl LinearModel {
-    /// Linearises a simulation where it stands.
+    /// Linearises a simulation where it stands: (29) or (41) about its state.
     pub fn of(simulation: &Simulation) -> Self {
         let plant = simulation.plant();
         let n = plant.dimension();

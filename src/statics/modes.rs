@@ -105,7 +105,8 @@ fn sizes(plant: &Plant, n: usize) -> Vec<f64> {
     size
 }
 
-/// Modes with every winch holding its force, from the linear model of the whole plant.
+/// Modes with every winch holding its force, from the linear model of the whole plant: eigenvalues of (29) or
+/// (41) linearised.
 ///
 /// # Errors
 /// [`StaticsError::NoEigenvalues`].
@@ -143,7 +144,7 @@ impl LockedModel {
     }
 }
 
-/// The platform at rest at `pose` (m, rad) on locked winches, its cables carrying `tension` (N), linearised exactly.
+/// The platform at rest at `pose` (m, rad) on locked winches, its cables carrying `tension` (N), linearised exactly: (26), (27), (32), (33).
 ///
 /// The winch ends stand still, so only the transverse inertia of the cables moves. Cables without tension are slack. States
 /// of elastic laws (creep) are held.

@@ -29,7 +29,8 @@ impl Stiffness {
     }
 }
 
-/// Geometric stiffness of the cables at `pose` under `tension` (N): `Σ T_i ∂²L_i/∂X²`.
+/// Geometric stiffness of the cables at `pose` under `tension` (N): `Σ T_i ∂²L_i/∂X²`, the slope of (26), (27) at
+/// constant tension.
 ///
 /// `∂²L/∂X² = n nᵀ/L - diag(0, 0, E·S)` with `n = [-S_y, S_x, E·S]`, the row of `L J_α` (9).
 pub fn geometric_stiffness(geometry: &Geometry, pose: &[f64; 3], tension: &[f64; CABLES]) -> Matrix3<f64> {
@@ -43,7 +44,8 @@ pub fn geometric_stiffness(geometry: &Geometry, pose: &[f64; 3], tension: &[f64;
     stiffness
 }
 
-/// Elastic stiffness of the cables at `pose`: `J_Mᵀ diag(k) J_M` with `k_i = ∂T_i/∂L_i` (N/m) at fixed unstretched length.
+/// Elastic stiffness of the cables at `pose`: `J_Mᵀ diag(k) J_M` with `k_i = ∂T_i/∂L_i` (N/m) at fixed unstretched length,
+/// by (32).
 pub fn elastic_stiffness(geometry: &Geometry, pose: &[f64; 3], axial: &[f64; CABLES]) -> Matrix3<f64> {
     let cables = kinematics::cables(geometry, pose, &[0.0; 3]);
     cables.iter().zip(axial).fold(Matrix3::zeros(), |sum, (cable, k)| {
@@ -70,7 +72,7 @@ pub(super) fn tension_and_slope(
     (tension.re, tension.eps)
 }
 
-/// Stiffness of the platform at rest at `pose` (m, rad) with these tensions (N), by its causes.
+/// Stiffness of the platform at rest at `pose` (m, rad) with these tensions (N), by its causes: `-∂w/∂X` of (26), (27), (32).
 ///
 /// The elastic part is that of locked winches: unstretched lengths such that the cables carry the tensions, creep settled
 /// and then held. A cable without tension is slack and has none.

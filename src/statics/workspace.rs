@@ -85,7 +85,8 @@ pub fn capacity_margin(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, re
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Feasibility of one pose.
+/// Feasibility of one pose. Closure is by the signs of the null vector of `J_Mᵀ` (8), with one more cable than degrees of freedom
+/// (Gouttefarde and Gosselin, IEEE Trans. Robot. 22, 2006); for the margin see [`capacity_margin`].
 pub fn feasibility(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, required: &RequiredWrenches) -> Feasibility {
     let structure = structure_matrix(geometry, pose);
     let (mut least, mut most) = (-1.0, 1.0);
