@@ -139,6 +139,39 @@ fn bad_input_is_named_and_leaves_nothing_behind() {
 }
 
 #[test]
+fn an_analysis_tells_where_locked_winches_hold_the_platform() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("circle.csv"), circle()).unwrap();
+    done(&cdpr(
+        at,
+        &[
+            "inverse",
+            "--trajectory",
+            "circle.csv",
+            "-o",
+            "f.csv",
+            "--start",
+            "m.toml",
+            "--ends",
+            "rest",
+            "--tension-max",
+            "3000",
+        ],
+    ));
+    // A wind of 100 N blows; the lengths are those of the pose in it, found from a pose beside it.
+    let told = done(&cdpr(at, &["analyse", "--model", "m.toml", "--pose", "0.5,-0.2,0.01"]));
+    let locked = told.split("winches locked at the model's unstretched lengths").nth(1).unwrap();
+    let line = locked.lines().nth(1).unwrap();
+    assert!(line.ends_with("stable") && !line.ends_with("unstable"), "{told}");
+    let numbers: Vec<f64> =
+        line.split(|c: char| !(c.is_ascii_digit() || "-.e".contains(c))).filter_map(|part| part.parse().ok()).collect();
+    assert!(numbers.len() == 3 && numbers.iter().all(|v| v.abs() < 1e-5), "{line}");
+    let plain = done(&cdpr(at, &["analyse", "--pose", "0,0,0"]));
+    assert!(!plain.contains("unstretched lengths ["), "the default model gives no lengths: {plain}");
+}
+
+#[test]
 fn a_pose_that_is_not_held_has_no_linear_model_and_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

@@ -13,6 +13,7 @@ use cdpr::statics::{self, Mode, Stiffness};
 use nalgebra::Matrix3;
 
 use super::{bounds, infeasible, singular_values};
+use crate::inverse::elastic;
 
 /// Text in sections.
 #[derive(Default)]
@@ -173,17 +174,32 @@ impl Text {
         ));
         match statics::static_equilibrium(plant, 0.0, *pose, inputs) {
             Ok(found) => {
-                let k = statics::geometric_stiffness(plant.geometry(), &found, &inputs.winch_force);
-                let stable = if k.symmetric_eigenvalues().min() > 0.0 { "stable" } else { "unstable" };
-                self.line(format!(
-                    "[{}, {}] m, {} rad; {stable}",
-                    number(found[0]),
-                    number(found[1]),
-                    number(found[2])
-                ));
+                self.at_rest(&found, &statics::geometric_stiffness(plant.geometry(), &found, &inputs.winch_force));
             }
             Err(error) => self.line(format!("none: {error}")),
         }
+        let lengths = &model.start.unstretched_length;
+        if !elastic(plant) || lengths.iter().any(|l| *l <= 0.0) {
+            return;
+        }
+        self.section(&format!(
+            "equilibrium with winches locked at the model's unstretched lengths [{}] m",
+            lengths.map(number).join(", ")
+        ));
+        match statics::locked_equilibrium(plant, 0.0, lengths, &inputs.disturbance, *pose) {
+            Ok(found) => {
+                self.at_rest(&found.pose, &found.stiffness);
+                self.line(format!("tensions [{}] N", found.tension.map(number).join(", ")));
+            }
+            Err(error) => self.line(format!("none: {error}")),
+        }
+    }
+
+    /// A pose at rest, and whether it is stable.
+    fn at_rest(&mut self, [x, y, phi]: &[f64; 3], stiffness: &Matrix3<f64>) {
+        let symmetric = (stiffness + stiffness.transpose()) * 0.5;
+        let stable = if symmetric.symmetric_eigenvalues().min() > 0.0 { "stable" } else { "unstable" };
+        self.line(format!("[{}, {}] m, {} rad; {stable}", number(*x), number(*y), number(*phi)));
     }
 
     pub(super) fn map(&mut self, map: &WorkspaceMap, path: &Path) {
