@@ -93,6 +93,15 @@ pub(crate) struct Column {
     pub(crate) panels: Vec<Panel>,
 }
 
+impl Column {
+    /// First and last time of all its lines.
+    fn time_range(&self) -> (f64, f64) {
+        let times = self.panels.iter().flat_map(|p| &p.lines).flat_map(|l| &l.points).map(|p| p.0);
+        let (first, last) = times.fold((f64::INFINITY, 0.0_f64), |(a, b), t| (a.min(t), b.max(t)));
+        (first.min(last), last.max(first.min(last) + 1e-9))
+    }
+}
+
 /// A figure: columns of panels under one title.
 pub(crate) struct Figure {
     pub(crate) title: String,
@@ -181,7 +190,7 @@ impl Figure {
             let mut rest = panels;
             for (k, panel) in column.panels.iter().enumerate() {
                 let (this, below) = rest.split_vertically(if k == last { each + extra } else { each });
-                draw_panel(&this, panel, scale, k == last)?;
+                draw_panel(&this, panel, column.time_range(), scale, k == last)?;
                 rest = below;
             }
         }
@@ -257,13 +266,13 @@ fn draw_legend<B: DrawingBackend>(area: &DrawingArea<B, Shift>, panel: &Panel, s
 fn draw_panel<B: DrawingBackend>(
     area: &DrawingArea<B, Shift>,
     panel: &Panel,
+    (left, right): (f64, f64),
     scale: f64,
     with_time: bool,
 ) -> Result<(), String> {
     let px = |v: f64| (v * scale).round() as u32;
     let text = |e: &dyn std::fmt::Display| e.to_string();
     let all = || panel.lines.iter().flat_map(|l| l.points.iter());
-    let (left, right) = (all().map(|p| p.0).fold(f64::INFINITY, f64::min), all().map(|p| p.0).fold(0.0, f64::max));
     let (low, high) = limits(all().map(|p| p.1));
     let power = exponent(low, high);
     let unit = 10f64.powi(power);
@@ -276,7 +285,7 @@ fn draw_panel<B: DrawingBackend>(
         .margin_left(px(6.0))
         .x_label_area_size(if with_time { px(40.0) } else { px(16.0) })
         .y_label_area_size(px(74.0))
-        .build_cartesian_2d(left.min(right)..right.max(left + 1e-9), low..high)
+        .build_cartesian_2d(left..right, low..high)
         .map_err(|e| text(&e))?;
     let label = ("sans-serif", 12.0 * scale).into_font().color(&INK);
     let y_format = |v: &f64| tick(*v, step);
@@ -322,6 +331,13 @@ mod tests {
         assert_eq!(axis_label("Δx (m)", exponent(-8e-7, 0.0)), "Δx (10⁻⁹ m)");
         assert_eq!(axis_label("tension (N)", exponent(1300.0, 1700.0)), "tension (N)");
         assert_eq!(axis_label("x (m)", exponent(0.0, 0.0)), "x (m)");
+    }
+
+    #[test]
+    fn panels_of_a_column_share_the_longest_time() {
+        let panel = |end: f64| Panel::new("x", vec![Line::new("", BLUE, &[0.0, end], [0.0, 1.0])]);
+        let column = Column { title: String::new(), panels: vec![panel(5.0), panel(3.0)] };
+        assert_eq!(column.time_range(), (0.0, 5.0));
     }
 
     #[test]
