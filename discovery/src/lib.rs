@@ -18,6 +18,7 @@ mod gap;
 mod kalman;
 mod model;
 mod path;
+mod refine;
 mod regression;
 mod search;
 mod signature;

@@ -5,10 +5,11 @@ use cdpr::model_file::Model;
 
 use crate::candidates::{Library, Situation, catalogue, dictionary};
 use crate::data::{Channel, Trial};
-use crate::estimate::{Estimate, Fit, FitError, refine};
+use crate::estimate::{Fit, FitError};
 use crate::gap::{gap, predict};
 use crate::kalman::{Forcing, Randomness};
 use crate::outcome::{HORIZON, SearchStep};
+use crate::refine::{Estimate, refine};
 use crate::regression::{Scored, baseline, ladder, levels, rank};
 use crate::signature;
 
@@ -125,6 +126,8 @@ impl<'a> Search<'a> {
         let estimate = refine(&mut train, &e.train, &e.noise, self.given, rounds)?;
         train.fit_randomness(&e.train, &e.noise, false);
         let mut holdout = Fit::new(&train.model, &e.holdout, &train.randomness, Some(&from.holdout))?;
+        // Once more: the trajectory it starts from is another model's.
+        holdout.smooth(&e.holdout)?;
         holdout.smooth(&e.holdout)?;
         Ok(self.finish(train, holdout, Some(estimate)))
     }

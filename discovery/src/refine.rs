@@ -1,0 +1,246 @@
+//! Parameters of a model's effects, refined by Gauss-Newton on the innovations.
+
+use cdpr::model_file::Model;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::data::Trial;
+use crate::estimate::{Fit, FitError, for_trial, is_size};
+use crate::kalman::{Normal, Randomness, filter, whiten};
+use crate::model::Examined;
+use crate::regression::ladder;
+use crate::signature;
+
+/// Fall of `-2 log L` below which a refinement has settled: a seventh of a standard error.
+const SETTLED: f64 = 0.02;
+
+/// A parameter of the model that is estimated: effect index and parameter index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Free {
+    pub(crate) effect: usize,
+    pub(crate) parameter: usize,
+}
+
+/// Estimates with their covariance.
+#[derive(Clone, Debug)]
+pub(crate) struct Estimate {
+    pub(crate) free: Vec<Free>,
+    /// Standard errors, in the order of `free`; infinite where the data say nothing.
+    pub(crate) standard_error: Vec<f64>,
+    /// Wald statistic of each effect: how far its size is from zero, as a chi-square.
+    pub(crate) wald: Vec<f64>,
+}
+
+/// Parameters of the model's effects from index `first` on.
+fn free_parameters(model: &Model, first: usize) -> Vec<Free> {
+    let mut free = Vec::new();
+    for (effect, spec) in model.effects.iter().enumerate().skip(first) {
+        free.extend((0..spec.values.len()).map(|parameter| Free { effect, parameter }));
+    }
+    free
+}
+
+/// Step for differences in a parameter.
+fn parameter_step(model: &Model, free: Free) -> f64 {
+    let spec = &model.effects[free.effect];
+    let typical = spec.info().map_or((0.0, 1.0), |i| i.parameters[free.parameter].typical);
+    let scale = typical.0.abs().max(typical.1.abs());
+    let scale = if scale > 0.0 { scale } else { 1.0 };
+    1e-3 * spec.values[free.parameter].abs().max(1e-2 * scale)
+}
+
+/// Models with each free parameter moved by its step, away from its bounds.
+fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<(Examined, f64)>> {
+    free.iter()
+        .map(|f| {
+            let step = parameter_step(model, *f);
+            [step, -step].into_iter().find_map(|step| {
+                let mut varied = model.clone();
+                varied.effects[f.effect].values[f.parameter] += step;
+                varied.effects[f.effect].check().ok()?;
+                Some((Examined::new(&varied).ok()?, step))
+            })
+        })
+        .collect()
+}
+
+/// The normal equations of the free parameters at one size of the latent disturbances, solved.
+struct Proposal {
+    randomness: Randomness,
+    normal: Normal,
+    step: Vec<f64>,
+    covariance: DMatrix<f64>,
+    /// `-2 log L` that the step would reach if the model were linear in its parameters.
+    promise: f64,
+}
+
+/// Proposals at every size of `sizes`, and the indices of the free parameters that can be varied.
+fn proposals(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -> (Vec<Proposal>, Vec<usize>) {
+    let varied = varied_models(&fit.model, free);
+    let usable: Vec<usize> = (0..free.len()).filter(|i| varied[*i].is_some()).collect();
+    let varied: Vec<(Examined, f64)> = varied.into_iter().flatten().collect();
+    let parts: Vec<Vec<Normal>> = (0..trials.len())
+        .into_par_iter()
+        .map(|t| {
+            let forcing = signature::difference(&fit.examined, &varied, &trials[t], &fit.trajectories[t]);
+            let whitened = sizes.par_iter().map(|randomness| {
+                let randomness = for_trial(randomness, &trials[t]);
+                let filtered = filter(&fit.linear[t], &randomness, false);
+                whiten(&fit.linear[t], &randomness, &filtered, &forcing, None)
+            });
+            whitened.collect()
+        })
+        .collect();
+    let solved = sizes.iter().enumerate().map(|(level, randomness)| {
+        let mut normal = Normal::empty(usable.len());
+        parts.iter().for_each(|part| normal.add(&part[level]));
+        let (step, covariance) = solve(&normal);
+        let drop: f64 = step.iter().zip(&normal.right).map(|(a, b)| a * b).sum();
+        let promise = normal.minus_two_log_likelihood - drop;
+        Proposal { randomness: randomness.clone(), normal, step, covariance, promise }
+    });
+    (solved.collect(), usable)
+}
+
+/// Refines the parameters of the effects from `first` on by Gauss-Newton on the innovations.
+///
+/// Parameters and the size of the latent disturbances are chosen together: what the parameters will explain, the latents
+/// need not carry, and only with small latents are the parameters sharp.
+pub(crate) fn refine(
+    fit: &mut Fit,
+    trials: &[Trial],
+    noise: &[f64],
+    first: usize,
+    rounds: usize,
+) -> Result<Estimate, FitError> {
+    let free = free_parameters(&fit.model, first);
+    let mut round = 1;
+    loop {
+        let (mut proposals, usable) = proposals(fit, trials, &free, &ladder(&fit.randomness));
+        let estimate = to_estimate(&fit.model, &free, &usable, &proposals[0]);
+        let start = proposals[0].normal.minus_two_log_likelihood;
+        // The present size is the fall-back.
+        proposals.iter_mut().skip(1).for_each(|p| p.promise += SETTLED);
+        proposals.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        if round >= rounds || start - proposals[0].promise < SETTLED {
+            return Ok(estimate);
+        }
+        let last = proposals.iter().position(|p| p.randomness == fit.randomness).unwrap_or(0);
+        let mut better = None;
+        'tries: for proposal in &proposals[..=last] {
+            for damping in [1.0, 0.3, 0.09] {
+                let mut model = fit.model.clone();
+                for (slot, at) in usable.iter().enumerate() {
+                    move_parameter(&mut model, free[*at], damping * proposal.step[slot]);
+                }
+                if model.effects.iter().any(|e| e.check().is_err()) {
+                    continue;
+                }
+                let Ok(mut next) = Fit::new(&model, trials, &proposal.randomness, Some(fit)) else { continue };
+                // The trajectory gets better with the parameters, and the signatures with the trajectory.
+                if next.smooth(trials).is_err() {
+                    continue;
+                }
+                if next.minus_two_log_likelihood(trials, &next.randomness) < start {
+                    better = Some(next);
+                    break 'tries;
+                }
+            }
+        }
+        let Some(next) = better else { return Ok(estimate) };
+        *fit = next;
+        fit.fit_randomness(trials, noise, false);
+        round += 1;
+    }
+}
+
+fn normal_error(covariance: &DMatrix<f64>, slot: usize) -> f64 {
+    covariance[(slot, slot)].max(0.0).sqrt().max(1e-300)
+}
+
+/// Moves one parameter, at most by its own size a step, within its bounds.
+fn move_parameter(model: &mut Model, free: Free, change: f64) {
+    let spec = &mut model.effects[free.effect];
+    let Ok(info) = spec.info() else { return };
+    let id = spec.id.clone();
+    let parameter = &info.parameters[free.parameter];
+    let value = &mut spec.values[free.parameter];
+    let before = *value;
+    let angle = parameter.unit == "rad";
+    let size = value.abs().max(0.05 * parameter.typical.1.abs()).max(1e-12);
+    let limit = if angle { 0.5 } else { size };
+    *value = (*value + change.clamp(-limit, limit)).clamp(parameter.min, parameter.max);
+    let (low, high) = parameter.typical;
+    if !is_size(&id, free.parameter) && low > 0.0 {
+        // Shapes stay where the law is itself, and change at most fourfold a step.
+        *value = value.clamp(0.25 * before, 4.0 * before).clamp(0.1 * low, 10.0 * high);
+    } else if parameter.min == 0.0 {
+        *value = value.max(1e-6 * size);
+    }
+}
+
+/// Least squares by scaled Cholesky; columns that say nothing get zero.
+fn solve(normal: &Normal) -> (Vec<f64>, DMatrix<f64>) {
+    let n = normal.columns;
+    let scale: Vec<f64> = (0..n).map(|i| normal.gram[i * n + i].sqrt()).collect();
+    let live: Vec<usize> = (0..n).filter(|i| scale[*i] > 1e-9).collect();
+    let mut out = vec![0.0; n];
+    let mut covariance = DMatrix::from_diagonal_element(n, n, f64::INFINITY);
+    for i in 0..n {
+        for j in 0..n {
+            if i != j {
+                covariance[(i, j)] = 0.0;
+            }
+        }
+    }
+    let k = live.len();
+    if k == 0 {
+        return (out, covariance);
+    }
+    let g = DMatrix::from_fn(k, k, |r, c| {
+        normal.gram[live[r] * n + live[c]] / (scale[live[r]] * scale[live[c]]) + if r == c { 1e-10 } else { 0.0 }
+    });
+    let b = DVector::from_fn(k, |r, _| normal.right[live[r]] / scale[live[r]]);
+    if let Some(cholesky) = g.cholesky() {
+        let x = cholesky.solve(&b);
+        let inverse = cholesky.inverse();
+        for r in 0..k {
+            out[live[r]] = x[r] / scale[live[r]];
+            for c in 0..k {
+                covariance[(live[r], live[c])] = inverse[(r, c)] / (scale[live[r]] * scale[live[c]]);
+            }
+        }
+    }
+    (out, covariance)
+}
+
+/// Standard errors, widened where the innovations are larger than the model says.
+fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Proposal) -> Estimate {
+    let (normal, covariance) = (&proposal.normal, &proposal.covariance);
+    let spread = (normal.total / normal.count.max(1) as f64).max(1.0).sqrt();
+    let mut standard_error = vec![f64::INFINITY; free.len()];
+    for (slot, at) in usable.iter().enumerate() {
+        standard_error[*at] = spread * normal_error(covariance, slot);
+    }
+    let wald = (0..model.effects.len())
+        .map(|effect| {
+            // The parameters that are zero when the effect is absent carry its size; shapes do not.
+            let slots: Vec<(usize, f64)> = usable
+                .iter()
+                .enumerate()
+                .filter(|(_, at)| {
+                    free[**at].effect == effect && is_size(&model.effects[effect].id, free[**at].parameter)
+                })
+                .map(|(slot, at)| (slot, model.effects[effect].values[free[*at].parameter]))
+                .filter(|(slot, _)| covariance[(*slot, *slot)].is_finite())
+                .collect();
+            if slots.is_empty() {
+                return f64::NAN;
+            }
+            let v = DMatrix::from_fn(slots.len(), slots.len(), |r, c| covariance[(slots[r].0, slots[c].0)]);
+            let x = DVector::from_fn(slots.len(), |r, _| slots[r].1);
+            v.clone().try_inverse().map_or(f64::NAN, |i| (x.transpose() * i * &x)[(0, 0)]) / (spread * spread)
+        })
+        .collect();
+    Estimate { free: free.to_vec(), standard_error, wald }
+}
