@@ -178,18 +178,6 @@ impl Simulation {
         self.y.copy_from_slice(y);
     }
 
-    /// Takes a plant without dead times back to another time and state, keeping the integrator's Jacobian and step size;
-    /// `false`, and nothing done, where past commands or poses matter.
-    pub fn rewind(&mut self, time: f64, y: &[f64]) -> bool {
-        if self.commands.active() || self.poses.active() {
-            return false;
-        }
-        self.time = time;
-        self.time_carry = 0.0;
-        self.y.copy_from_slice(y);
-        true
-    }
-
     /// Sets an unmeasured force (N) added to each winch command after its dead time, for state estimation.
     pub fn set_winch_disturbance(&mut self, force: [f64; CABLES]) {
         self.winch_disturbance = force;

@@ -56,6 +56,25 @@ const STEP_ERROR: f64 = 1e-9;
 
 /// Runs the filter over one trial.
 pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep_covariance: bool) -> Filtered {
+    // Rows of a fixed width, and the widest registers that the processor has: three times as fast.
+    match linear.width() {
+        ..=16 => dispatch::<16>(linear, randomness, keep_covariance),
+        17..=24 => dispatch::<24>(linear, randomness, keep_covariance),
+        25..=32 => dispatch::<32>(linear, randomness, keep_covariance),
+        _ => dispatch::<64>(linear, randomness, keep_covariance),
+    }
+}
+
+fn dispatch<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep_covariance: bool) -> Filtered {
+    assert!(linear.width() <= W, "the largest model has fewer states and latents than this");
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || run::<W>(linear, randomness, keep_covariance),
+    )
+}
+
+#[inline(always)]
+fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep_covariance: bool) -> Filtered {
     let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
     let mut out = Filtered {
         minus_two_log_likelihood: 0.0,
@@ -68,22 +87,22 @@ pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep_covaria
         covariance: if keep_covariance { vec![0.0; len * w * w] } else { Vec::new() },
         noise_moment: vec![(0.0, 0); m],
     };
-    let mut x = vec![0.0; w];
+    let mut x = [0.0; W];
     x[..n].copy_from_slice(&linear.prior);
-    let mut p = vec![0.0; w * w];
+    let mut p = [[0.0; W]; W];
     for c in 0..n {
-        p[c * w + c] = linear.prior_deviation[c].powi(2);
+        p[c][c] = linear.prior_deviation[c].powi(2);
     }
     for l in 0..LATENTS {
         x[n + l] = -linear.latents[l];
-        p[(n + l) * w + n + l] = randomness.latent_deviation(l).powi(2);
+        p[n + l][n + l] = randomness.latent_deviation(l).powi(2);
     }
-    let mut ph = vec![0.0; w];
-    let mut scratch = vec![0.0; w * w];
     for k in 0..len {
-        out.predicted[k * w..(k + 1) * w].copy_from_slice(&x);
+        out.predicted[k * w..(k + 1) * w].copy_from_slice(&x[..w]);
         if keep_covariance {
-            out.covariance[k * w * w..(k + 1) * w * w].copy_from_slice(&p);
+            for (to, from) in out.covariance[k * w * w..(k + 1) * w * w].chunks_exact_mut(w).zip(&p) {
+                to.copy_from_slice(&from[..w]);
+            }
         }
         for j in 0..m {
             let at = k * m + j;
@@ -92,28 +111,22 @@ pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep_covaria
                 continue;
             }
             let h = &linear.sensor[at * n..(at + 1) * n];
-            ph.fill(0.0);
+            let mut ph = [0.0; W];
             let mut innovation = z;
             for (c, &hc) in h.iter().enumerate() {
                 if hc != 0.0 {
                     innovation -= hc * x[c];
-                    for (slot, value) in ph.iter_mut().zip(&p[c * w..(c + 1) * w]) {
-                        *slot += hc * value;
-                    }
+                    add(&mut ph, hc, &p[c]);
                 }
             }
             let r = randomness.noise[j] * randomness.noise[j];
             let s = r + h.iter().zip(&ph).map(|(a, b)| a * b).sum::<f64>();
-            let gain = &mut out.gain[at * w..(at + 1) * w];
-            for c in 0..w {
-                gain[c] = ph[c] / s;
-                x[c] += gain[c] * innovation;
+            let gain = ph.map(|v| v / s);
+            add(&mut x, innovation, &gain);
+            for row in 0..w {
+                add(&mut p[row], -gain[row], &ph);
             }
-            for (row, g) in gain.iter().enumerate() {
-                for (slot, value) in p[row * w..(row + 1) * w].iter_mut().zip(&ph) {
-                    *slot -= g * value;
-                }
-            }
+            out.gain[at * w..(at + 1) * w].copy_from_slice(&gain[..w]);
             out.minus_two_log_likelihood += s.ln() + innovation * innovation / s;
             out.count += 1;
             out.whitened[at] = innovation / s.sqrt();
@@ -121,19 +134,34 @@ pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep_covaria
             out.noise_moment[j].0 += innovation * innovation * r / s;
             out.noise_moment[j].1 += 1;
         }
-        out.updated[k * w..(k + 1) * w].copy_from_slice(&x);
+        out.updated[k * w..(k + 1) * w].copy_from_slice(&x[..w]);
         if k + 1 < len {
-            predict(linear, randomness, k, &mut x, &mut p, &mut scratch);
+            predict(linear, randomness, k, &mut x, &mut p);
         }
     }
     out
 }
 
-fn predict(linear: &LinearTrial, randomness: &Randomness, k: usize, x: &mut [f64], p: &mut [f64], scratch: &mut [f64]) {
+/// `to += factor * row`.
+#[inline(always)]
+fn add<const W: usize>(to: &mut [f64; W], factor: f64, row: &[f64; W]) {
+    for (slot, value) in to.iter_mut().zip(row) {
+        *slot += factor * value;
+    }
+}
+
+#[inline(always)]
+fn predict<const W: usize>(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    k: usize,
+    x: &mut [f64; W],
+    p: &mut [[f64; W]; W],
+) {
     let (n, w) = (linear.states, linear.width());
     let f = &linear.transition[k * n * w..(k + 1) * n * w];
     let decay = (-linear.interval[k] / randomness.time).exp();
-    let mut next = vec![0.0; w];
+    let mut next = [0.0; W];
     for r in 0..n {
         next[r] =
             linear.defect[k * n + r] + f[r * w..(r + 1) * w].iter().zip(x.iter()).map(|(a, b)| a * b).sum::<f64>();
@@ -142,39 +170,44 @@ fn predict(linear: &LinearTrial, randomness: &Randomness, k: usize, x: &mut [f64
         let (now, then) = (linear.latents[k * LATENTS + l], linear.latents[(k + 1) * LATENTS + l]);
         next[n + l] = decay * (x[n + l] + now) - then;
     }
-    x.copy_from_slice(&next);
-    // scratch = F P
-    for r in 0..n {
-        let row = &mut scratch[r * w..(r + 1) * w];
-        row.fill(0.0);
-        for (c, &frc) in f[r * w..(r + 1) * w].iter().enumerate() {
-            for (slot, value) in row.iter_mut().zip(&p[c * w..(c + 1) * w]) {
-                *slot += frc * value;
-            }
+    *x = next;
+    // The whole transition, states and latents, transposed.
+    let mut transposed = [[0.0; W]; W];
+    for (r, row) in f.chunks_exact(w).enumerate() {
+        for (c, value) in row.iter().enumerate() {
+            transposed[c][r] = *value;
+        }
+    }
+    for l in n..w {
+        transposed[l][l] = decay;
+    }
+    // P = F P Fᵀ + Q by the rows of the states; the rest by symmetry.
+    let mut product = [[0.0; W]; W];
+    for (r, row) in f.chunks_exact(w).enumerate() {
+        let mut half = [0.0; W];
+        for (c, value) in row.iter().enumerate() {
+            add(&mut half, *value, &p[c]);
+        }
+        for c in 0..w {
+            add(&mut product[r], half[c], &transposed[c]);
+        }
+    }
+    for r in 0..w {
+        for c in 0..r.min(n) {
+            product[r][c] = product[c][r];
         }
     }
     for r in n..w {
-        for c in 0..w {
-            scratch[r * w + c] = decay * p[r * w + c];
+        for c in n..w {
+            product[r][c] = decay * decay * p[r][c];
         }
     }
-    // P = F P Fᵀ + Q, kept symmetric by computing one half.
-    for r in 0..w {
-        for c in 0..=r {
-            let value = if c < n {
-                scratch[r * w..(r + 1) * w].iter().zip(&f[c * w..(c + 1) * w]).map(|(a, b)| a * b).sum::<f64>()
-            } else {
-                decay * scratch[r * w + c]
-            };
-            p[r * w + c] = value;
-            p[c * w + r] = value;
-        }
-    }
+    *p = product;
     for r in 0..n {
-        p[r * w + r] += STEP_ERROR * STEP_ERROR;
+        p[r][r] += STEP_ERROR * STEP_ERROR;
     }
     for l in 0..LATENTS {
-        p[(n + l) * w + n + l] += randomness.latent_deviation(l).powi(2) * (1.0 - decay * decay);
+        p[n + l][n + l] += randomness.latent_deviation(l).powi(2) * (1.0 - decay * decay);
     }
 }
 

@@ -23,6 +23,7 @@ mod regression;
 mod search;
 mod signature;
 mod spectrum;
+mod variation;
 mod verify;
 
 pub use discover::{DiscoverError, discover};

@@ -4,6 +4,7 @@ use cdpr::integrator::RadauError;
 
 use crate::data::Trial;
 use crate::model::{Examined, LATENTS, disturb};
+use crate::variation::{Step, Variation};
 
 /// States and latents at every sample of a trial.
 #[derive(Clone, Debug)]
@@ -135,8 +136,8 @@ pub(crate) fn linearise(
     let mut simulation = model.simulation(trial, trajectory.states(0));
     let shown_states = model.shown_states(&trial.channels);
     let (mut shown, mut moved_shown) = (Vec::new(), Vec::new());
-    let (mut moved, mut next) = (vec![0.0; n], vec![0.0; n]);
-    let (mut rates, mut moved_rates) = (vec![0.0; n], vec![0.0; n]);
+    let mut moved = vec![0.0; n];
+    let mut variation = Variation::new(model, steps);
     for k in 0..len {
         let x = trajectory.states(k);
         simulation.nudge_states(x);
@@ -147,80 +148,25 @@ pub(crate) fn linearise(
         }
         for c in (0..n).filter(|c| shown_states[*c]) {
             moved.copy_from_slice(x);
-            moved[c] += steps[c];
+            moved[c] += variation.steps[c];
             simulation.nudge_states(&moved);
             model.measure(&simulation, &trial.channels, &mut moved_shown);
             for j in 0..m {
-                linear.sensor[(k * m + j) * n + c] = (moved_shown[j] - shown[j]) / steps[c];
+                linear.sensor[(k * m + j) * n + c] = (moved_shown[j] - shown[j]) / variation.steps[c];
             }
         }
         simulation.nudge_states(x);
         if k + 1 == len {
             break;
         }
-        let interval = linear.interval[k];
-        let before = (!simulation.rewind(trial.time[k], x)).then(|| simulation.clone());
-        let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
+        let (interval, felt, slack) = (linear.interval[k], simulation.inputs_at_plant(), simulation.slack());
         simulation.advance(interval)?;
-        next.copy_from_slice(simulation.states());
+        let next = simulation.states();
         for c in 0..n {
             linear.defect[k * n + c] = next[c] - trajectory.states(k + 1)[c];
         }
         let target = &mut linear.transition[k * n * width..(k + 1) * n * width];
-        for c in 0..n {
-            moved.copy_from_slice(x);
-            moved[c] += steps[c];
-            match &before {
-                None => {
-                    simulation.rewind(trial.time[k], &moved);
-                }
-                Some(before) => {
-                    simulation = before.clone();
-                    simulation.nudge_states(&moved);
-                }
-            }
-            simulation.advance(interval)?;
-            for (r, value) in simulation.states().iter().enumerate() {
-                target[r * width + c] = (value - next[r]) / steps[c];
-            }
-        }
-        // Latent forces enter the rates at both ends of the step (trapezoidal rule).
-        for (end, weight) in [(0, 0.5 * interval), (1, 0.5 * interval)] {
-            let (time, y) = (trial.time[k + end], if end == 0 { x } else { &next[..] });
-            model.plant.rates(time, y, &felt, slack, &mut rates);
-            for l in 0..LATENTS {
-                let step = if l == 2 { 100.0 } else { 10.0 };
-                let mut inputs = felt;
-                if l < 3 {
-                    inputs.disturbance[l] += step;
-                } else {
-                    inputs.winch_force[l - 3] += step;
-                }
-                model.plant.rates(time, y, &inputs, slack, &mut moved_rates);
-                for c in 0..n {
-                    let slope = weight * (moved_rates[c] - rates[c]) / step;
-                    if slope == 0.0 {
-                        continue;
-                    }
-                    if end == 1 {
-                        target[c * width + n + l] += slope;
-                    } else {
-                        for r in 0..n {
-                            target[r * width + n + l] += target[r * width + c] * slope;
-                        }
-                    }
-                }
-            }
-        }
-        match before {
-            None => {
-                simulation.rewind(trial.time[k + 1], &next);
-            }
-            Some(before) => {
-                simulation = before;
-                simulation.advance(interval)?;
-            }
-        }
+        variation.transition(&Step { time: trial.time[k], interval, from: x, to: next, felt, slack }, target);
     }
     Ok(linear)
 }

@@ -33,11 +33,6 @@ impl CommandHistory {
         Self { delay, longest, stretches }
     }
 
-    /// Whether any winch has a dead time.
-    pub(super) fn active(&self) -> bool {
-        self.longest > 0.0
-    }
-
     /// Commands from `time` on.
     pub(super) fn push(&mut self, time: f64, value: [f64; CABLES], slope: [f64; CABLES]) {
         if self.longest == 0.0 {
