@@ -13,6 +13,8 @@ use crate::signature;
 
 /// Fall of `-2 log L` below which a refinement has settled: a seventh of a standard error.
 const SETTLED: f64 = 0.02;
+/// Share of its promise that a proposal must keep to be taken without looking at others.
+const KEPT_PROMISE: f64 = 0.5;
 
 /// A parameter of the model that is estimated: effect index and parameter index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -126,32 +128,50 @@ pub(crate) fn refine(
             return Ok(estimate);
         }
         let last = proposals.iter().position(|p| p.randomness == fit.randomness).unwrap_or(0);
-        let mut better = None;
+        let mut best: Option<(f64, Fit)> = None;
         'tries: for proposal in &proposals[..=last] {
             for damping in [1.0, 0.3, 0.09] {
-                let mut model = fit.model.clone();
-                for (slot, at) in usable.iter().enumerate() {
-                    move_parameter(&mut model, free[*at], damping * proposal.step[slot]);
+                let Some(next) = moved(fit, trials, &free, &usable, proposal, damping) else { continue };
+                let reached = next.minus_two_log_likelihood(trials, &next.randomness);
+                let kept = start - reached >= KEPT_PROMISE * (start - proposal.promise);
+                if reached < best.as_ref().map_or(start, |b| b.0) {
+                    best = Some((reached, next));
                 }
-                if model.effects.iter().any(|e| e.check().is_err()) {
-                    continue;
-                }
-                let Ok(mut next) = Fit::new(&model, trials, &proposal.randomness, Some(fit)) else { continue };
-                // The trajectory gets better with the parameters, and the signatures with the trajectory.
-                if next.smooth(trials).is_err() {
-                    continue;
-                }
-                if next.minus_two_log_likelihood(trials, &next.randomness) < start {
-                    better = Some(next);
+                // A proposal far off what it promises is not linear enough; one with larger latents is.
+                if kept {
                     break 'tries;
                 }
+                if reached > start - 0.1 * KEPT_PROMISE * (start - proposal.promise) {
+                    continue;
+                }
+                break;
             }
         }
-        let Some(next) = better else { return Ok(estimate) };
+        let Some((_, next)) = best else { return Ok(estimate) };
         *fit = next;
         fit.fit_randomness(trials, noise, false);
         round += 1;
     }
+}
+
+/// `fit` with its parameters moved along a proposal, on the trajectory that belongs to them.
+fn moved(
+    fit: &Fit,
+    trials: &[Trial],
+    free: &[Free],
+    usable: &[usize],
+    proposal: &Proposal,
+    damping: f64,
+) -> Option<Fit> {
+    let mut model = fit.model.clone();
+    for (slot, at) in usable.iter().enumerate() {
+        move_parameter(&mut model, free[*at], damping * proposal.step[slot]);
+    }
+    model.check().ok()?;
+    let mut next = Fit::new(&model, trials, &proposal.randomness, Some(fit)).ok()?;
+    // The trajectory gets better with the parameters, and the signatures with the trajectory.
+    next.smooth(trials).ok()?;
+    Some(next)
 }
 
 fn normal_error(covariance: &DMatrix<f64>, slot: usize) -> f64 {

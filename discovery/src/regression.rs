@@ -11,7 +11,6 @@ use crate::signature::combine;
 
 /// The normal equations of all columns at one size of the latent disturbances.
 pub(crate) struct Level {
-    pub(crate) randomness: Randomness,
     pub(crate) normal: Normal,
 }
 
@@ -58,7 +57,7 @@ pub(crate) fn levels(
             .collect();
         let mut small = Normal::empty(columns.len());
         parts.iter().for_each(|p| small.add(p));
-        out.push(Level { randomness: randomness.clone(), normal: spread(&small, &columns, all) });
+        out.push(Level { normal: spread(&small, &columns, all) });
         if reduced.is_none() && sizes.len() > 1 {
             let best = rank(library, &out, 0.0);
             columns = best.iter().take(KEPT).flat_map(|s| library.candidates[s.candidate].columns.clone()).collect();
@@ -130,8 +129,6 @@ pub(crate) fn subset(normal: &Normal, columns: &[usize]) -> Option<Subset> {
 #[derive(Clone, Debug)]
 pub(crate) struct Scored {
     pub(crate) candidate: usize,
-    /// Level at which it does best.
-    pub(crate) level: usize,
     /// `-2 log L` with it, plus the penalty of its parameters.
     pub(crate) score: f64,
     /// Amplitudes of its columns.
@@ -153,11 +150,11 @@ pub(crate) fn rank(library: &Library, levels: &[Level], penalty: f64) -> Vec<Sco
 fn best_level(candidate: &Candidate, at: usize, levels: &[Level], penalty: f64) -> Option<Scored> {
     let own = candidate.columns.len();
     let mut best: Option<Scored> = None;
-    for (l, level) in levels.iter().enumerate() {
+    for level in levels {
         let Some(solved) = subset(&level.normal, &candidate.columns) else { continue };
         let score = level.normal.minus_two_log_likelihood - solved.drop + penalty * (own + candidate.tried) as f64;
         if best.as_ref().is_none_or(|b| score < b.score) && candidate.effect(&solved.amplitudes[..own]).is_some() {
-            best = Some(Scored { candidate: at, level: l, score, amplitudes: solved.amplitudes[..own].to_vec() });
+            best = Some(Scored { candidate: at, score, amplitudes: solved.amplitudes[..own].to_vec() });
         }
     }
     best

@@ -26,7 +26,7 @@ const MOST_EFFECTS: usize = 5;
 /// Most rivals of one effect that are fitted in full.
 const MOST_RIVALS: usize = 3;
 /// Gauss-Newton rounds of a refinement.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 10;
 
 /// Progress: a message and the fraction done.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
@@ -132,7 +132,7 @@ impl<'a> Search<'a> {
         Ok(self.finish(train, holdout, Some(estimate)))
     }
 
-    /// Fits a model with less in it than `from`: what is left out is again for the latent forces to carry.
+    /// Fits a model without something that `from` has: what is left out is again for the latent forces to carry.
     ///
     /// The other effects' parameters adapt in `rounds` of refinement.
     pub(crate) fn fit_without(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
@@ -228,11 +228,7 @@ impl<'a> Search<'a> {
             let Some(effect) = effect_of(library, chosen) else { continue };
             let mut model = fit.model.clone();
             model.effects.push(effect.clone());
-            let mut from = fitted.clone();
-            from.train.randomness = levels[chosen.level].randomness.clone();
-            from.train.randomness.noise = fit.randomness.noise.clone();
-            let next = self.fit(&model, &from, ROUNDS);
-            match next {
+            match self.fit(&model, fitted, ROUNDS) {
                 Ok(next) if next.score < fitted.score - EVIDENCE && Self::helps(fitted, &next) => {
                     let delta_bic = next.score - fitted.score;
                     let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
@@ -264,7 +260,7 @@ impl<'a> Search<'a> {
         };
         let mut model = fitted.train.model.clone();
         model.effects.push(effect.clone());
-        let next = self.fit(&model, &fitted, ROUNDS + 2)?;
+        let next = self.fit(&model, &fitted, ROUNDS)?;
         if next.score < fitted.score - EVIDENCE && Self::helps(&fitted, &next) {
             let delta_bic = next.score - fitted.score;
             let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
@@ -360,7 +356,7 @@ impl<'a> Search<'a> {
             if model.check().is_err() {
                 continue;
             }
-            if let Ok(other) = self.fit(&model, fitted, 4) {
+            if let Ok(other) = self.fit_without(&model, fitted, ROUNDS) {
                 out.push((other.train.model.effects[at].clone(), other));
             }
         }
