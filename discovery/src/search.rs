@@ -323,25 +323,35 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    /// Takes out effects without which the model is as good.
+    /// Takes out effects without which the model is as good, the least certain first.
     pub(crate) fn prune(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
-        let mut at = self.given;
-        while at < fitted.train.model.effects.len() && fitted.train.model.effects.len() > self.given + 1 {
+        let mut judged: Vec<EffectSpec> = Vec::new();
+        while fitted.train.model.effects.len() > self.given + 1 {
+            let certainty = |at: usize| fitted.estimate.as_ref().map_or(f64::NAN, |e| e.wald[at]);
+            let same =
+                |a: &EffectSpec, b: &EffectSpec| (&a.id, a.cable, &a.expression) == (&b.id, b.cable, &b.expression);
+            let left = (self.given..fitted.train.model.effects.len())
+                .filter(|at| !judged.iter().any(|j| same(j, &fitted.train.model.effects[*at])));
+            let Some(at) = left.min_by(|a, b| certainty(*a).total_cmp(&certainty(*b))) else { break };
             let mut model = fitted.train.model.clone();
             let effect = model.effects.remove(at);
-            // Far from zero whatever the others do: no need to let them adapt.
-            let clear = fitted.estimate.as_ref().is_some_and(|e| e.wald.get(at).is_some_and(|w| *w > 400.0));
-            let Ok(without) = self.fit_without(&model, &fitted, if clear { 1 } else { 3 }) else {
-                at += 1;
-                continue;
+            // Nearly nothing is left out with an uncertain one; a very certain one leaves a gap whatever the others do.
+            let without = match certainty(at) {
+                ..100.0 => self.fit(&model, &fitted, ROUNDS),
+                400.0.. => self.fit_without(&model, &fitted, 1),
+                _ => self.fit_without(&model, &fitted, ROUNDS),
             };
-            if without.score < fitted.score + EVIDENCE || !Self::earns(&without, &fitted) {
-                self.note(&effect, "removed", fitted.score - without.score, "the model is as good without it");
-                self.taken.remove(at - self.given);
-                fitted = without;
-            } else {
-                self.taken[at - self.given].delta_bic = fitted.score - without.score;
-                at += 1;
+            match without {
+                Ok(without) if without.score < fitted.score + EVIDENCE || !Self::earns(&without, &fitted) => {
+                    self.note(&effect, "removed", fitted.score - without.score, "the model is as good without it");
+                    self.taken.remove(at - self.given);
+                    fitted = without;
+                }
+                Ok(without) => {
+                    self.taken[at - self.given].delta_bic = fitted.score - without.score;
+                    judged.push(effect);
+                }
+                Err(_) => judged.push(effect),
             }
         }
         Ok(fitted)

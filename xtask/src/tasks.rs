@@ -38,6 +38,9 @@ pub(crate) fn test(extent: Extent) -> Result<()> {
             .current_dir(&project.root)
             .env("CDPR_BIN", project.binary("cdpr"))
             .env("CDPR_CONTROLLER_FMU", &controller);
+        if extent == Extent::Fast {
+            pytest.args(["-m", "not slow"]);
+        }
         run(&mut pytest)
     })?;
     if extent == Extent::Whole {
