@@ -276,9 +276,9 @@ fn judge(fitted: &Fitted, base: &Fitted, effects: &[Found], terms: &[Found], rem
 /// softer spring.
 fn degenerate(effect: &EffectSpec) -> bool {
     let Ok(info) = effect.info() else { return false };
-    info.parameters.iter().zip(&effect.values).enumerate().any(|(k, (parameter, value))| {
+    info.parameters.iter().zip(&effect.values).any(|(parameter, value)| {
         let (low, high) = parameter.typical;
-        !crate::estimate::is_size(&effect.id, k) && low > 0.0 && !(low / 3.0..=3.0 * high).contains(value)
+        parameter.shape && low > 0.0 && !(low / 3.0..=3.0 * high).contains(value)
     })
 }
 

@@ -216,7 +216,7 @@ impl Fit {
         let mut best = self.randomness.clone();
         let mut value = self.minus_two_log_likelihood(trials, &best);
         let nothing = Randomness { force: SMALLEST_LATENT, winch: SMALLEST_LATENT, ..best.clone() };
-        if best != nothing {
+        if !best.same_latents(&nothing) {
             let at_nothing = self.minus_two_log_likelihood(trials, &nothing);
             if at_nothing < value {
                 (best, value) = (nothing.clone(), at_nothing);
@@ -243,7 +243,7 @@ impl Fit {
                     }
                 }
             }
-            if best == nothing {
+            if best.same_latents(&nothing) {
                 break;
             }
         }
@@ -290,20 +290,5 @@ pub(crate) fn first_randomness(model: &Model, noise: &[f64]) -> Randomness {
         arm: model.parameters.attachment_radius.max(1.0),
         time: LATENT_TIME,
         noise: noise.to_vec(),
-    }
-}
-
-/// Whether a parameter is zero when its effect is absent.
-pub(crate) fn is_size(id: &str, parameter: usize) -> bool {
-    match id {
-        "winch_coulomb_friction"
-        | "cable_thermal_expansion"
-        | "periodic_gust"
-        | "platform_quadratic_drag"
-        | "cable_sag"
-        | "umbilical" => parameter == 0,
-        "winch_stribeck_friction" => parameter < 2,
-        "cable_creep" | "winch_saturation" | "cable_elasticity" => false,
-        _ => true,
     }
 }

@@ -4,7 +4,7 @@ use crate::model::LATENTS;
 use crate::path::LinearTrial;
 
 /// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck) and measurement noise.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(crate) struct Randomness {
     /// Standard deviation of the latent force on the platform (N); the torque's is `arm` times as large.
     pub(crate) force: f64,
@@ -19,6 +19,11 @@ pub(crate) struct Randomness {
 }
 
 impl Randomness {
+    /// Whether the latent disturbances are of the same size.
+    pub(crate) fn same_latents(&self, other: &Self) -> bool {
+        (self.force, self.winch) == (other.force, other.winch)
+    }
+
     pub(crate) fn latent_deviation(&self, latent: usize) -> f64 {
         match latent {
             0 | 1 => self.force,

@@ -1,18 +1,19 @@
 //! Parameters of a model's effects, refined by Gauss-Newton on the innovations.
 
+use cdpr::effect::EffectInfo;
 use cdpr::model_file::Model;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::estimate::{Fit, FitError, for_trial, is_size};
+use crate::estimate::{Fit, FitError, for_trial};
 use crate::kalman::{Normal, Randomness, filter, whiten};
 use crate::model::Examined;
 use crate::regression::ladder;
 use crate::signature;
 
-/// Fall of `-2 log L` below which a refinement has settled: a seventh of a standard error.
-const SETTLED: f64 = 0.02;
+/// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
+const SETTLED: f64 = 0.1;
 /// Share of its promise that a proposal must keep to be taken without looking at others.
 const KEPT_PROMISE: f64 = 0.5;
 
@@ -127,7 +128,7 @@ pub(crate) fn refine(
         if round >= rounds || start - proposals[0].promise < SETTLED {
             return Ok(estimate);
         }
-        let last = proposals.iter().position(|p| p.randomness == fit.randomness).unwrap_or(0);
+        let last = proposals.iter().position(|p| p.randomness.same_latents(&fit.randomness)).unwrap_or(0);
         let mut best: Option<(f64, Fit)> = None;
         'tries: for proposal in &proposals[..=last] {
             for damping in [1.0, 0.3, 0.09] {
@@ -141,16 +142,16 @@ pub(crate) fn refine(
                 if kept {
                     break 'tries;
                 }
-                if reached > start - 0.1 * KEPT_PROMISE * (start - proposal.promise) {
-                    continue;
+                if reached < start || start - proposal.promise < 10.0 * SETTLED {
+                    break;
                 }
-                break;
             }
         }
-        let Some((_, next)) = best else { return Ok(estimate) };
+        let Some((reached, next)) = best else { return Ok(estimate) };
         *fit = next;
         fit.fit_randomness(trials, noise, false);
-        round += 1;
+        // The last step of a refinement that has settled: its estimate is that of the next look.
+        round = if start - reached < SETTLED { rounds } else { round + 1 };
     }
 }
 
@@ -178,24 +179,22 @@ fn normal_error(covariance: &DMatrix<f64>, slot: usize) -> f64 {
     covariance[(slot, slot)].max(0.0).sqrt().max(1e-300)
 }
 
-/// Moves one parameter, at most by its own size a step, within its bounds.
+/// Moves one parameter within its bounds. Sizes enter the model nearly linearly and move as far as they like; a shape
+/// changes at most fourfold, and an angle by half a radian.
 fn move_parameter(model: &mut Model, free: Free, change: f64) {
     let spec = &mut model.effects[free.effect];
     let Ok(info) = spec.info() else { return };
-    let id = spec.id.clone();
     let parameter = &info.parameters[free.parameter];
+    let (low, high) = parameter.typical;
     let value = &mut spec.values[free.parameter];
     let before = *value;
-    let angle = parameter.unit == "rad";
-    let size = value.abs().max(0.05 * parameter.typical.1.abs()).max(1e-12);
-    let limit = if angle { 0.5 } else { size };
-    *value = (*value + change.clamp(-limit, limit)).clamp(parameter.min, parameter.max);
-    let (low, high) = parameter.typical;
-    if !is_size(&id, free.parameter) && low > 0.0 {
-        // Shapes stay where the law is itself, and change at most fourfold a step.
+    let change = if parameter.unit == "rad" { change.clamp(-0.5, 0.5) } else { change };
+    *value = (before + change).clamp(parameter.min, parameter.max);
+    if parameter.shape && low > 0.0 {
+        // Shapes stay where the law is itself.
         *value = value.clamp(0.25 * before, 4.0 * before).clamp(0.1 * low, 10.0 * high);
     } else if parameter.min == 0.0 {
-        *value = value.max(1e-6 * size);
+        *value = value.max(1e-6 * before.max(0.05 * high));
     }
 }
 
@@ -249,7 +248,8 @@ fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Propos
                 .iter()
                 .enumerate()
                 .filter(|(_, at)| {
-                    free[**at].effect == effect && is_size(&model.effects[effect].id, free[**at].parameter)
+                    let shape = |i: &EffectInfo| i.parameters[free[**at].parameter].shape;
+                    free[**at].effect == effect && !model.effects[effect].info().is_ok_and(shape)
                 })
                 .map(|(slot, at)| (slot, model.effects[effect].values[free[*at].parameter]))
                 .filter(|(slot, _)| covariance[(*slot, *slot)].is_finite())

@@ -22,7 +22,7 @@ pub(crate) fn ladder(randomness: &Randomness) -> Vec<Randomness> {
         let scaled = |v: f64| (v * factor).max(SMALLEST_LATENT);
         let level =
             Randomness { force: scaled(randomness.force), winch: scaled(randomness.winch), ..randomness.clone() };
-        if !levels.contains(&level) {
+        if !levels.iter().any(|l| l.same_latents(&level)) {
             levels.push(level);
         }
     }

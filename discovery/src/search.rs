@@ -70,6 +70,8 @@ pub(crate) struct Search<'a> {
     pub(crate) progress: Progress<'a>,
     /// Random parts with the model as given.
     base_randomness: Option<Randomness>,
+    /// Its score.
+    base_score: f64,
     penalty: f64,
 }
 
@@ -87,6 +89,7 @@ impl<'a> Search<'a> {
             candidates: 0,
             progress,
             base_randomness: None,
+            base_score: f64::NAN,
             penalty,
         }
     }
@@ -102,7 +105,9 @@ impl<'a> Search<'a> {
         self.base_randomness = Some(train.randomness.clone());
         let mut holdout = Fit::new(model, &e.holdout, &train.randomness, None)?;
         holdout.smooth(&e.holdout)?;
-        Ok(self.finish(train, holdout, None))
+        let fitted = self.finish(train, holdout, None);
+        self.base_score = fitted.score;
+        Ok(fitted)
     }
 
     fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
@@ -353,6 +358,9 @@ impl<'a> Search<'a> {
                 }
                 Err(_) => judged.push(effect),
             }
+        }
+        if let [only] = &mut self.taken[..] {
+            only.delta_bic = fitted.score - self.base_score;
         }
         Ok(fitted)
     }

@@ -23,8 +23,8 @@ impl Effect for CableCreep {
         equation: "spring EA in series with a Kelvin element: ε_c' = (T/EA_c - ε_c)/τ",
         scope: Scope::EachCable,
         parameters: &[
-            parameter("axial_stiffness", "N", "stiffness EA_c of the Kelvin element", (2e7, 1e9)).at_least(1.0),
-            parameter("time_constant", "s", "time constant τ of the Kelvin element", (1.0, 1e4)).at_least(1e-3),
+            parameter("axial_stiffness", "N", "stiffness EA_c of the Kelvin element", (2e7, 1e9)).at_least(1.0).shape(),
+            parameter("time_constant", "s", "time constant τ of the Kelvin element", (1.0, 1e4)).at_least(1e-3).shape(),
         ],
         texts: &[],
         shows_in: "unstretched length drifts against cable length after a load change",

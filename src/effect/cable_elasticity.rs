@@ -24,8 +24,8 @@ impl Effect for CableElasticity {
         equation: "`cable_model` becomes `lumped_mass` with EA and b l as given",
         scope: Scope::Whole,
         parameters: &[
-            parameter("axial_stiffness", "N", "axial stiffness EA", (1e5, 1e9)).at_least(1.0),
-            parameter("damping", "N.s", "damping b l", (0.0, 1e6)).at_least(0.0),
+            parameter("axial_stiffness", "N", "axial stiffness EA", (1e5, 1e9)).at_least(1.0).shape(),
+            parameter("damping", "N.s", "damping b l", (0.0, 1e6)).at_least(0.0).shape(),
         ],
         texts: &[],
         shows_in: "unstretched length against cable length; ringing after a jump of a winch force",

@@ -24,7 +24,7 @@ impl Effect for CableSag {
         scope: Scope::EachCable,
         parameters: &[
             parameter("weight", "N/m", "weight per length w", (0.0, 20.0)).at_least(0.0),
-            parameter("reference_tension", "N", "tension T_ref at which the chord strain is counted as zero", (1e3, 1e5)).at_least(1.0),
+            parameter("reference_tension", "N", "tension T_ref at which the chord strain is counted as zero", (1e3, 1e5)).at_least(1.0).shape(),
         ],
         texts: &[],
         shows_in: "static stretch against tension: the cable is soft at low tension",

@@ -25,8 +25,8 @@ impl Effect for CableThermalExpansion {
         scope: Scope::Whole,
         parameters: &[
             parameter("strain_amplitude", "1", "amplitude of the thermal strain α ΔT", (-1e-3, 1e-3)),
-            parameter("period", "s", "period of the temperature", (10.0, 1e5)).at_least(1e-3),
-            parameter("phase", "rad", "phase of the temperature at t = 0", (-3.2, 3.2)).or(0.0),
+            parameter("period", "s", "period of the temperature", (10.0, 1e5)).at_least(1e-3).shape(),
+            parameter("phase", "rad", "phase of the temperature at t = 0", (-3.2, 3.2)).or(0.0).shape(),
         ],
         texts: &[],
         shows_in: "unstretched length against cable length, all cables together, slowly",

@@ -60,6 +60,9 @@ pub struct ParameterInfo {
     pub max: f64,
     /// Range met in practice.
     pub typical: (f64, f64),
+    /// Whether it only gives the law its shape: the effect is absent where the other parameters are zero, whatever this
+    /// one is.
+    pub shape: bool,
 }
 
 /// A parameter of an effect that is a text.
@@ -416,7 +419,16 @@ const fn parameter(
     description: &'static str,
     typical: (f64, f64),
 ) -> ParameterInfo {
-    ParameterInfo { name, unit, description, default: None, min: f64::NEG_INFINITY, max: f64::INFINITY, typical }
+    ParameterInfo {
+        name,
+        unit,
+        description,
+        default: None,
+        min: f64::NEG_INFINITY,
+        max: f64::INFINITY,
+        typical,
+        shape: false,
+    }
 }
 
 impl ParameterInfo {
@@ -429,6 +441,12 @@ impl ParameterInfo {
     /// With a value for an absent key.
     const fn or(mut self, default: f64) -> Self {
         self.default = Some(default);
+        self
+    }
+
+    /// A parameter that only gives the law its shape.
+    const fn shape(mut self) -> Self {
+        self.shape = true;
         self
     }
 }

@@ -26,9 +26,9 @@ impl Effect for PeriodicGust {
         scope: Scope::Whole,
         parameters: &[
             parameter("amplitude", "N", "amplitude A", (5.0, 2e3)),
-            parameter("frequency", "rad/s", "angular frequency ω", (0.05, 10.0)).at_least(1e-9),
-            parameter("phase", "rad", "phase ψ at t = 0", (-3.2, 3.2)).or(0.0),
-            parameter("direction", "rad", "direction of the force, from the x axis", (-3.2, 3.2)).or(0.0),
+            parameter("frequency", "rad/s", "angular frequency ω", (0.05, 10.0)).at_least(1e-9).shape(),
+            parameter("phase", "rad", "phase ψ at t = 0", (-3.2, 3.2)).or(0.0).shape(),
+            parameter("direction", "rad", "direction of the force, from the x axis", (-3.2, 3.2)).or(0.0).shape(),
         ],
         texts: &[],
         shows_in: "force on the platform at one frequency",

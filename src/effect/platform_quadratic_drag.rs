@@ -25,8 +25,8 @@ impl Effect for PlatformQuadraticDrag {
         scope: Scope::Whole,
         parameters: &[
             parameter("coefficient", "N.s2/m2", "½ ρ_air C_d A", (0.5, 500.0)).at_least(0.0),
-            parameter("wind_x", "m/s", "steady wind speed w along x", (-20.0, 20.0)).or(0.0),
-            parameter("wind_y", "m/s", "steady wind speed w along y", (-20.0, 20.0)).or(0.0),
+            parameter("wind_x", "m/s", "steady wind speed w along x", (-20.0, 20.0)).or(0.0).shape(),
+            parameter("wind_y", "m/s", "steady wind speed w along y", (-20.0, 20.0)).or(0.0).shape(),
         ],
         texts: &[],
         shows_in: "force on the platform against the square of its velocity",

@@ -26,7 +26,7 @@ impl Effect for PulleyCapstanLoss {
             parameter("loss", "1", "share μ of the force lost over the pulleys", (1e-3, 0.2)).at_least(0.0),
             parameter("transition_speed", "m/s", "speed v_s over which the loss turns its sign", (1e-4, 0.1))
                 .at_least(1e-9)
-                .or(0.01),
+                .or(0.01).shape(),
         ],
         texts: &[],
         shows_in: "tension against winch force, with the sign of the winch speed and the size of the force",

@@ -26,9 +26,9 @@ impl Effect for Umbilical {
         scope: Scope::Whole,
         parameters: &[
             parameter("stiffness", "N/m", "stiffness k", (0.5, 500.0)).at_least(0.0),
-            parameter("damping", "N.s/m", "damping d", (0.0, 1e3)).at_least(0.0).or(0.0),
-            parameter("x", "m", "ground point x", (-100.0, 100.0)).or(0.0),
-            parameter("y", "m", "ground point y", (-100.0, 100.0)).or(0.0),
+            parameter("damping", "N.s/m", "damping d", (0.0, 1e3)).at_least(0.0).or(0.0).shape(),
+            parameter("x", "m", "ground point x", (-100.0, 100.0)).or(0.0).shape(),
+            parameter("y", "m", "ground point y", (-100.0, 100.0)).or(0.0).shape(),
         ],
         texts: &[],
         shows_in: "force on the platform in proportion to its position",

@@ -24,7 +24,7 @@ impl Effect for WinchCoulombFriction {
         scope: Scope::EachCable,
         parameters: &[
             parameter("force", "N", "friction force F_c", (5.0, 2e3)).at_least(0.0),
-            parameter("transition_speed", "m/s", "speed v_s over which the force turns its sign", (1e-4, 0.1)).at_least(1e-9).or(0.01),
+            parameter("transition_speed", "m/s", "speed v_s over which the force turns its sign", (1e-4, 0.1)).at_least(1e-9).or(0.01).shape(),
         ],
         texts: &[],
         shows_in: "tension against winch force, with the sign of the winch speed",

@@ -23,8 +23,8 @@ impl Effect for WinchSaturation {
         equation: "min(max(u, lower), upper)",
         scope: Scope::EachCable,
         parameters: &[
-            parameter("lower", "N", "smallest force", (0.0, 1e4)),
-            parameter("upper", "N", "largest force", (1e3, 1e5)),
+            parameter("lower", "N", "smallest force", (0.0, 1e4)).shape(),
+            parameter("upper", "N", "largest force", (1e3, 1e5)).shape(),
         ],
         texts: &[],
         shows_in: "tension stays behind the winch force beyond a level",

@@ -27,8 +27,8 @@ impl Effect for WinchStribeckFriction {
         parameters: &[
             parameter("coulomb", "N", "Coulomb friction F_c", (5.0, 2e3)).at_least(0.0),
             parameter("static", "N", "static friction F_s", (5.0, 4e3)).at_least(0.0),
-            parameter("stribeck_speed", "m/s", "Stribeck speed v_s", (1e-3, 1.0)).at_least(1e-9).or(0.05),
-            parameter("viscous", "N.s/m", "viscous coefficient c", (0.0, 1e4)).at_least(0.0).or(0.0),
+            parameter("stribeck_speed", "m/s", "Stribeck speed v_s", (1e-3, 1.0)).at_least(1e-9).or(0.05).shape(),
+            parameter("viscous", "N.s/m", "viscous coefficient c", (0.0, 1e4)).at_least(0.0).or(0.0).shape(),
         ],
         texts: &[],
         shows_in: "tension against winch force: highest just after a reversal",
