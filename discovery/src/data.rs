@@ -236,8 +236,15 @@ pub fn read_trial(path: &Path, map: &ColumnMap) -> Result<Trial, DataError> {
         let at = header.iter().position(|h| h.trim_matches('"') == column);
         at.map(|at| (at, scale, offset)).ok_or(column)
     };
-    let time_at =
-        find("time").map_err(|c| error(Some(1), format!("no column `{c}` (time in s); found {}", list(&header))))?;
+    let time_at = find("time").map_err(|c| {
+        // Spreadsheets of countries with a decimal comma separate cells by semicolons.
+        let hint = if header.len() == 1 && header[0].contains(';') {
+            "; the cells are separated by semicolons, expected commas and decimal points"
+        } else {
+            ""
+        };
+        error(Some(1), format!("no column `{c}` (time in s); found {}{hint}", list(&header)))
+    })?;
     let mut forces = Vec::new();
     for i in 1..=4 {
         let name = format!("winch_force[{i}]");
