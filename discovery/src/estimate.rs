@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::clean::{median, noise_by_differences};
 use crate::data::{Channel, Trial};
-use crate::kalman::{Filtered, Randomness, filter, smooth};
+use crate::kalman::{Filtered, Keep, Randomness, filter, smooth};
 use crate::model::{Examined, LATENTS};
 use crate::path::{LinearTrial, Trajectory, linearise};
 
@@ -187,7 +187,7 @@ impl Fit {
             .into_par_iter()
             .map(|t| {
                 let randomness = for_trial(&self.randomness, &trials[t]);
-                let filtered = filter(&self.linear[t], &randomness, true);
+                let filtered = filter(&self.linear[t], &randomness, Keep::Covariance);
                 smooth(&self.linear[t], &randomness, &filtered).deviation
             })
             .collect();
@@ -199,27 +199,31 @@ impl Fit {
         self.linearise(trials)
     }
 
-    pub(crate) fn filter(&self, trials: &[Trial], randomness: &Randomness) -> Vec<Filtered> {
+    pub(crate) fn filter(&self, trials: &[Trial], randomness: &Randomness, keep: Keep) -> Vec<Filtered> {
         (0..trials.len())
             .into_par_iter()
-            .map(|t| filter(&self.linear[t], &for_trial(randomness, &trials[t]), false))
+            .map(|t| filter(&self.linear[t], &for_trial(randomness, &trials[t]), keep))
             .collect()
     }
 
     pub(crate) fn minus_two_log_likelihood(&self, trials: &[Trial], randomness: &Randomness) -> f64 {
-        self.filter(trials, randomness).iter().map(|f| f.minus_two_log_likelihood).sum()
+        self.filter(trials, randomness, Keep::Likelihood).iter().map(|f| f.minus_two_log_likelihood).sum()
     }
 
     /// Sizes of latent forces (and noise) by maximum likelihood: none at all if that is better, else a coordinate search
     /// on a logarithmic grid.
     pub(crate) fn fit_randomness(&mut self, trials: &[Trial], noise: &[f64], coarse: bool) {
-        let mut best = self.randomness.clone();
-        let mut value = self.minus_two_log_likelihood(trials, &best);
-        let nothing = Randomness { force: SMALLEST_LATENT, winch: SMALLEST_LATENT, ..best.clone() };
-        if !best.same_latents(&nothing) {
-            let at_nothing = self.minus_two_log_likelihood(trials, &nothing);
-            if at_nothing < value {
-                (best, value) = (nothing.clone(), at_nothing);
+        let look = |randomness: Randomness| {
+            let filtered = self.filter(trials, &randomness, Keep::Likelihood);
+            let value: f64 = filtered.iter().map(|f| f.minus_two_log_likelihood).sum();
+            (randomness, filtered, value)
+        };
+        let mut best = look(self.randomness.clone());
+        let nothing = Randomness { force: SMALLEST_LATENT, winch: SMALLEST_LATENT, ..self.randomness.clone() };
+        if !best.0.same_latents(&nothing) {
+            let at_nothing = look(nothing.clone());
+            if at_nothing.2 < best.2 {
+                best = at_nothing;
             }
         }
         // From nothing, one step up on each axis tells whether there is anything.
@@ -228,36 +232,35 @@ impl Fit {
             for axis in 0..2 {
                 for direction in [1.0 / factor, factor] {
                     loop {
-                        let mut trial = best.clone();
-                        let slot = if axis == 0 { &mut trial.force } else { &mut trial.winch };
-                        let next = (*slot * direction).clamp(SMALLEST_LATENT, 1e5);
-                        if next == *slot {
+                        let mut next = best.0.clone();
+                        let slot = if axis == 0 { &mut next.force } else { &mut next.winch };
+                        *slot = (*slot * direction).clamp(SMALLEST_LATENT, 1e5);
+                        if next.same_latents(&best.0) {
                             break;
                         }
-                        *slot = next;
-                        let candidate = self.minus_two_log_likelihood(trials, &trial);
-                        if candidate >= value - 0.5 {
+                        let candidate = look(next);
+                        if candidate.2 >= best.2 - 0.5 {
                             break;
                         }
-                        (best, value) = (trial, candidate);
+                        best = candidate;
                     }
                 }
             }
-            if best.same_latents(&nothing) {
+            if best.0.same_latents(&nothing) {
                 break;
             }
         }
-        self.randomness = best;
-        self.fit_noise(trials, noise);
+        let (randomness, filtered, _) = best;
+        self.randomness = randomness;
+        self.fit_noise(trials, noise, &filtered);
     }
 
     /// Noise by maximum likelihood, held near what the data alone say: differences see too much where the signal itself
     /// is rough, and never too little.
-    fn fit_noise(&mut self, trials: &[Trial], noise: &[f64]) {
-        let filtered = self.filter(trials, &self.randomness);
+    fn fit_noise(&mut self, trials: &[Trial], noise: &[f64], filtered: &[Filtered]) {
         for (at, channel) in Channel::all().iter().enumerate() {
             let (mut sum, mut count) = (0.0, 0);
-            for (trial, f) in trials.iter().zip(&filtered) {
+            for (trial, f) in trials.iter().zip(filtered) {
                 if let Some(j) = trial.channels.iter().position(|c| c == channel) {
                     sum += f.noise_moment[j].0;
                     count += f.noise_moment[j].1;

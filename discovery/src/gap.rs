@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, for_trial};
-use crate::kalman::filter;
+use crate::kalman::{Keep, filter};
 use crate::model::LATENTS;
 
 /// Free-running predictions of one trial.
@@ -23,7 +23,7 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
         .into_par_iter()
         .map(|t| {
             let trial = &trials[t];
-            let filtered = filter(&fit.linear[t], &for_trial(&fit.randomness, trial), false);
+            let filtered = filter(&fit.linear[t], &for_trial(&fit.randomness, trial), Keep::Innovations);
             let width = fit.linear[t].width();
             let n = width - LATENTS;
             let m = trial.channels.len();

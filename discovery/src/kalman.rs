@@ -33,13 +33,11 @@ impl Randomness {
     }
 }
 
-/// Innovations, gains and what else later passes need.
+/// Innovations, gains and what else later passes need; what was not to be kept is empty.
 #[derive(Clone, Debug)]
 pub(crate) struct Filtered {
     /// `Σ log S + ν²/S` over all measurements.
     pub(crate) minus_two_log_likelihood: f64,
-    /// Measurements counted.
-    pub(crate) count: usize,
     /// Innovation over its standard deviation, a number a measurement; `NAN` in gaps.
     pub(crate) whitened: Vec<f64>,
     /// Standard deviation of each innovation.
@@ -50,7 +48,7 @@ pub(crate) struct Filtered {
     pub(crate) predicted: Vec<f64>,
     /// Deviation after each sample's measurements.
     pub(crate) updated: Vec<f64>,
-    /// Its covariance before the measurements, `width²` a sample; empty unless kept.
+    /// Its covariance before the measurements, `width²` a sample.
     pub(crate) covariance: Vec<f64>,
     /// `Σ e ν` and count by channel: its ratio estimates the noise variance.
     pub(crate) noise_moment: Vec<(f64, usize)>,
@@ -59,37 +57,49 @@ pub(crate) struct Filtered {
 /// Standard deviation of the rounding and discretisation error that a step may hide (m, rad, m/s, ...).
 const STEP_ERROR: f64 = 1e-9;
 
+/// What later passes need of a filter's run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Keep {
+    /// The likelihood alone.
+    Likelihood,
+    /// Innovations, gains and states as well.
+    Innovations,
+    /// And the covariance of the states.
+    Covariance,
+}
+
 /// Runs the filter over one trial.
-pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep_covariance: bool) -> Filtered {
+pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
     // Rows of a fixed width, and the widest registers that the processor has: three times as fast.
     match linear.width() {
-        ..=16 => dispatch::<16>(linear, randomness, keep_covariance),
-        17..=24 => dispatch::<24>(linear, randomness, keep_covariance),
-        25..=32 => dispatch::<32>(linear, randomness, keep_covariance),
-        _ => dispatch::<64>(linear, randomness, keep_covariance),
+        ..=16 => dispatch::<16>(linear, randomness, keep),
+        17..=24 => dispatch::<24>(linear, randomness, keep),
+        25..=32 => dispatch::<32>(linear, randomness, keep),
+        _ => dispatch::<64>(linear, randomness, keep),
     }
 }
 
-fn dispatch<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep_covariance: bool) -> Filtered {
+fn dispatch<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
     assert!(linear.width() <= W, "the largest model has fewer states and latents than this");
     pulp::Arch::new().dispatch(
         #[inline(always)]
-        || run::<W>(linear, randomness, keep_covariance),
+        || run::<W>(linear, randomness, keep),
     )
 }
 
 #[inline(always)]
-fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep_covariance: bool) -> Filtered {
+fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
     let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    let rows = |from: Keep| if keep >= from { len } else { 0 };
+    let innovations = rows(Keep::Innovations);
     let mut out = Filtered {
         minus_two_log_likelihood: 0.0,
-        count: 0,
-        whitened: vec![f64::NAN; len * m],
-        deviation: vec![f64::NAN; len * m],
-        gain: vec![0.0; len * m * w],
-        predicted: vec![0.0; len * w],
-        updated: vec![0.0; len * w],
-        covariance: if keep_covariance { vec![0.0; len * w * w] } else { Vec::new() },
+        whitened: vec![f64::NAN; innovations * m],
+        deviation: vec![f64::NAN; innovations * m],
+        gain: vec![0.0; innovations * m * w],
+        predicted: vec![0.0; innovations * w],
+        updated: vec![0.0; innovations * w],
+        covariance: vec![0.0; rows(Keep::Covariance) * w * w],
         noise_moment: vec![(0.0, 0); m],
     };
     let mut x = [0.0; W];
@@ -103,8 +113,10 @@ fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep_covar
         p[n + l][n + l] = randomness.latent_deviation(l).powi(2);
     }
     for k in 0..len {
-        out.predicted[k * w..(k + 1) * w].copy_from_slice(&x[..w]);
-        if keep_covariance {
+        if keep >= Keep::Innovations {
+            out.predicted[k * w..(k + 1) * w].copy_from_slice(&x[..w]);
+        }
+        if keep >= Keep::Covariance {
             for (to, from) in out.covariance[k * w * w..(k + 1) * w * w].chunks_exact_mut(w).zip(&p) {
                 to.copy_from_slice(&from[..w]);
             }
@@ -131,15 +143,18 @@ fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep_covar
             for row in 0..w {
                 add(&mut p[row], -gain[row], &ph);
             }
-            out.gain[at * w..(at + 1) * w].copy_from_slice(&gain[..w]);
+            if keep >= Keep::Innovations {
+                out.gain[at * w..(at + 1) * w].copy_from_slice(&gain[..w]);
+                out.whitened[at] = innovation / s.sqrt();
+                out.deviation[at] = s.sqrt();
+            }
             out.minus_two_log_likelihood += s.ln() + innovation * innovation / s;
-            out.count += 1;
-            out.whitened[at] = innovation / s.sqrt();
-            out.deviation[at] = s.sqrt();
             out.noise_moment[j].0 += innovation * innovation * r / s;
             out.noise_moment[j].1 += 1;
         }
-        out.updated[k * w..(k + 1) * w].copy_from_slice(&x[..w]);
+        if keep >= Keep::Innovations {
+            out.updated[k * w..(k + 1) * w].copy_from_slice(&x[..w]);
+        }
         if k + 1 < len {
             predict(linear, randomness, k, &mut x, &mut p);
         }

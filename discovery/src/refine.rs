@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
-use crate::kalman::{Normal, Randomness, filter, whiten};
+use crate::kalman::{Keep, Normal, Randomness, filter, whiten};
 use crate::model::Examined;
 use crate::regression::ladder;
 use crate::signature;
@@ -88,7 +88,7 @@ fn proposals(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -
             let forcing = signature::difference(&fit.examined, &varied, &trials[t], &fit.trajectories[t]);
             let whitened = sizes.par_iter().map(|randomness| {
                 let randomness = for_trial(randomness, &trials[t]);
-                let filtered = filter(&fit.linear[t], &randomness, false);
+                let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
                 whiten(&fit.linear[t], &randomness, &filtered, &forcing, None)
             });
             whitened.collect()
@@ -108,13 +108,15 @@ fn proposals(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -
 /// Refines the parameters of the effects from `first` on by Gauss-Newton on the innovations.
 ///
 /// Parameters and the size of the latent disturbances are chosen together: what the parameters will explain, the latents
-/// need not carry, and only with small latents are the parameters sharp.
+/// need not carry, and only with small latents are the parameters sharp. Given a `-2 log L` to be `aimed` at, it ends
+/// early where that is out of reach.
 pub(crate) fn refine(
     fit: &mut Fit,
     trials: &[Trial],
     noise: &[f64],
     first: usize,
     rounds: usize,
+    aim: Option<f64>,
 ) -> Result<Estimate, FitError> {
     let free = free_parameters(&fit.model, first);
     let mut round = 1;
@@ -151,7 +153,11 @@ pub(crate) fn refine(
         *fit = next;
         fit.fit_randomness(trials, noise, false);
         // The last step of a refinement that has settled: its estimate is that of the next look.
-        round = if start - reached < SETTLED { rounds } else { round + 1 };
+        let settled = start - reached < SETTLED;
+        // The first rounds gain little where the trajectory is still another law's.
+        let left = 3.0 * (start - reached) * (rounds - round) as f64;
+        let hopeless = round >= 3 && aim.is_some_and(|aim| reached - left > aim);
+        round = if settled || hopeless { rounds } else { round + 1 };
     }
 }
 
@@ -193,6 +199,8 @@ fn move_parameter(model: &mut Model, free: Free, change: f64) {
     if parameter.shape && low > 0.0 {
         // Shapes stay where the law is itself.
         *value = value.clamp(0.25 * before, 4.0 * before).clamp(0.1 * low, 10.0 * high);
+    } else if parameter.shape {
+        *value = value.clamp(10.0 * low, 10.0 * high);
     } else if parameter.min == 0.0 {
         *value = value.max(1e-6 * before.max(0.05 * high));
     }

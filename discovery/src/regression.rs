@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
 use crate::estimate::{Fit, SMALLEST_LATENT, for_trial};
-use crate::kalman::{Forcing, Normal, Randomness, filter, whiten};
+use crate::kalman::{Forcing, Keep, Normal, Randomness, filter, whiten};
 use crate::signature::combine;
 
 /// The normal equations of all columns at one size of the latent disturbances.
@@ -51,7 +51,7 @@ pub(crate) fn levels(
             .into_par_iter()
             .map(|t| {
                 let r = for_trial(randomness, &trials[t]);
-                let filtered = filter(&fit.linear[t], &r, false);
+                let filtered = filter(&fit.linear[t], &r, Keep::Innovations);
                 whiten(&fit.linear[t], &r, &filtered, &used[t], Some(&pairs))
             })
             .collect();

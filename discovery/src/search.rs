@@ -121,14 +121,19 @@ impl<'a> Search<'a> {
     }
 
     /// Fits `model`, starting from another fit, with its own effects' parameters refined.
-    pub(crate) fn fit(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
+    fn fit(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
+        self.fit_towards(model, from, rounds, None)
+    }
+
+    /// As [`Search::fit`], given up where the `-2 log L` that is aimed at is out of reach.
+    fn fit_towards(&self, model: &Model, from: &Fitted, rounds: usize, aim: Option<f64>) -> Result<Fitted, FitError> {
         let e = self.evidence;
         let mut train = Fit::new(model, &e.train, &from.train.randomness, Some(&from.train))?;
         if train.examined.states() != from.train.examined.states() {
             train.smooth(&e.train)?;
             train.fit_randomness(&e.train, &e.noise, true);
         }
-        let estimate = refine(&mut train, &e.train, &e.noise, self.given, rounds)?;
+        let estimate = refine(&mut train, &e.train, &e.noise, self.given, rounds, aim)?;
         train.fit_randomness(&e.train, &e.noise, false);
         let mut holdout = Fit::new(&train.model, &e.holdout, &train.randomness, Some(&from.holdout))?;
         // Once more: the trajectory it starts from is another model's.
@@ -141,6 +146,11 @@ impl<'a> Search<'a> {
     ///
     /// The other effects' parameters adapt in `rounds` of refinement.
     pub(crate) fn fit_without(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
+        self.fit(model, &self.loosened(model, from)?, rounds)
+    }
+
+    /// A fit of `model` from which others can start: with latent forces as large as in the model as given.
+    fn loosened(&self, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
         let mut start = from.clone();
         if let Some(randomness) = &self.base_randomness {
             start.train.randomness = Randomness { noise: from.train.randomness.noise.clone(), ..randomness.clone() };
@@ -149,7 +159,7 @@ impl<'a> Search<'a> {
         start.train = Fit::new(model, &e.train, &start.train.randomness, Some(&start.train))?;
         start.train.smooth(&e.train)?;
         start.train.fit_randomness(&e.train, &e.noise, true);
-        self.fit(model, &start, rounds)
+        Ok(start)
     }
 
     fn note(&mut self, effect: &EffectSpec, outcome: &str, delta_bic: f64, reason: &str) {
@@ -374,7 +384,9 @@ impl<'a> Search<'a> {
             if model.check().is_err() {
                 continue;
             }
-            if let Ok(other) = self.fit_without(&model, fitted, ROUNDS) {
+            let aim = fitted.train.minus_two_log_likelihood(&self.evidence.train, &fitted.train.randomness);
+            let other = self.loosened(&model, fitted).and_then(|s| self.fit_towards(&model, &s, ROUNDS, Some(aim)));
+            if let Ok(other) = other {
                 out.push((other.train.model.effects[at].clone(), other));
             }
         }

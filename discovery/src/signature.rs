@@ -120,23 +120,20 @@ fn single(
 /// Whether a variation acts through the rates of the states the base plant has, so that its forcing over a step follows
 /// from the rates at both ends.
 fn acts_through_rates(id: &str) -> bool {
-    !matches!(
-        id,
-        "winch_lag"
-            | "winch_delay"
-            | "cable_creep"
-            | "cable_elasticity"
-            | "length_sensor_bias"
-            | "length_sensor_scale"
-            | "pose_sensor_bias"
-            | "pose_sensor_delay"
-    )
+    !matches!(id, "winch_lag" | "winch_delay" | "cable_creep" | "cable_elasticity" | "pose_sensor_delay")
+}
+
+/// Whether a variation only changes what the sensors show.
+fn is_of_sensors(id: &str) -> bool {
+    matches!(id, "length_sensor_bias" | "length_sensor_scale" | "pose_sensor_bias")
 }
 
 /// Whether a variation changes what the sensors show of the same states.
 fn acts_on_sensors(id: &str, trial: &Trial, rigid: bool) -> bool {
     let tension = trial.channels.iter().any(|c| matches!(c, Channel::Tension(_)));
-    matches!(id, "anchor_offset" | "attachment_offset") || (tension && (rigid || id.starts_with("cable_")))
+    matches!(id, "anchor_offset" | "attachment_offset")
+        || is_of_sensors(id)
+        || (tension && (rigid || id.starts_with("cable_")))
 }
 
 /// As [`single`], by the trapezoidal rule on the difference of rates: an order faster, good to a few per cent where the
@@ -148,7 +145,7 @@ fn quick(
     trial: &Trial,
     trajectory: &Trajectory,
     reference: &Reference,
-    sensors: bool,
+    [plant, sensors]: [bool; 2],
 ) -> Option<Single> {
     let (n, m, w) = (base.states(), trial.channels.len(), linear.width());
     let mut out = Single { step: vec![0.0; (trial.len() - 1) * n], sensor: vec![0.0; trial.len() * m] };
@@ -165,8 +162,8 @@ fn quick(
                 out.sensor[k * m + j] = (shown[j] - reference.shown[k * m + j]) as f32;
             }
         }
-        if k + 1 == trial.len() {
-            break;
+        if !plant || k + 1 == trial.len() {
+            continue;
         }
         let half = 0.5 * linear.interval[k];
         let target = &mut out.step[k * n..(k + 1) * n];
@@ -222,7 +219,8 @@ pub(crate) fn forcing(
             Examined::new(&varied).ok().and_then(|v| {
                 if acts_through_rates(&spec.id) && v.states() == base.states() {
                     let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
-                    quick(base, &v, linear, trial, trajectory, &reference, sensors)
+                    let acts = [!is_of_sensors(&spec.id), sensors];
+                    quick(base, &v, linear, trial, trajectory, &reference, acts)
                 } else {
                     single(base, &v, trial, trajectory, &reference)
                 }

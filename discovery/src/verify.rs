@@ -5,6 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use crate::data::{Channel, Trial};
 use crate::estimate::Fit;
 use crate::gap::{GapSum, gap, predict};
+use crate::kalman::Keep;
 use crate::outcome::{BeforeAfter, HORIZONS, HorizonGap, Whiteness};
 
 /// Lags of the whiteness test.
@@ -47,7 +48,7 @@ pub(crate) fn horizon_gaps(before: [&[GapSum]; 2], after: [&[GapSum]; 2]) -> Vec
 /// The limit is the 99.9 % point of chi-square, plus what a root mean square autocorrelation of two per cent gives: with
 /// ten thousand samples a deviation of no practical weight would otherwise count.
 pub(crate) fn whiteness(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Vec<Whiteness> {
-    let filtered = fit.filter(trials, &fit.randomness);
+    let filtered = fit.filter(trials, &fit.randomness, Keep::Innovations);
     let chi = ChiSquared::new(LAGS as f64).map_or(45.3, |d| d.inverse_cdf(0.999));
     let mut out = Vec::new();
     for (at, channel) in Channel::all().into_iter().enumerate() {
@@ -87,7 +88,7 @@ pub(crate) fn whiteness(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Vec<White
 /// A block counts when it gains more than a tenth of what the median gaining block does, and at least ten units of log
 /// likelihood; neighbours are joined.
 pub(crate) fn when(full: &Fit, reduced: &Fit, trials: &[Trial]) -> Vec<(usize, f64, f64)> {
-    let (a, b) = (full.filter(trials, &full.randomness), reduced.filter(trials, &reduced.randomness));
+    let [a, b] = [full, reduced].map(|fit| fit.filter(trials, &fit.randomness, Keep::Innovations));
     let mut gains = Vec::new();
     for (t, trial) in trials.iter().enumerate() {
         let m = trial.channels.len();
