@@ -7,6 +7,7 @@ use cdpr::model_file::Model;
 use cdpr::parameters::CableModel;
 
 use crate::data::{Channel, Trial};
+use crate::spectrum::Wave;
 
 /// A column of the regression: a weighted sum of simulated variations of the model.
 pub(crate) type Combination = Vec<(usize, f64)>;
@@ -45,6 +46,8 @@ pub(crate) struct Situation {
     pub(crate) commands: [Vec<f64>; 4],
     /// Frequencies (rad/s) at which the latent forces have peaks.
     pub(crate) peaks: Vec<f64>,
+    /// Lengths at which the latent forces repeat.
+    pub(crate) waves: Vec<Wave>,
     /// Whether unstretched lengths, cable lengths, poses are measured.
     pub(crate) unstretched: [bool; 4],
     pub(crate) lengths: [bool; 4],
@@ -72,6 +75,7 @@ impl Situation {
             mean_tension: mean_tension.max(100.0),
             commands,
             peaks: Vec::new(),
+            waves: Vec::new(),
             unstretched: std::array::from_fn(|i| has(Channel::UnstretchedLength(i))),
             lengths: std::array::from_fn(|i| has(Channel::CableLength(i))),
             pose: (0..3).any(|k| has(Channel::Pose(k))),
@@ -358,7 +362,7 @@ fn sensors(lib: &mut Library, situation: &Situation) {
 /// The dictionary of terms outside the catalogue, for every axis of the platform and every winch.
 pub(crate) fn dictionary(situation: &Situation) -> Library {
     let mut lib = Library::default();
-    let mut terms: Vec<String> = [
+    let terms = [
         "x",
         "y",
         "phi",
@@ -401,16 +405,18 @@ pub(crate) fn dictionary(situation: &Situation) -> Library {
         "phi*vy",
         "x*omega",
         "y*omega",
-    ]
-    .map(str::to_owned)
-    .to_vec();
-    for frequency in &situation.peaks {
-        terms.push(format!("sin({frequency}*time)"));
-        terms.push(format!("cos({frequency}*time)"));
-    }
-    for (target, size) in [("platform.force_x", 10.0), ("platform.force_y", 10.0), ("platform.torque", 100.0)] {
+    ];
+    for (axis, (target, size)) in
+        [("platform.force_x", 10.0), ("platform.force_y", 10.0), ("platform.torque", 100.0)].into_iter().enumerate()
+    {
         for term in &terms {
             push_term(&mut lib, target, term, size);
+        }
+        for frequency in &situation.peaks {
+            push_wave(&mut lib, target, &format!("{frequency}*time"), size);
+        }
+        for wave in situation.waves.iter().filter(|w| w.latent == axis) {
+            push_wave(&mut lib, target, &format!("{}*{}", wave.number, wave.coordinate), size);
         }
     }
     for cable in 1..=4 {
@@ -431,8 +437,30 @@ pub(crate) fn dictionary(situation: &Situation) -> Library {
         ] {
             push_term(&mut lib, target, &term, 10.0);
         }
+        for other in (1..=4).filter(|other| *other != cable) {
+            push_term(&mut lib, target, &format!("winch_force[{other}]/1e4"), 10.0);
+        }
+        for wave in situation.waves.iter().filter(|w| w.latent == 2 + cable) {
+            push_wave(&mut lib, target, &format!("{}*{}", wave.number, wave.coordinate), 10.0);
+        }
     }
     lib
+}
+
+/// A wave along `angle`: sine and cosine together, at a wave number that was searched for.
+fn push_wave(lib: &mut Library, target: &'static str, angle: &str, size: f64) {
+    let mut columns = Vec::new();
+    for function in ["sin", "cos"] {
+        let Ok(spec) = EffectSpec::expression(target, &format!("{size}*{function}({angle})")) else { return };
+        lib.variations.push(spec);
+        columns.push(lib.column(vec![(lib.variations.len() - 1, 1.0)]));
+    }
+    let angle = angle.to_owned();
+    let build = move |a: &[f64]| {
+        let (sine, cosine) = (a[0] * size, a[1] * size);
+        EffectSpec::expression(target, &format!("{sine:e}*sin({angle}) + {cosine:e}*cos({angle})")).ok()
+    };
+    lib.candidate("expression", None, columns, 1, Box::new(build));
 }
 
 fn push_term(lib: &mut Library, target: &'static str, term: &str, size: f64) {

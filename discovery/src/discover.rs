@@ -64,7 +64,7 @@ pub fn discover(
     let base = search.base(model)?;
     let mut fitted = search.catalogue_rounds(base.clone())?;
     let mut alternatives = Vec::new();
-    fitted = settle(&mut search, fitted, &mut alternatives)?;
+    fitted = settle(&mut search, &base, fitted, &mut alternatives)?;
     if fitted.gap[0] > NOTHING_LEFT {
         fitted = beyond_catalogue(&mut search, &base, fitted, &mut alternatives)?;
     }
@@ -165,11 +165,12 @@ fn hold_out(train: &mut [Trial], holdout: &mut Vec<Trial>) -> Result<String, Dis
 /// Prunes, compares every effect with its rivals, and takes up a rival that is clearly better.
 fn settle(
     search: &mut Search<'_>,
+    base: &Fitted,
     mut fitted: Fitted,
     alternatives: &mut Vec<Vec<Alternative>>,
 ) -> Result<Fitted, FitError> {
     (search.progress)("comparing explanations", 0.75);
-    fitted = search.prune(fitted)?;
+    fitted = search.prune(base, fitted)?;
     alternatives.clear();
     for k in 0..search.taken.len() {
         let at = search.given + k;
@@ -223,27 +224,28 @@ fn beyond_catalogue(
     fitted: Fitted,
     alternatives: &mut Vec<Vec<Alternative>>,
 ) -> Result<Fitted, FitError> {
-    let Some(with_terms) = search.dictionary_rounds(&fitted)? else {
-        if search.taken.is_empty() {
-            return Ok(fitted);
+    let found = search.taken.clone();
+    let mut best = fitted;
+    if let Some(with_terms) = search.dictionary_rounds(&best)? {
+        best = search.prune(base, with_terms)?;
+        if search.taken.len() <= found.len() {
+            alternatives.clear();
         }
-        // Perhaps what was found stands in the way.
-        let kept = (std::mem::take(&mut search.taken), std::mem::take(alternatives));
-        if let Some(instead) = search.dictionary_rounds(base)?
-            && instead.score < fitted.score
-            && instead.gap[0] < fitted.gap[0]
-        {
+    }
+    if found.is_empty() {
+        return Ok(best);
+    }
+    // Perhaps what was found only stood for what is outside the catalogue.
+    let kept = std::mem::take(&mut search.taken);
+    if let Some(instead) = search.dictionary_rounds(base)? {
+        let instead = search.prune(base, instead)?;
+        if instead.score < best.score && instead.gap[0] < best.gap[0] {
+            alternatives.clear();
             return Ok(instead);
         }
-        (search.taken, *alternatives) = kept;
-        return Ok(fitted);
-    };
-    let before = search.taken.len();
-    let pruned = search.prune(with_terms)?;
-    if search.taken.len() != before {
-        alternatives.clear();
     }
-    Ok(pruned)
+    search.taken = kept;
+    Ok(best)
 }
 
 fn judge(fitted: &Fitted, base: &Fitted, effects: &[Found], terms: &[Found], remarks: &mut Vec<String>) -> Verdict {

@@ -59,7 +59,7 @@ pub(crate) fn levels(
         parts.iter().for_each(|p| small.add(p));
         out.push(Level { normal: spread(&small, &columns, all) });
         if reduced.is_none() && sizes.len() > 1 {
-            let best = rank(library, &out, 0.0);
+            let best = rank(library, &out, Penalty::NONE);
             columns = best.iter().take(KEPT).flat_map(|s| library.candidates[s.candidate].columns.clone()).collect();
             columns.sort_unstable();
             columns.dedup();
@@ -125,6 +125,29 @@ pub(crate) fn subset(normal: &Normal, columns: &[usize]) -> Option<Subset> {
     Some(Subset { amplitudes: x.iter().zip(&scale).map(|(x, s)| x / s).collect(), drop })
 }
 
+/// What parameters cost: the extended BIC (J. Chen and Z. Chen, Biometrika 95 (2008)), `ln n` for each parameter and
+/// `2 ln p` for each choice among `p` candidates.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Penalty {
+    parameter: f64,
+    choice: f64,
+}
+
+impl Penalty {
+    /// No cost.
+    pub(crate) const NONE: Self = Self { parameter: 0.0, choice: 0.0 };
+
+    /// For `count` measurements and a catalogue of some 200 candidates.
+    pub(crate) fn new(count: usize) -> Self {
+        Self { parameter: (count.max(2) as f64).ln(), choice: 2.0 * 200.0_f64.ln() }
+    }
+
+    /// Of one effect with so many parameters.
+    pub(crate) fn of(self, parameters: usize) -> f64 {
+        self.choice + self.parameter * parameters as f64
+    }
+}
+
 /// A candidate as the regression sees it.
 #[derive(Clone, Debug)]
 pub(crate) struct Scored {
@@ -136,7 +159,7 @@ pub(crate) struct Scored {
 }
 
 /// Weighs every candidate, the best first. Amplitudes that no parameter values have are not considered.
-pub(crate) fn rank(library: &Library, levels: &[Level], penalty: f64) -> Vec<Scored> {
+pub(crate) fn rank(library: &Library, levels: &[Level], penalty: Penalty) -> Vec<Scored> {
     let mut all: Vec<Scored> = library
         .candidates
         .par_iter()
@@ -147,12 +170,12 @@ pub(crate) fn rank(library: &Library, levels: &[Level], penalty: f64) -> Vec<Sco
     all
 }
 
-fn best_level(candidate: &Candidate, at: usize, levels: &[Level], penalty: f64) -> Option<Scored> {
+fn best_level(candidate: &Candidate, at: usize, levels: &[Level], penalty: Penalty) -> Option<Scored> {
     let own = candidate.columns.len();
     let mut best: Option<Scored> = None;
     for level in levels {
         let Some(solved) = subset(&level.normal, &candidate.columns) else { continue };
-        let score = level.normal.minus_two_log_likelihood - solved.drop + penalty * (own + candidate.tried) as f64;
+        let score = level.normal.minus_two_log_likelihood - solved.drop + penalty.of(own + candidate.tried);
         if best.as_ref().is_none_or(|b| score < b.score) && candidate.effect(&solved.amplitudes[..own]).is_some() {
             best = Some(Scored { candidate: at, score, amplitudes: solved.amplitudes[..own].to_vec() });
         }

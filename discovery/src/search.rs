@@ -10,7 +10,7 @@ use crate::gap::{gap, predict};
 use crate::kalman::{Forcing, Randomness};
 use crate::outcome::{HORIZON, SearchStep};
 use crate::refine::{Estimate, refine};
-use crate::regression::{Scored, baseline, ladder, levels, rank};
+use crate::regression::{Penalty, Scored, baseline, ladder, levels, rank};
 use crate::signature;
 
 /// Fall of the information criterion below which nothing is believed, beyond the penalty of the parameters.
@@ -70,17 +70,13 @@ pub(crate) struct Search<'a> {
     pub(crate) progress: Progress<'a>,
     /// Random parts with the model as given.
     base_randomness: Option<Randomness>,
-    /// Its score.
-    base_score: f64,
-    penalty: f64,
+    penalty: Penalty,
 }
 
 impl<'a> Search<'a> {
     pub(crate) fn new(evidence: &'a Evidence, given: usize, progress: Progress<'a>) -> Self {
         let count: usize =
             evidence.train.iter().map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count()).sum();
-        // Extended BIC over a catalogue of some 200 columns.
-        let penalty = (count.max(2) as f64).ln() + 2.0 * 200.0_f64.ln();
         Self {
             evidence,
             given,
@@ -89,8 +85,7 @@ impl<'a> Search<'a> {
             candidates: 0,
             progress,
             base_randomness: None,
-            base_score: f64::NAN,
-            penalty,
+            penalty: Penalty::new(count),
         }
     }
 
@@ -105,15 +100,13 @@ impl<'a> Search<'a> {
         self.base_randomness = Some(train.randomness.clone());
         let mut holdout = Fit::new(model, &e.holdout, &train.randomness, None)?;
         holdout.smooth(&e.holdout)?;
-        let fitted = self.finish(train, holdout, None);
-        self.base_score = fitted.score;
-        Ok(fitted)
+        Ok(self.finish(train, holdout, None))
     }
 
     fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
         let e = self.evidence;
-        let parameters: usize = train.model.effects[self.given..].iter().map(|s| s.values.len().max(1)).sum();
-        let score = train.minus_two_log_likelihood(&e.train, &train.randomness) + self.penalty * parameters as f64;
+        let cost: f64 = train.model.effects[self.given..].iter().map(|s| self.penalty.of(s.values.len().max(1))).sum();
+        let score = train.minus_two_log_likelihood(&e.train, &train.randomness) + cost;
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
         let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
         let gap = [gap_over(HORIZON), gap_over(20.0)];
@@ -204,6 +197,7 @@ impl<'a> Search<'a> {
     fn situation(&self, fit: &Fit) -> Situation {
         let mut situation = Situation::of(&self.evidence.train);
         situation.peaks = crate::spectrum::peaks(fit, &self.evidence.train);
+        situation.waves = crate::spectrum::waves(fit, &self.evidence.train);
         situation
     }
 
@@ -339,7 +333,7 @@ impl<'a> Search<'a> {
     }
 
     /// Takes out effects without which the model is as good, the least certain first.
-    pub(crate) fn prune(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+    pub(crate) fn prune(&mut self, base: &Fitted, mut fitted: Fitted) -> Result<Fitted, FitError> {
         let mut judged: Vec<EffectSpec> = Vec::new();
         while fitted.train.model.effects.len() > self.given + 1 {
             let certainty = |at: usize| fitted.estimate.as_ref().map_or(f64::NAN, |e| e.wald[at]);
@@ -370,7 +364,13 @@ impl<'a> Search<'a> {
             }
         }
         if let [only] = &mut self.taken[..] {
-            only.delta_bic = fitted.score - self.base_score;
+            only.delta_bic = fitted.score - base.score;
+            if !Self::earns(base, &fitted) {
+                let effect = fitted.train.model.effects[self.given].clone();
+                self.note(&effect, "removed", fitted.score - base.score, "it does not shrink the gap on held-out data");
+                self.taken.clear();
+                return Ok(base.clone());
+            }
         }
         Ok(fitted)
     }

@@ -1,4 +1,4 @@
-//! Frequencies at which the latent forces on the platform have peaks.
+//! Frequencies and lengths at which the latent forces repeat.
 
 use std::f64::consts::TAU;
 
@@ -55,4 +55,70 @@ pub(crate) fn peaks(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
         }
     }
     out
+}
+
+/// A length at which a latent force repeats, as the coordinate it depends on moves.
+#[derive(Clone, Debug)]
+pub(crate) struct Wave {
+    /// The latent: axis of the platform, or 3 and the cable's index.
+    pub(crate) latent: usize,
+    /// Name of the coordinate in an expression.
+    pub(crate) coordinate: String,
+    /// Wave number (rad/m).
+    pub(crate) number: f64,
+}
+
+/// The most prominent wave of each latent force over each coordinate that it may depend on: platform forces over the
+/// platform's position, a winch's force over what the winch has paid out.
+pub(crate) fn waves(fit: &Fit, trials: &[Trial]) -> Vec<Wave> {
+    let plant = &fit.examined.plant;
+    let mut pairs: Vec<(usize, usize, String)> = Vec::new();
+    for latent in 0..3 {
+        pairs.push((latent, 0, "x".to_owned()));
+        pairs.push((latent, 1, "y".to_owned()));
+    }
+    for cable in 0..4 {
+        if let Some(at) = plant.unstretched_index(cable) {
+            pairs.push((3 + cable, at, format!("unstretched_length[{}]", cable + 1)));
+        }
+    }
+    let interval = trials.iter().map(Trial::interval).fold(f64::INFINITY, f64::min);
+    let stride = ((0.1 / interval) as usize).max(1);
+    let wave = |(latent, at, coordinate): (usize, usize, String)| {
+        // Position and force at every tenth of a second, over all trials.
+        let points: Vec<(f64, f64)> = trials
+            .iter()
+            .zip(&fit.trajectories)
+            .flat_map(|(trial, trajectory)| {
+                (0..trial.len()).step_by(stride).map(move |k| (trajectory.states(k)[at], trajectory.latents(k)[latent]))
+            })
+            .collect();
+        let (low, high) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.0), b.max(p.0)));
+        let spacing = TAU / (high - low) / 3.0;
+        if !spacing.is_finite() {
+            return None;
+        }
+        let power = |number: f64| {
+            let (mut c, mut s) = (0.0, 0.0);
+            for (position, force) in &points {
+                let (sin, cos) = (number * (position - low)).sin_cos();
+                c += force * cos;
+                s += force * sin;
+            }
+            c * c + s * s
+        };
+        // From waves that pass once over the range to forty.
+        let powers: Vec<f64> = (3..120).map(|k| power(k as f64 * spacing)).collect();
+        let k = (1..powers.len() - 1)
+            .filter(|k| powers[*k] > powers[k - 1] && powers[*k] >= powers[k + 1])
+            .max_by(|a, b| powers[*a].total_cmp(&powers[*b]))?;
+        // The vertex of the parabola through the peak and its neighbours.
+        let (before, peak, after) = (powers[k - 1], powers[k], powers[k + 1]);
+        let shift = 0.5 * (before - after) / (before - 2.0 * peak + after);
+        let number = ((k + 3) as f64 + shift) * spacing;
+        // Written as a term, four digits are enough.
+        let number = format!("{number:.3e}").parse().ok()?;
+        Some(Wave { latent, coordinate, number })
+    };
+    pairs.into_iter().filter_map(wave).collect()
 }

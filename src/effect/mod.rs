@@ -438,6 +438,12 @@ impl ParameterInfo {
         self
     }
 
+    /// With a largest value.
+    const fn at_most(mut self, max: f64) -> Self {
+        self.max = max;
+        self
+    }
+
     /// With a value for an absent key.
     const fn or(mut self, default: f64) -> Self {
         self.default = Some(default);

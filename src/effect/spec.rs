@@ -45,12 +45,15 @@ impl SpecError {
 
 impl EffectSpec {
     /// An effect of the catalogue with `values` for its parameters (in order), on `cable` `1..4` or, with `None`, on all.
+    /// Values left out at the end are the defaults.
     ///
     /// # Errors
     /// Unknown id, cable out of range or not taken by this effect, wrong count, value out of its bounds.
     pub fn new(id: &str, cable: Option<usize>, values: &[f64]) -> Result<Self, SpecError> {
-        let spec =
+        let mut spec =
             Self { id: id.to_owned(), cable, values: values.to_vec(), channel: None, target: None, expression: None };
+        let left_out = spec.info()?.parameters.iter().skip(values.len());
+        spec.values.extend(left_out.map_while(|parameter| parameter.default));
         spec.check()?;
         Ok(spec)
     }

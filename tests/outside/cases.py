@@ -167,7 +167,7 @@ CATALOGUE = {
             {"strain_amplitude": 2e-4, "period": 15.0, "phase": 0.4},
         ),
         ("cable_drag", None, {"drag_area_per_length": 0.05}),
-        ("winch_coulomb_friction", 3, {"force": 250.0, "transition_speed": 0.05}),
+        ("winch_coulomb_friction", 3, {"force": 250.0, "transition_speed": 0.05, "tail": 0.4}),
         ("winch_viscous_friction", 1, {"coefficient": 300.0}),
         (
             "winch_stribeck_friction",

@@ -203,6 +203,9 @@ fn winch_effects_change_the_pull_as_they_say() {
     near(pull(effect("winch_saturation", None, &[500.0, 8e3]), 100.0, 0.0), 500.0);
     near(pull(effect("winch_coulomb_friction", None, &[250.0, 0.01]), 1e4, 0.005), 1e4 + 250.0 * 0.5_f64.tanh());
     near(pull(effect("winch_coulomb_friction", None, &[250.0, 0.01]), 1e4, -30.0), 9750.0);
+    // At l̇ = 2 v_s/π the arctangent has turned by an eighth of a circle: half the force.
+    let slow = effect("winch_coulomb_friction", None, &[250.0, 0.01, 1.0]);
+    near(pull(slow, 1e4, 0.02 / std::f64::consts::PI), 1e4 + 125.0);
     near(pull(effect("winch_viscous_friction", None, &[700.0]), 1e4, -0.5), 9650.0);
     near(pull(effect("pulley_capstan_loss", None, &[0.02, 0.01]), 1e4, 3.0), 1.02e4);
     let stribeck = effect("winch_stribeck_friction", None, &[100.0, 180.0, 0.05, 300.0]);

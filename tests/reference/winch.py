@@ -61,7 +61,9 @@ class WinchChain:
         pull = force.copy()
         for i, effect in self._each("winch_coulomb_friction"):
             v = effect.values
-            pull[i] += v["force"] * math.tanh(reeling_rate[i] / v["transition_speed"])
+            speed, tail = reeling_rate[i] / v["transition_speed"], v.get("tail", 0.0)
+            slow = 2.0 / math.pi * math.atan(math.pi * speed / 2.0)
+            pull[i] += v["force"] * ((1.0 - tail) * math.tanh(speed) + tail * slow)
         for i, effect in self._each("winch_viscous_friction"):
             pull[i] += effect.values["coefficient"] * reeling_rate[i]
         for i, effect in self._each("winch_stribeck_friction"):
