@@ -82,7 +82,8 @@ impl Situation {
         }
     }
 
-    fn quantile(&self, cable: Option<usize>, share: f64) -> f64 {
+    /// The winch command below which a share of the commands lies (N), of one cable or of all.
+    pub(crate) fn quantile(&self, cable: Option<usize>, share: f64) -> f64 {
         let of = |list: &[f64]| list[((list.len() - 1) as f64 * share) as usize];
         match cable {
             Some(c) => of(&self.commands[c - 1]),

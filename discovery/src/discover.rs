@@ -62,7 +62,7 @@ pub fn discover(
     progress("fitting the model as given", 0.02);
     let mut search = Search::new(&evidence, model.effects.len(), progress);
     let base = search.base(model)?;
-    let mut fitted = search.catalogue_rounds(base.clone())?;
+    let mut fitted = search.catalogue_rounds(&base)?;
     let mut alternatives = Vec::new();
     fitted = settle(&mut search, &base, fitted, &mut alternatives)?;
     if fitted.gap[0] > NOTHING_LEFT {
@@ -249,7 +249,6 @@ fn beyond_catalogue(
 }
 
 fn judge(fitted: &Fitted, base: &Fitted, effects: &[Found], terms: &[Found], remarks: &mut Vec<String>) -> Verdict {
-    let left = |f: &Fitted| (f.gap[0].powi(2) - 1.0).max(0.0).sqrt();
     if !terms.is_empty() {
         return Verdict::Unnamed;
     }
@@ -264,7 +263,7 @@ fn judge(fitted: &Fitted, base: &Fitted, effects: &[Found], terms: &[Found], rem
         }
         return Verdict::NoMissingEffect;
     }
-    if left(fitted) > 0.5 * left(base) && fitted.gap[0] > 1.5 {
+    if fitted.explains_little(base) {
         remarks.push("What was found explains less than half of the gap; something else is missing too.".to_owned());
         return Verdict::Unnamed;
     }

@@ -21,6 +21,7 @@ mod path;
 mod refine;
 mod regression;
 mod search;
+mod second_look;
 mod signature;
 mod spectrum;
 mod variation;

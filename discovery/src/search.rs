@@ -26,7 +26,7 @@ const MOST_EFFECTS: usize = 5;
 /// Most rivals of one effect that are fitted in full.
 const MOST_RIVALS: usize = 3;
 /// Gauss-Newton rounds of a refinement.
-const ROUNDS: usize = 10;
+pub(crate) const ROUNDS: usize = 10;
 
 /// Progress: a message and the fraction done.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
@@ -51,6 +51,18 @@ pub(crate) struct Fitted {
     pub(crate) holdout_score: f64,
     /// Gap on held-out data over 5 s and 20 s.
     pub(crate) gap: [f64; 2],
+}
+
+impl Fitted {
+    /// What is left of the gap over 5 s on held-out data, without the noise.
+    pub(crate) fn left(&self) -> f64 {
+        (self.gap[0].powi(2) - 1.0).max(0.0).sqrt()
+    }
+
+    /// Whether more than half of the gap of `base` is left, and enough to speak of.
+    pub(crate) fn explains_little(&self, base: &Self) -> bool {
+        self.left() > 0.5 * base.left() && self.gap[0] > 1.5
+    }
 }
 
 /// An effect that was taken up, with the rivals it had then.
@@ -114,7 +126,7 @@ impl<'a> Search<'a> {
     }
 
     /// Fits `model`, starting from another fit, with its own effects' parameters refined.
-    fn fit(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
+    pub(crate) fn fit(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
         self.fit_towards(model, from, rounds, None)
     }
 
@@ -155,7 +167,7 @@ impl<'a> Search<'a> {
         Ok(start)
     }
 
-    fn note(&mut self, effect: &EffectSpec, outcome: &str, delta_bic: f64, reason: &str) {
+    pub(crate) fn note(&mut self, effect: &EffectSpec, outcome: &str, delta_bic: f64, reason: &str) {
         self.steps.push(SearchStep {
             effect: effect.clone(),
             outcome: outcome.to_owned(),
@@ -166,7 +178,7 @@ impl<'a> Search<'a> {
 
     /// Whether `next` predicts the held-out data better, sample by sample. Among several missing effects one alone may
     /// not shrink the gap of a free run, but it must do this.
-    fn helps(before: &Fitted, next: &Fitted) -> bool {
+    pub(crate) fn helps(before: &Fitted, next: &Fitted) -> bool {
         next.holdout_score < before.holdout_score - 0.5 * EVIDENCE
     }
 
@@ -178,11 +190,22 @@ impl<'a> Search<'a> {
     }
 
     /// Adds effects of the catalogue as long as they earn their place.
-    pub(crate) fn catalogue_rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+    pub(crate) fn catalogue_rounds(&mut self, base: &Fitted) -> Result<Fitted, FitError> {
+        let mut fitted = base.clone();
         if fitted.train.examined.plant.unstretched_index(0).is_none() {
             fitted = self.elasticity(fitted)?;
         }
-        for round in 0..MOST_EFFECTS {
+        fitted = self.rounds(fitted)?;
+        if fitted.explains_little(base)
+            && let Some(other) = self.second_look(base)?
+        {
+            fitted = self.rounds(other)?;
+        }
+        Ok(fitted)
+    }
+
+    fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+        for round in self.taken.len()..MOST_EFFECTS {
             (self.progress)("weighing the catalogue", 0.1 + 0.12 * round as f64);
             let situation = self.situation(&fitted.train);
             let library = catalogue(&fitted.train.model, &situation);
@@ -318,8 +341,7 @@ impl<'a> Search<'a> {
                 break;
             }
         }
-        let left = |f: &Fitted| (f.gap[0].powi(2) - 1.0).max(0.0).sqrt();
-        if self.taken.len() > taken && left(&current) <= 0.5 * left(fitted) {
+        if self.taken.len() > taken && current.left() <= 0.5 * fitted.left() {
             return Ok(Some(current));
         }
         self.taken.truncate(taken);
