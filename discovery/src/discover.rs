@@ -162,7 +162,11 @@ fn hold_out(train: &mut [Trial], holdout: &mut Vec<Trial>) -> Result<String, Dis
     Ok(name)
 }
 
-/// Prunes, compares every effect with its rivals, and takes up a rival that is clearly better.
+/// Most replacements of one effect by another.
+const MOST_REPLACEMENTS: usize = 4;
+
+/// Prunes, compares every effect with its rivals, and takes up a rival that is clearly better; then again, because what
+/// stood beside the wrong one may have made up for it only.
 fn settle(
     search: &mut Search<'_>,
     base: &Fitted,
@@ -170,7 +174,20 @@ fn settle(
     alternatives: &mut Vec<Vec<Alternative>>,
 ) -> Result<Fitted, FitError> {
     (search.progress)("comparing explanations", 0.75);
-    fitted = search.prune(base, fitted)?;
+    for _ in 0..MOST_REPLACEMENTS {
+        fitted = search.prune(base, fitted)?;
+        let (next, replaced) = compare(search, fitted, alternatives);
+        fitted = next;
+        if !replaced || search.taken.len() == 1 {
+            break;
+        }
+    }
+    Ok(fitted)
+}
+
+/// Compares every effect with its rivals; stops where several effects stand and a better one replaced one of them.
+fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<Vec<Alternative>>) -> (Fitted, bool) {
+    let mut replaced = false;
     alternatives.clear();
     for k in 0..search.taken.len() {
         let at = search.given + k;
@@ -186,6 +203,7 @@ fn settle(
         });
         if better {
             let (effect, other) = others.remove(0);
+            let effect_id = effect.id.clone();
             let old = fitted.train.model.effects[at].clone();
             search.steps.push(SearchStep {
                 effect,
@@ -194,8 +212,11 @@ fn settle(
                 reason: format!("in place of {}", old.id),
             });
             search.taken[k].delta_bic += other.score - fitted.score;
+            search.taken[k].rivals.retain(|rival| rival.id != effect_id);
+            search.taken[k].rivals.push(old.clone());
             others.push((old, fitted));
             fitted = other;
+            replaced = true;
         }
         let limit = weight(search.taken[k].delta_bic);
         let mut list: Vec<Alternative> = others
@@ -213,8 +234,11 @@ fn settle(
             .collect();
         list.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
         alternatives.push(list);
+        if replaced && search.taken.len() > 1 {
+            break;
+        }
     }
-    Ok(fitted)
+    (fitted, replaced)
 }
 
 /// Terms outside the catalogue: on top of what was found, or instead of it, whichever explains more.
