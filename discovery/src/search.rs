@@ -21,6 +21,8 @@ const EARNED: f64 = 0.005;
 const SIMPLER: f64 = 0.93;
 /// Most candidates of one round that are fitted in full before the round is given up.
 const MOST_REFUSALS: usize = 4;
+/// Gap from which a missing law may be so strong that it hides itself.
+const STRONG: f64 = 5.0;
 /// Most effects added.
 const MOST_EFFECTS: usize = 5;
 /// Most rivals of one effect that are fitted in full.
@@ -197,6 +199,7 @@ impl<'a> Search<'a> {
         }
         fitted = self.rounds(fitted)?;
         if fitted.explains_little(base)
+            && base.gap[0] > STRONG
             && let Some(other) = self.second_look(base)?
         {
             fitted = self.rounds(other)?;
