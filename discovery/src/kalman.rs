@@ -333,6 +333,33 @@ impl Normal {
         self.count += other.count;
         self.minus_two_log_likelihood += other.minus_two_log_likelihood;
     }
+
+    /// Takes up a measurement: whitened signatures and innovation. Of the Gram matrix only the lower half is formed.
+    pub(crate) fn push(&mut self, e: &[f64], innovation: f64) {
+        self.push_right(e, innovation);
+        for (a, ea) in e.iter().enumerate() {
+            for (slot, eb) in self.gram[a * e.len()..a * e.len() + a + 1].iter_mut().zip(e) {
+                *slot += ea * eb;
+            }
+        }
+    }
+
+    fn push_right(&mut self, e: &[f64], innovation: f64) {
+        self.total += innovation * innovation;
+        self.count += 1;
+        for (slot, value) in self.right.iter_mut().zip(e) {
+            *slot += value * innovation;
+        }
+    }
+
+    /// Fills the upper half of the Gram matrix.
+    pub(crate) fn mirror(&mut self) {
+        for a in 0..self.columns {
+            for b in 0..a {
+                self.gram[b * self.columns + a] = self.gram[a * self.columns + b];
+            }
+        }
+    }
 }
 
 /// Passes signatures through the filter and forms the normal equations (Willsky and Jones, generalised least squares).
@@ -345,10 +372,47 @@ pub(crate) fn whiten(
     forcing: &Forcing,
     pairs: Option<&[(usize, usize)]>,
 ) -> Normal {
+    let mut normal = Normal::empty(forcing.columns);
+    normal.minus_two_log_likelihood = filtered.minus_two_log_likelihood;
+    whitened_rows(linear, randomness, filtered, forcing, |at, e| match pairs {
+        Some(pairs) => {
+            normal.push_right(e, filtered.whitened[at]);
+            for &(a, b) in pairs {
+                normal.gram[a * e.len() + b] += e[a] * e[b];
+            }
+        }
+        None => normal.push(e, filtered.whitened[at]),
+    });
+    normal.mirror();
+    normal
+}
+
+/// Passes signatures through the filter: calls `visit` for every measurement in turn with its place among them (sample ·
+/// channels + channel) and the whitened signatures there.
+pub(crate) fn whitened_rows(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    filtered: &Filtered,
+    forcing: &Forcing,
+    visit: impl FnMut(usize, &[f64]),
+) {
+    // The widest registers that the processor has.
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || rows(linear, randomness, filtered, forcing, visit),
+    );
+}
+
+#[inline(always)]
+fn rows(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    filtered: &Filtered,
+    forcing: &Forcing,
+    mut visit: impl FnMut(usize, &[f64]),
+) {
     let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
     let columns = forcing.columns;
-    let mut normal = Normal::empty(columns);
-    normal.minus_two_log_likelihood = filtered.minus_two_log_likelihood;
     // Sensitivities of the predicted deviation, a row a state, a column a signature.
     let mut s = vec![0.0; w * columns];
     let mut next = vec![0.0; n * columns];
@@ -356,8 +420,7 @@ pub(crate) fn whiten(
     for k in 0..len {
         for j in 0..m {
             let at = k * m + j;
-            let innovation = filtered.whitened[at];
-            if !innovation.is_finite() {
+            if !filtered.whitened[at].is_finite() {
                 continue;
             }
             e.fill(0.0);
@@ -382,26 +445,7 @@ pub(crate) fn whiten(
             for value in &mut e {
                 *value *= inverse;
             }
-            normal.total += innovation * innovation;
-            normal.count += 1;
-            for (slot, value) in normal.right.iter_mut().zip(&e) {
-                *slot += value * innovation;
-            }
-            match pairs {
-                Some(pairs) => {
-                    for &(a, b) in pairs {
-                        normal.gram[a * columns + b] += e[a] * e[b];
-                    }
-                }
-                None => {
-                    for a in 0..columns {
-                        let ea = e[a];
-                        for (slot, eb) in normal.gram[a * columns..a * columns + a + 1].iter_mut().zip(&e) {
-                            *slot += ea * eb;
-                        }
-                    }
-                }
-            }
+            visit(at, &e);
         }
         if k + 1 < len {
             let f = &linear.transition[k * n * w..(k + 1) * n * w];
@@ -427,10 +471,4 @@ pub(crate) fn whiten(
             }
         }
     }
-    for a in 0..columns {
-        for b in 0..a {
-            normal.gram[b * columns + a] = normal.gram[a * columns + b];
-        }
-    }
-    normal
 }
