@@ -221,6 +221,9 @@ fn summary(discovery: &Discovery, report: &Report) -> String {
             before(rest.torque_before)
         ),
     );
+    if let Some(runs) = report::control_runs(report) {
+        line("chance", &runs);
+    }
     for remark in &report.remarks {
         line("remark", remark);
     }

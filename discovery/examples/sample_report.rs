@@ -10,9 +10,9 @@ use std::fs;
 
 use anyhow::{Context, Result, bail};
 use cdpr_discovery::report::{
-    Alternative, BeforeAfter, Channel, ChannelGap, Effect, FileUsed, Gap, HorizonGap, Located, Method, NullTest,
-    Parameter, Remainder, Report, ResidualMap, ResidualRow, Robot, Series, Setting, Signature, Span, Step, Term, Trial,
-    Verdict, Whiteness, gap_picture, most_telling, render,
+    Alternative, BeforeAfter, Block, Channel, ChannelGap, Effect, FileUsed, Gap, HorizonGap, Located, Method, NullTest,
+    Parameter, Remainder, Report, ResidualMap, ResidualRow, Robot, Series, Setting, Signature, Span, Stability, Step,
+    Term, Trial, Verdict, Whiteness, gap_picture, most_telling, render,
 };
 
 const FRICTION: f64 = 118.0; // N
@@ -94,7 +94,9 @@ fn adapt(report: &mut Report) {
                 standard_errors: vec![0.6, 0.4],
                 delta_bic: -241.0,
                 holdout_gap_without: Some(report.gap.train.before),
+                stability: Some(stability([0.74, 0.81, 0.93, 1.05, 1.19, 1.28])),
             }];
+            report.method.null_test = Some(NullTest { runs: 99, exceeded: Some(3), followed: Some(1) });
             report.located[0].place = "platform.force_x".to_owned();
             report.located[0].depends_on = vec!["position".to_owned()];
             report.signatures.clear();
@@ -103,6 +105,7 @@ fn adapt(report: &mut Report) {
             report.effects.clear();
             report.located.clear();
             report.signatures.clear();
+            report.method.null_test = Some(NullTest { runs: 99, exceeded: Some(42), followed: Some(0) });
             report.method.steps.retain(|s| s.outcome == "refused");
             report.remainder = Remainder { force: 0.8, torque: 5.2, force_before: Some(0.8), torque_before: Some(5.2) };
         }
@@ -152,6 +155,26 @@ fn friction() -> Effect {
                 separate_by: "repeat at half and at twice the speed".to_owned(),
             },
         ],
+        stability: Some(stability([0.97, 1.02, 1.01, 0.98, 1.03, 0.99])),
+    }
+}
+
+/// Three blocks in each of the first two trials.
+fn stability(sizes: [f64; 6]) -> Stability {
+    let chi_square = sizes.iter().map(|size| ((size - 1.0) / 0.03).powi(2)).sum();
+    let constant = chi_square < 20.0;
+    let block = |(k, size): (usize, f64)| Block {
+        span: Span { trial: k / 3, start: 33.0 * (k % 3) as f64, end: 33.0 * (k % 3 + 1) as f64 },
+        size,
+        standard_error: 0.03,
+    };
+    Stability {
+        blocks: sizes.into_iter().enumerate().map(block).collect(),
+        chi_square,
+        degrees: 5,
+        p_value: if constant { 0.4 } else { 3e-8 },
+        spread: if constant { 0.0 } else { 0.2 },
+        constant,
     }
 }
 
@@ -425,7 +448,7 @@ fn method() -> Method {
         trials: 2,
         samples: 110_000,
         seconds: 14.2,
-        null_test: Some(NullTest { runs: 200, exceeded: 0 }),
+        null_test: Some(NullTest { runs: 99, exceeded: Some(0), followed: Some(0) }),
         steps: vec![
             step("Coulomb friction on winch 3", "added", -812.4, "largest gain"),
             step("drum inertia on winch 3", "refused", -3.1, "no gain on held-out data"),

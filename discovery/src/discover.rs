@@ -5,13 +5,19 @@ use std::time::Instant;
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
+use crate::alike::likeness;
 use crate::clean::remove_outliers;
 use crate::data::Trial;
 use crate::estimate::{FitError, noise_of_data};
 use crate::gap::predict;
-use crate::outcome::{Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Verdict};
+use crate::outcome::{
+    Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Stability, Verdict,
+};
+use crate::report::phrase;
 use crate::search::{Evidence, Fitted, Progress, Search};
+use crate::stability::stability;
 use crate::verify;
+use crate::write::{label, place};
 
 /// Difference of the information criterion up to which two explanations are not told apart.
 const INDISTINGUISHABLE: f64 = 10.0;
@@ -72,6 +78,7 @@ pub fn discover(
     let given = search.given;
     let (mut effects, mut terms) = (Vec::new(), Vec::new());
     let mut located: Vec<Located> = Vec::new();
+    let mut stability = stability(&fitted.train, &evidence.train, given);
     let total: f64 = search.taken.iter().map(|t| t.delta_bic.abs()).sum();
     for (k, taken) in search.taken.iter().enumerate() {
         let at = given + k;
@@ -89,11 +96,20 @@ pub fn discover(
             let share = taken.delta_bic.abs() / total.max(1e-9) / places.len() as f64;
             add_place(&mut located, place, share, &when, &depends_on);
         }
+        let mut alternatives = alternatives.get(k).cloned().unwrap_or_default();
+        let others: Vec<EffectSpec> = alternatives.iter().map(|a| a.effect.clone()).collect();
+        let randomness = &fitted.train.randomness;
+        let alike = likeness(&without.train, randomness, &evidence.train, &effect, &others);
+        for (alternative, correlation) in alternatives.iter_mut().zip(alike) {
+            alternative.correlation = correlation;
+        }
         let found = Found {
             standard_error: standard_errors(&fitted, at),
             delta_bic: taken.delta_bic,
             holdout_gap_without: Some(without.gap[0]),
-            alternatives: alternatives.get(k).cloned().unwrap_or_default(),
+            alternatives,
+            null_test: taken.null_test,
+            stability: stability[k].take(),
             effect: effect.clone(),
         };
         if effect.id == "expression" { terms.push(found) } else { effects.push(found) }
@@ -115,8 +131,13 @@ pub fn discover(
             names.join(", ")
         ));
     }
+    for found in effects.iter().chain(&terms) {
+        remarks.extend(found.stability.as_ref().filter(|s| s.varies()).map(|s| varying(found, s)));
+    }
     let size = |f: &Fitted| f.train.randomness.force.hypot(f.train.randomness.winch);
     let arm = base.train.randomness.arm;
+    // Terms are of another library, weighed after it.
+    let last_weighing = search.null_test.filter(|_| terms.is_empty());
     let (candidates, steps) = (search.candidates, std::mem::take(&mut search.steps));
     let trials = compared(&base, &fitted, &evidence);
     progress("done", 1.0);
@@ -136,6 +157,7 @@ pub fn discover(
             after: arm * fitted.train.randomness.force,
         },
         trials,
+        null_test: last_weighing,
         candidates,
         outliers,
         steps,
@@ -295,6 +317,19 @@ fn judge(fitted: &Fitted, base: &Fitted, effects: &[Found], terms: &[Found], rem
         return Verdict::Ambiguous;
     }
     Verdict::Named
+}
+
+/// That an effect is not the same throughout.
+fn varying(found: &Found, stability: &Stability) -> String {
+    let what = match &found.effect.expression {
+        Some(expression) => format!("The term {expression}"),
+        None => format!("The {}", phrase(&label(&found.effect), &place(&found.effect)).replace('\u{a0}', " ")),
+    };
+    format!(
+        "{what} is not the same throughout: its size differs from block to block by {:.0} % beyond its error. The law is not \
+         quite this one, or something changed during the recordings.",
+        100.0 * stability.spread
+    )
 }
 
 /// Whether an effect's shape has run out of the range in which it is itself: creep that is done within a sample is only a

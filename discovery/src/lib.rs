@@ -10,6 +10,7 @@ pub mod outcome;
 pub mod report;
 pub mod write;
 
+mod alike;
 mod candidates;
 mod clean;
 mod discover;
@@ -17,13 +18,17 @@ mod estimate;
 mod gap;
 mod kalman;
 mod model;
+mod null_test;
 mod path;
+#[cfg(test)]
+mod recording;
 mod refine;
 mod regression;
 mod search;
 mod second_look;
 mod signature;
 mod spectrum;
+mod stability;
 mod variation;
 mod verify;
 

@@ -44,6 +44,70 @@ pub struct Found {
     pub holdout_gap_without: Option<f64>,
     /// Explanations nearly as good, the nearest first.
     pub alternatives: Vec<Alternative>,
+    /// What chance did in the weighing that brought it up; `None` where it came up in another way.
+    pub null_test: Option<NullTest>,
+    /// Its size in blocks of time; `None` where the data have no room for two.
+    pub stability: Option<Stability>,
+}
+
+/// The weighing of all candidates repeated against innovations shifted in time, where only chance can explain anything.
+/// A gain is the fall of the information criterion by the best candidate, its penalty taken off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NullTest {
+    /// Number of shifts.
+    pub shifts: usize,
+    /// Gain without a shift.
+    pub found: f64,
+    /// Shifts with a gain as large.
+    pub as_strong: usize,
+    /// Shifts with a gain that the search would have followed.
+    pub over_threshold: usize,
+    /// Largest gain by chance.
+    pub largest: f64,
+}
+
+/// The size of an effect in blocks of time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stability {
+    /// The blocks that say something of it.
+    pub blocks: Vec<Block>,
+    /// Sum of squares of the deviations from a common size, weighted: chi-square if the size is constant.
+    pub chi_square: f64,
+    /// Its degrees of freedom.
+    pub degrees: usize,
+    /// Probability of a larger one if the size is constant.
+    pub p_value: f64,
+    /// By how much the size differs from block to block beyond what its errors explain: a standard deviation, in
+    /// multiples of the size.
+    pub spread: f64,
+}
+
+impl Stability {
+    /// Whether the size differs from block to block, by chance once in a thousand times and by an amount that matters.
+    pub fn varies(&self) -> bool {
+        self.p_value < UNLIKELY && self.spread > TOLERATED_SPREAD
+    }
+}
+
+/// Probability below which a size that varies is not left to chance.
+const UNLIKELY: f64 = 1e-3;
+
+/// Spread of the size over the blocks that is of no practical weight.
+const TOLERATED_SPREAD: f64 = 0.03;
+
+/// The size of an effect in one block of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Block {
+    /// The trial, counted through the training trials.
+    pub trial: usize,
+    /// Start (s).
+    pub start: f64,
+    /// End (s).
+    pub end: f64,
+    /// Size in multiples of the size over all data.
+    pub size: f64,
+    /// Its standard error.
+    pub standard_error: f64,
 }
 
 /// Another explanation of the same disagreement.
@@ -159,6 +223,8 @@ pub struct Discovery {
     pub remainder_torque: BeforeAfter,
     /// The trials with predictions.
     pub trials: Vec<Compared>,
+    /// What chance did in the last weighing, after which nothing more was taken up.
+    pub null_test: Option<NullTest>,
     /// Explanations tried.
     pub candidates: usize,
     /// Outliers taken out.

@@ -35,7 +35,7 @@ pub(crate) struct Estimate {
 }
 
 /// Parameters of the model's effects from index `first` on.
-fn free_parameters(model: &Model, first: usize) -> Vec<Free> {
+pub(crate) fn free_parameters(model: &Model, first: usize) -> Vec<Free> {
     let mut free = Vec::new();
     for (effect, spec) in model.effects.iter().enumerate().skip(first) {
         free.extend((0..spec.values.len()).map(|parameter| Free { effect, parameter }));
@@ -53,7 +53,7 @@ fn parameter_step(model: &Model, free: Free) -> f64 {
 }
 
 /// Models with each free parameter moved by its step, away from its bounds.
-fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<(Examined, f64)>> {
+pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<(Examined, f64)>> {
     free.iter()
         .map(|f| {
             let step = parameter_step(model, *f);

@@ -8,7 +8,8 @@ use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, FitError};
 use crate::gap::{gap, predict};
 use crate::kalman::{Forcing, Randomness};
-use crate::outcome::{HORIZON, SearchStep};
+use crate::null_test::{Weighing, of_time_alone};
+use crate::outcome::{HORIZON, NullTest, SearchStep};
 use crate::refine::{Estimate, refine};
 use crate::regression::{Penalty, Scored, baseline, ladder, levels, rank};
 use crate::signature;
@@ -72,6 +73,8 @@ impl Fitted {
 pub(crate) struct Taken {
     pub(crate) rivals: Vec<EffectSpec>,
     pub(crate) delta_bic: f64,
+    /// What chance did in the weighing that brought it up.
+    pub(crate) null_test: Option<NullTest>,
 }
 
 pub(crate) struct Search<'a> {
@@ -81,6 +84,8 @@ pub(crate) struct Search<'a> {
     pub(crate) taken: Vec<Taken>,
     pub(crate) steps: Vec<SearchStep>,
     pub(crate) candidates: usize,
+    /// What chance did in the last weighing of the catalogue.
+    pub(crate) null_test: Option<NullTest>,
     pub(crate) progress: Progress<'a>,
     /// Random parts with the model as given.
     base_randomness: Option<Randomness>,
@@ -97,6 +102,7 @@ impl<'a> Search<'a> {
             taken: Vec::new(),
             steps: Vec::new(),
             candidates: 0,
+            null_test: None,
             progress,
             base_randomness: None,
             penalty: Penalty::new(count),
@@ -238,7 +244,17 @@ impl<'a> Search<'a> {
         let fit = &fitted.train;
         self.candidates = self.candidates.max(library.candidates.len());
         let forcing = library_forcing(fit, &e.train, library);
-        let levels = levels(fit, &e.train, &forcing, library, &ladder(&fit.randomness));
+        let sizes = ladder(&fit.randomness);
+        let levels = levels(fit, &e.train, &forcing, library, &sizes);
+        let weighing = Weighing {
+            fit,
+            trials: &e.train,
+            forcing: &forcing,
+            library,
+            level: &levels[0],
+            randomness: &sizes[0],
+            penalty: self.penalty,
+        };
         let base = baseline(&levels);
         let ranked = rank(library, &levels, self.penalty);
         let mut refused: Vec<(&'static str, Option<usize>)> = Vec::new();
@@ -254,7 +270,7 @@ impl<'a> Search<'a> {
                 .collect();
             let Some(best) = left.first() else { break };
             if base - best.score < EVIDENCE {
-                return Ok(None);
+                break;
             }
             // The simpler of two good explanations first; once one is refused, the better one.
             let chosen = if parsimony && refused.is_empty() { simplest(library, &left, base) } else { best };
@@ -269,7 +285,9 @@ impl<'a> Search<'a> {
                     let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
                     self.note(&refined, "added", delta_bic, "");
                     let rivals = rivals(library, &ranked, chosen, base);
-                    return Ok(Some((next, Taken { rivals, delta_bic })));
+                    let tested = !of_time_alone(library, chosen.candidate);
+                    let null_test = tested.then(|| weighing.null_test(EVIDENCE)).flatten();
+                    return Ok(Some((next, Taken { rivals, delta_bic, null_test })));
                 }
                 Ok(next) => {
                     let reason = if next.score < fitted.score - EVIDENCE {
@@ -281,6 +299,9 @@ impl<'a> Search<'a> {
                 }
                 Err(_) => self.note(&effect, "refused", f64::NAN, "it cannot be simulated"),
             }
+        }
+        if parsimony {
+            self.null_test = weighing.null_test(EVIDENCE);
         }
         Ok(None)
     }
@@ -300,7 +321,7 @@ impl<'a> Search<'a> {
             let delta_bic = next.score - fitted.score;
             let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
             self.note(&refined, "added", delta_bic, "");
-            self.taken.push(Taken { rivals: Vec::new(), delta_bic });
+            self.taken.push(Taken { rivals: Vec::new(), delta_bic, null_test: None });
             return Ok(next);
         }
         self.note(&effect, "refused", next.score - fitted.score, "rigid cables explain the data as well");
@@ -460,7 +481,7 @@ fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64) -> V
 }
 
 /// Signatures of a library along the fit's trajectories.
-fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) -> Vec<Forcing> {
+pub(crate) fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) -> Vec<Forcing> {
     trials
         .iter()
         .enumerate()

@@ -56,7 +56,7 @@ impl Search<'_> {
         let delta_bic = next.score - base.score;
         let effect = next.train.model.effects[self.given].clone();
         self.note(&effect, "added", delta_bic, "refined from a typical size");
-        self.taken = vec![Taken { rivals, delta_bic }];
+        self.taken = vec![Taken { rivals, delta_bic, null_test: None }];
         Ok(Some(next))
     }
 }

@@ -113,6 +113,19 @@ def test_residual_picture_and_signature_have_content(browser, report):
         assert laws == 1
 
 
+def test_size_in_blocks_of_time_has_a_point_for_each(browser, report):
+    browser.open(report, 400)
+    pictures = browser.evaluate(
+        "[...document.querySelectorAll('svg.blocks')].map((s) => {"
+        " const right = (t) => t.getBoundingClientRect().right;"
+        " const texts = [...s.querySelectorAll('text')];"
+        " return [s.querySelectorAll('.mean').length, Math.max(...texts.map(right))]; })"
+    )
+    nothing = "no_missing_effect" in browser.evaluate("document.querySelector('.badge').className")
+    assert bool(pictures) != nothing
+    assert all(points > 1 and right <= 400 for points, right in pictures), pictures
+
+
 def test_named_places_are_marked_in_the_drawing(browser, report):
     browser.open(report, 1280)
     found = browser.evaluate("document.querySelector('.badge').className")

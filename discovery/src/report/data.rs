@@ -79,6 +79,8 @@ pub struct Effect {
     pub holdout_gap_without: Option<f64>,
     /// The explanations that the data could hardly tell from this one, the nearest first.
     pub alternatives: Vec<Alternative>,
+    /// Its size in blocks of time, where there was data enough for two.
+    pub stability: Option<Stability>,
 }
 
 /// A fitted number.
@@ -156,6 +158,36 @@ pub struct Term {
     pub delta_bic: f64,
     /// Gap on held-out data with everything found except this term.
     pub holdout_gap_without: Option<f64>,
+    /// Its size in blocks of time, where there was data enough for two.
+    pub stability: Option<Stability>,
+}
+
+/// Whether what was found has the same size throughout the data that were fitted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Stability {
+    /// The blocks that tell something of the size, in order.
+    pub blocks: Vec<Block>,
+    /// Weighted sum of squares of the deviations from one size; chi-square distributed if the size is constant.
+    pub chi_square: f64,
+    /// Its degrees of freedom.
+    pub degrees: usize,
+    /// Probability of a larger one if the size is constant.
+    pub p_value: f64,
+    /// Standard deviation of the size from block to block beyond what its errors explain, in multiples of the size.
+    pub spread: f64,
+    /// Whether the size is constant as far as it matters.
+    pub constant: bool,
+}
+
+/// The size in one block of time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Block {
+    /// The stretch of time.
+    pub span: Span,
+    /// Size in multiples of the size over all data.
+    pub size: f64,
+    /// One standard error, in the same multiples.
+    pub standard_error: f64,
 }
 
 /// A number without and with what was found.
@@ -364,13 +396,16 @@ pub struct Method {
     pub steps: Vec<Step>,
 }
 
-/// The same search on data in which no effect can be: how often something at least as strong was found.
+/// The weighing of all explanations repeated on data shifted in time, where only chance can explain anything.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NullTest {
-    /// Repetitions with permuted or time-shifted signatures.
+    /// Shifts.
     pub runs: usize,
-    /// Repetitions in which the evidence was as strong as for the weakest effect reported.
-    pub exceeded: usize,
+    /// Shifts in which chance explained as much as what was found, the weakest where there is more than one; as much as
+    /// the best explanation tried where nothing was found. `None` where the test does not apply to what was found.
+    pub exceeded: Option<usize>,
+    /// Shifts, of what remains unexplained in the end, in which chance would have been followed by the search.
+    pub followed: Option<usize>,
 }
 
 /// One step of the search.

@@ -15,6 +15,7 @@ mod picture;
 mod place;
 mod robot;
 mod signature;
+mod stability;
 mod words;
 
 pub use check::{ReportError, check};
@@ -24,7 +25,7 @@ pub use number::{gap as gap_text, quantity, significant};
 pub use page::render;
 pub use picture::{gap_picture, most_telling};
 pub(crate) use place::channel_words;
-pub use words::{Summary, phrase, printed, summary};
+pub use words::{Summary, control_runs, phrase, printed, summary};
 
 #[cfg(test)]
 mod tests;

@@ -77,6 +77,18 @@ pub(super) fn percent(share: f64) -> String {
     format!("{text}{NBSP}%")
 }
 
+/// A correlation: `0.86`, and nearer to 1 only where it is: `0.9994`, `> 0.9999`.
+pub(super) fn correlation(value: f64) -> String {
+    let off = 1.0 - value.abs();
+    let sign = if value < 0.0 { MINUS } else { "" };
+    match off {
+        off if off < 1e-4 && value > 0.0 => "> 0.9999".to_owned(),
+        off if off < 1e-4 => format!("< {MINUS}0.9999"),
+        off if off < 5e-3 => format!("{sign}{:.4}", (1e4 * value.abs()).floor() / 1e4),
+        _ => decimals(value, 2),
+    }
+}
+
 /// A gap: `39.5`, `1.04`, `0.98`.
 #[must_use]
 pub fn gap(value: f64) -> String {
@@ -175,6 +187,16 @@ mod tests {
         assert_eq!(quantity("factor", -0.031, Some(0.002), "1"), "−3.10 ± 0.20\u{a0}%");
         assert_eq!(quantity("loss", 0.031, Some(0.002), "1"), "0.0310 ± 0.0020");
         assert_eq!(quantity("force", 1.0, Some(0.1), "N s"), "1.00 ± 0.10\u{a0}N\u{a0}s");
+    }
+
+    #[test]
+    fn correlations_near_one_do_not_become_one() {
+        assert_eq!(correlation(0.8612), "0.86");
+        assert_eq!(correlation(-0.004), "0.00");
+        assert_eq!(correlation(0.99937), "0.9993");
+        assert_eq!(correlation(-0.999_85), "−0.9998");
+        assert_eq!(correlation(0.999_95), "> 0.9999");
+        assert_eq!(correlation(-1.0), "< −0.9999");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::data::{BeforeAfter, Report, Verdict};
 use super::number::{self, gap, percent, significant};
 use super::picture::{gap_picture, most_telling};
 use super::place::{Place, channel_words};
-use super::{heat, robot, signature, words};
+use super::{heat, robot, signature, stability, words};
 
 const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
@@ -79,7 +79,8 @@ pub fn render(input: &Report) -> Result<String, ReportError> {
         files => input.files,
         settings => input.settings,
         method => input.method,
-        control_runs => input.method.null_test.filter(|_| !single(input)).map(words::control_runs),
+        control_runs => words::control_method(input),
+        stability => stability::draw(input),
         remarks => input.remarks,
     })?;
     Ok(page)
@@ -98,6 +99,7 @@ fn add_filters(environment: &mut Environment<'_>) {
     environment.add_filter("sig", |v: f64, digits: Option<i32>| significant(v, digits.unwrap_or(3)));
     environment.add_filter("plain", number::plain);
     environment.add_filter("gap", gap);
+    environment.add_filter("correlation", number::correlation);
     environment.add_filter("percent", percent);
     environment.add_filter("count", |v: usize| number::decimals(v as f64, 0));
     environment.add_filter("strength", words::strength);

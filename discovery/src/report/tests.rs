@@ -76,7 +76,7 @@ fn report() -> Report {
             trials: 1,
             samples: 200,
             seconds: 3.5,
-            null_test: Some(NullTest { runs: 200, exceeded: 0 }),
+            null_test: Some(NullTest { runs: 99, exceeded: Some(0), followed: Some(0) }),
             steps: vec![Step {
                 label: "Coulomb friction on winch 3".to_owned(),
                 outcome: "added".to_owned(),
@@ -104,6 +104,20 @@ fn effect(id: &str, label: &str, place: &str) -> Effect {
         delta_bic: -812.4,
         holdout_gap_without: Some(39.5),
         alternatives: vec![],
+        stability: Some(stability()),
+    }
+}
+
+fn stability() -> Stability {
+    let block =
+        |start: f64, size| Block { span: Span { trial: 0, start, end: start + 1.0 }, size, standard_error: 0.01 };
+    Stability {
+        blocks: vec![block(0.0, 0.98), block(1.0, 1.01), block(2.0, 1.013)],
+        chi_square: 6.2,
+        degrees: 2,
+        p_value: 0.045,
+        spread: 0.014,
+        constant: true,
     }
 }
 
@@ -128,6 +142,7 @@ fn term() -> Term {
         standard_errors: vec![0.6],
         delta_bic: -90.0,
         holdout_gap_without: Some(20.0),
+        stability: None,
     }
 }
 
@@ -146,7 +161,7 @@ fn named_says_what_where_how_large_how_sure_and_the_gap() {
         "Its size: force 251.2 ± 1.9 N.",
         "83 % of the gap sits on winch 3, from 12 to 31.5 s, and depends on speed and direction.",
         "The evidence is very strong (ΔBIC −812).",
-        "In 200 control runs without the effect, nothing as strong turned up.",
+        "In 99 control runs on data shifted in time, chance never explained as much.",
         "(trial c.csv), the error of the model's prediction over 5 s falls from 39.5 to 1.04 times",
         "Unexplained are 1.9 N and 14 N m (root mean square on the platform), and what remains looks like pure noise in every channel.",
     ] {
@@ -241,6 +256,31 @@ fn nothing_missing_is_said_plainly_and_only_near_the_noise() {
 }
 
 #[test]
+fn control_runs_say_how_often_chance_did_as_well() {
+    let mut report = report();
+    let mut said = |exceeded, followed| {
+        report.method.null_test = Some(NullTest { runs: 99, exceeded, followed });
+        let method = super::words::control_method(&report).expect("a check");
+        (super::control_runs(&report).unwrap_or_default(), method)
+    };
+    assert!(said(Some(1), Some(0)).0.ends_with("chance explained as much once."));
+    assert!(said(Some(4), Some(0)).0.ends_with("chance explained as much 4 times."));
+    let (none, method) = said(None, Some(2));
+    assert_eq!(none, "");
+    assert!(
+        method.contains("cannot be tested so") && method.contains("in 2 of them enough to be followed"),
+        "{method}"
+    );
+    report.verdict = Verdict::NoMissingEffect;
+    report.effects.clear();
+    report.located.clear();
+    report.method.null_test = Some(NullTest { runs: 99, exceeded: Some(40), followed: Some(0) });
+    let text = top(&report).1;
+    assert!(text.contains("In 40 of 99 control runs on data shifted in time, chance explains as much"), "{text}");
+    assert!(render(&report).expect("a page").contains("weighed again 99 times"));
+}
+
+#[test]
 fn without_held_out_data_the_page_says_so() {
     let mut report = report();
     report.gap.holdout = None;
@@ -329,6 +369,8 @@ fn every_section_is_there() {
     assert!(page.contains("winch marked"), "the winch is marked in the drawing");
     assert!(page.contains("class=\"law\""), "the law is drawn");
     assert!(page.contains("times larger"), "scale is stated");
+    assert!(page.contains("Is it the same throughout?"));
+    assert_eq!(page.matches("class=\"mean\"").count(), 3, "a point for each block");
 }
 
 #[test]

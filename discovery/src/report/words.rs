@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::data::{Alternative, BeforeAfter, Effect, NullTest, Parameter, Report, Span, Verdict};
+use super::data::{Alternative, BeforeAfter, Effect, Parameter, Report, Span, Verdict};
 use super::gather;
 use super::number::{gap, percent, plain, quantity, significant};
 use super::place::Place;
@@ -31,7 +31,7 @@ pub fn summary(report: &Report) -> Summary {
     lead.push(gap_sentence(report));
     let mut detail: Vec<String> = Vec::new();
     detail.extend(located(report));
-    detail.extend(evidence(report));
+    detail.extend(evidence(report).or_else(|| control_runs(report)));
     detail.push(remainder(report));
     Summary {
         badge: match report.verdict {
@@ -263,19 +263,51 @@ fn evidence(report: &Report) -> Option<String> {
         if several { " for the weakest of them" } else { "" }
     );
     text.push('.');
-    if let Some(test) = report.method.null_test {
-        text.push(' ');
-        text.push_str(&control_runs(test));
-    }
+    text.extend(control_runs(report).map(|runs| format!(" {runs}")));
     Some(text)
 }
 
-/// What the false-alarm check says.
-pub(super) fn control_runs(test: NullTest) -> String {
-    match test.exceeded {
-        0 => format!("In {} control runs without the effect, nothing as strong turned up.", test.runs),
-        n => format!("In {n} of {} control runs without the effect, something as strong turned up.", test.runs),
+/// What the false-alarm check says of what was found, or of the best explanation where nothing was, in a sentence.
+#[must_use]
+pub fn control_runs(report: &Report) -> Option<String> {
+    let test = report.method.null_test?;
+    let (n, runs) = (test.exceeded?, test.runs);
+    Some(if report.effects.is_empty() && report.terms.is_empty() {
+        format!(
+            "In {n} of {runs} control runs on data shifted in time, chance explains as much as the best candidate does."
+        )
+    } else {
+        let times = match n {
+            0 => "never explained as much".to_owned(),
+            1 => "explained as much once".to_owned(),
+            n => format!("explained as much {n} times"),
+        };
+        format!("In {runs} control runs on data shifted in time, chance {times}.")
+    })
+}
+
+/// How the false-alarm check was made, and what it says.
+pub(super) fn control_method(report: &Report) -> Option<String> {
+    let test = report.method.null_test?;
+    let mut text = format!(
+        "As a check on false alarms, all explanations are weighed again {} times on data shifted in time against their \
+         signatures, where only chance can make the two agree.",
+        test.runs
+    );
+    match control_runs(report) {
+        Some(runs) => text.push_str(&format!(" {runs}")),
+        None => text.push_str(
+            " What was found cannot be tested so: it depends on time alone, or came up in another way than by weighing.",
+        ),
     }
+    if let Some(followed) = test.followed.filter(|_| !report.effects.is_empty() || !report.terms.is_empty()) {
+        text.push_str(&match followed {
+            0 => " Of what remains in the end, chance explained in none of them enough to be followed.".to_owned(),
+            n => format!(" Of what remains in the end, chance explained in {n} of them enough to be followed."),
+        });
+    }
+    text.push_str(" While an effect is missing the data are no pure noise, and chance looks stronger than it is.");
+    Some(text)
 }
 
 /// Kass and Raftery's (1995) words for a difference in BIC; negative supports the effect.

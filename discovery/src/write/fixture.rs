@@ -10,7 +10,8 @@ use cdpr::model_file::Model;
 
 use crate::data::{Channel, Trial};
 use crate::outcome::{
-    Alternative, BeforeAfter, Compared, Discovery, Found, HorizonGap, Located, SearchStep, Verdict, Whiteness,
+    Alternative, BeforeAfter, Block, Compared, Discovery, Found, HorizonGap, Located, NullTest, SearchStep, Stability,
+    Verdict, Whiteness,
 };
 
 pub(super) const FORCE: f64 = 180.0;
@@ -43,6 +44,24 @@ pub(super) fn friction() -> Found {
                 separate_by: "half and twice the speed".to_owned(),
             },
         ],
+        null_test: Some(NullTest { shifts: 99, found: 640.0, as_strong: 0, over_threshold: 12, largest: 31.0 }),
+        stability: Some(Stability {
+            blocks: [0.97, 1.01, 1.02]
+                .into_iter()
+                .enumerate()
+                .map(|(k, size)| Block {
+                    trial: 0,
+                    start: 30.0 * k as f64,
+                    end: 30.0 * (k + 1) as f64,
+                    size,
+                    standard_error: 0.02,
+                })
+                .collect(),
+            chi_square: 3.5,
+            degrees: 2,
+            p_value: 0.17,
+            spread: 0.013,
+        }),
     }
 }
 
@@ -53,6 +72,8 @@ pub(super) fn term(target: &str, expression: &str) -> Found {
         delta_bic: -52.0,
         holdout_gap_without: None,
         alternatives: Vec::new(),
+        null_test: None,
+        stability: None,
     }
 }
 
@@ -95,6 +116,7 @@ pub(super) fn discovery() -> Discovery {
         remainder_force: pair(90.0, 1.5),
         remainder_torque: pair(700.0, 12.0),
         trials,
+        null_test: Some(NullTest { shifts: 99, found: -12.0, as_strong: 40, over_threshold: 0, largest: -3.0 }),
         candidates: 87,
         outliers: 3,
         steps: vec![SearchStep {

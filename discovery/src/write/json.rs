@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::data::Channel;
-use crate::outcome::{Alternative, Compared, Discovery, Found, HORIZON, Located, SearchStep, Verdict};
+use crate::outcome::{
+    Alternative, Block, Compared, Discovery, Found, HORIZON, Located, NullTest, SearchStep, Stability, Verdict,
+};
 
 use super::label::place;
 use super::report::all_channels;
@@ -62,6 +64,43 @@ struct EffectEntry<'a> {
     indistinguishable_from: Vec<AlternativeEntry<'a>>,
     /// Explanations that were tried in its place and are told apart by the data.
     worse: Vec<AlternativeEntry<'a>>,
+    null_test: Option<NullTestEntry>,
+    stability: Option<StabilityEntry>,
+}
+
+/// Candidates weighed against innovations shifted in time. Gains are falls of the information criterion by the best.
+#[derive(Serialize)]
+struct NullTestEntry {
+    shifts: usize,
+    /// Without a shift.
+    gain: f64,
+    largest_gain_by_chance: f64,
+    /// Shifts with a gain as large.
+    as_strong: usize,
+    /// Shifts with a gain that the search would have followed.
+    over_threshold: usize,
+}
+
+/// Size in blocks of time, in multiples of the size over all of them.
+#[derive(Serialize)]
+struct StabilityEntry {
+    constant: bool,
+    chi_square: f64,
+    degrees_of_freedom: usize,
+    p_value: f64,
+    /// Standard deviation between blocks beyond what their errors explain.
+    spread: f64,
+    blocks: Vec<BlockEntry>,
+}
+
+#[derive(Serialize)]
+struct BlockEntry {
+    /// Index into `trials`.
+    trial: usize,
+    /// Start and end (s).
+    when: [f64; 2],
+    size: f64,
+    standard_error: f64,
 }
 
 #[derive(Serialize)]
@@ -86,6 +125,8 @@ struct TermEntry<'a> {
     standard_error: &'a [Option<f64>],
     delta_bic: f64,
     holdout_gap_without: Option<f64>,
+    null_test: Option<NullTestEntry>,
+    stability: Option<StabilityEntry>,
 }
 
 #[derive(Serialize)]
@@ -155,6 +196,8 @@ struct SearchEntry<'a> {
     candidates: usize,
     outliers: usize,
     seconds: f64,
+    /// Of the last weighing, after which nothing more was taken up.
+    null_test: Option<NullTestEntry>,
     steps: Vec<StepEntry<'a>>,
 }
 
@@ -178,8 +221,8 @@ pub fn discovery_json(discovery: &Discovery) -> Result<String, serde_json::Error
         schema: 1,
         verdict: verdict(discovery.verdict),
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
-        effects: discovery.effects.iter().map(effect).collect(),
-        terms: discovery.terms.iter().map(term).collect(),
+        effects: discovery.effects.iter().map(|found| effect(found, &discovery.trials)).collect(),
+        terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
         gap: gap(discovery),
         remainder: RemainderEntry {
             force: discovery.remainder_force.into(),
@@ -195,6 +238,7 @@ pub fn discovery_json(discovery: &Discovery) -> Result<String, serde_json::Error
             candidates: discovery.candidates,
             outliers: discovery.outliers,
             seconds: discovery.seconds,
+            null_test: discovery.null_test.as_ref().map(null_test),
             steps: discovery.steps.iter().map(step).collect(),
         },
         remarks: &discovery.remarks,
@@ -244,7 +288,7 @@ fn parameters(
     spec.values.iter().enumerate().map(|(k, value)| (info.parameters[k].name, entry(k, *value))).collect()
 }
 
-fn effect(found: &Found) -> EffectEntry<'_> {
+fn effect<'a>(found: &'a Found, trials: &[Compared]) -> EffectEntry<'a> {
     let (twins, worse): (Vec<_>, Vec<_>) = found.alternatives.iter().partition(|a| a.indistinguishable);
     EffectEntry {
         id: &found.effect.id,
@@ -256,6 +300,34 @@ fn effect(found: &Found) -> EffectEntry<'_> {
         holdout_gap_without: found.holdout_gap_without,
         indistinguishable_from: twins.into_iter().map(alternative).collect(),
         worse: worse.into_iter().map(alternative).collect(),
+        null_test: found.null_test.as_ref().map(null_test),
+        stability: found.stability.as_ref().map(|s| stability(s, trials)),
+    }
+}
+
+fn null_test(test: &NullTest) -> NullTestEntry {
+    NullTestEntry {
+        shifts: test.shifts,
+        gain: test.found,
+        largest_gain_by_chance: test.largest,
+        as_strong: test.as_strong,
+        over_threshold: test.over_threshold,
+    }
+}
+
+fn stability(stability: &Stability, trials: &[Compared]) -> StabilityEntry {
+    let training = training_trials(trials);
+    let block = |b: &Block| {
+        let trial = *training.get(b.trial)?;
+        Some(BlockEntry { trial, when: [b.start, b.end], size: b.size, standard_error: b.standard_error })
+    };
+    StabilityEntry {
+        constant: !stability.varies(),
+        chi_square: stability.chi_square,
+        degrees_of_freedom: stability.degrees,
+        p_value: stability.p_value,
+        spread: stability.spread,
+        blocks: stability.blocks.iter().filter_map(block).collect(),
     }
 }
 
@@ -272,13 +344,15 @@ fn alternative(other: &Alternative) -> AlternativeEntry<'_> {
     }
 }
 
-fn term(found: &Found) -> TermEntry<'_> {
+fn term<'a>(found: &'a Found, trials: &[Compared]) -> TermEntry<'a> {
     TermEntry {
         target: found.effect.target.as_deref().unwrap_or_default(),
         expression: found.effect.expression.as_deref().unwrap_or_default(),
         standard_error: &found.standard_error,
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,
+        null_test: found.null_test.as_ref().map(null_test),
+        stability: found.stability.as_ref().map(|s| stability(s, trials)),
     }
 }
 

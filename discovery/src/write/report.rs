@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use crate::data::Channel;
-use crate::outcome::{Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Verdict};
+use crate::outcome::{
+    Alternative, BeforeAfter, Block, Compared, Discovery, Found, HORIZON, Located, NullTest, SearchStep, Stability,
+    Verdict,
+};
 use crate::report::{
     self, ChannelGap, FileUsed, Gap, HorizonGap, Method, Remainder, Report, Robot, Setting, Span, Step, Term, Whiteness,
 };
@@ -53,9 +56,9 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
             Verdict::Ambiguous => report::Verdict::Ambiguous,
             Verdict::Unnamed => report::Verdict::Unnamed,
         },
-        effects: discovery.effects.iter().map(effect).collect(),
+        effects: discovery.effects.iter().map(|found| effect(found, &discovery.trials)).collect(),
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
-        terms: discovery.terms.iter().map(term).collect(),
+        terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
         gap: Gap { holdout_source: shortened(&discovery.holdout_source, &discovery.trials, &names), ..gap(discovery) },
         remainder: Remainder {
             force: discovery.remainder_force.after,
@@ -72,7 +75,7 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
             trials: discovery.trials.iter().filter(|t| !t.holdout).count(),
             samples: discovery.trials.iter().filter(|t| !t.holdout).map(numbers).sum(),
             seconds: discovery.seconds,
-            null_test: None,
+            null_test: null_test(discovery),
             steps: discovery.steps.iter().map(step).collect(),
         },
         remarks: discovery.remarks.clone(),
@@ -137,7 +140,7 @@ fn channel(channel: Channel, discovery: &Discovery) -> report::Channel {
     }
 }
 
-fn effect(found: &Found) -> report::Effect {
+fn effect(found: &Found, trials: &[Compared]) -> report::Effect {
     report::Effect {
         id: found.effect.id.clone(),
         label: label(&found.effect),
@@ -148,6 +151,7 @@ fn effect(found: &Found) -> report::Effect {
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,
         alternatives: found.alternatives.iter().map(alternative).collect(),
+        stability: found.stability.as_ref().map(|s| stability(s, trials)),
     }
 }
 
@@ -165,14 +169,47 @@ fn alternative(other: &Alternative) -> report::Alternative {
     }
 }
 
-fn term(found: &Found) -> Term {
+fn term(found: &Found, trials: &[Compared]) -> Term {
     Term {
         target: place(&found.effect),
         expression: found.effect.expression.clone().unwrap_or_default(),
         standard_errors: found.standard_error.iter().map(|e| e.unwrap_or(f64::NAN)).collect(),
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,
+        stability: found.stability.as_ref().map(|s| stability(s, trials)),
     }
+}
+
+fn stability(stability: &Stability, trials: &[Compared]) -> report::Stability {
+    let training = training_trials(trials);
+    let block = |b: &Block| {
+        let span = Span { trial: *training.get(b.trial)?, start: b.start, end: b.end };
+        Some(report::Block { span, size: b.size, standard_error: b.standard_error })
+    };
+    report::Stability {
+        blocks: stability.blocks.iter().filter_map(block).collect(),
+        chi_square: stability.chi_square,
+        degrees: stability.degrees,
+        p_value: stability.p_value,
+        spread: stability.spread,
+        constant: !stability.varies(),
+    }
+}
+
+/// The tests of everything found as one: what chance did at best.
+fn null_test(discovery: &Discovery) -> Option<report::NullTest> {
+    let found: Vec<&Found> = discovery.effects.iter().chain(&discovery.terms).collect();
+    let tests: Vec<&NullTest> = found.iter().filter_map(|f| f.null_test.as_ref()).collect();
+    let last = discovery.null_test.as_ref();
+    let exceeded = if found.is_empty() {
+        last.map(|test| test.as_strong)
+    } else if tests.len() == found.len() {
+        tests.iter().map(|test| test.as_strong).max()
+    } else {
+        None
+    };
+    let runs = tests.iter().copied().chain(last).next()?.shifts;
+    Some(report::NullTest { runs, exceeded, followed: last.map(|test| test.over_threshold) })
 }
 
 fn located(located: &Located, trials: &[Compared]) -> report::Located {

@@ -47,6 +47,33 @@ fn the_json_keeps_the_contract() {
 }
 
 #[test]
+fn evidence_beside_the_criterion_is_written() {
+    let document = json(&discovery());
+    let effect = &document["effects"][0];
+    assert_eq!((&effect["null_test"]["shifts"], &effect["null_test"]["as_strong"]), (&99.into(), &0.into()));
+    assert_eq!(document["search"]["null_test"]["as_strong"], 40);
+    let stability = &effect["stability"];
+    assert_eq!((&stability["constant"], &stability["degrees_of_freedom"]), (&true.into(), &2.into()));
+    let block = &stability["blocks"][1];
+    assert_eq!((&block["trial"], &block["size"]), (&1.into(), &1.01.into()), "the training trial stands second");
+    assert_eq!(block["when"], serde_json::json!([30.0, 60.0]));
+    let report = report(&discovery(), &About::default());
+    assert_eq!(report.method.null_test.and_then(|test| test.exceeded), Some(0));
+    let told = report.effects[0].stability.as_ref().unwrap();
+    assert_eq!((told.blocks[2].span.trial, told.constant), (1, true));
+    // The weaker one counts, and one that cannot be tested leaves the whole untested.
+    let mut two = discovery();
+    two.effects.push(friction());
+    two.effects[1].null_test.as_mut().unwrap().as_strong = 7;
+    let exceeded = |d: &Discovery| super::report(d, &About::default()).method.null_test.and_then(|t| t.exceeded);
+    assert_eq!(exceeded(&two), Some(7));
+    two.effects[0].null_test = None;
+    assert_eq!(exceeded(&two), None);
+    two.effects.clear();
+    assert_eq!(exceeded(&two), Some(40));
+}
+
+#[test]
 fn verdicts_and_terms_have_their_words() {
     let mut unnamed = discovery();
     unnamed.verdict = Verdict::Unnamed;
