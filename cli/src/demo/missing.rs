@@ -98,7 +98,7 @@ fn found(robot: &Model, discovery: &Discovery, results: &Results) -> anyhow::Res
         let same = discovery.effects.iter().find(|f| f.effect.id == effect.id && f.effect.cable == effect.cable);
         let fitted = same.map(|f| write::parameters(&f.effect, &f.standard_error));
         for (k, p) in write::parameters(effect, &[]).iter().enumerate() {
-            let hidden = format!("{} {}", report::significant(p.value, 3), p.unit);
+            let hidden = report::quantity(&p.name, p.value, None, &p.unit);
             let found = match fitted.as_ref().and_then(|list| list.get(k)) {
                 Some(p) => report::quantity(&p.name, p.value, p.standard_error, &p.unit),
                 None => "not found".to_owned(),
