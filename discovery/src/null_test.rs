@@ -5,10 +5,12 @@
 //! tails and what one channel has to do with another. Innovations that still hold the work of a missing effect are not
 //! white, and by chance they agree better with slow signatures than white ones: the test then errs on the safe side.
 //!
-//! What a shift cannot move says nothing and is left out: the mean of each channel, and laws of time alone, which shifted
-//! in time are themselves again. The test repeats the weighing only; what it counts as a false alarm would still have to
-//! survive refinement and the held-out data. Neighbouring shifts are not independent: one in 99 tells no more than the
-//! order of magnitude.
+//! A shift moves neither a mean nor a law of time alone, which shifted in time is itself again. The mean of the innovations
+//! is therefore replaced by what their slowest waves say that it would be by chance, and laws of time alone are left out.
+//! The test repeats the weighing only; what it counts as a false alarm would still have to survive refinement and the
+//! held-out data. Neighbouring shifts are not independent: one in 99 tells no more than the order of magnitude.
+
+use std::f64::consts::{SQRT_2, TAU};
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -25,6 +27,10 @@ use crate::verify::places;
 const SHIFTS: usize = 99;
 /// Smallest shift, either way round (s): longer than the memory of the filter and of the latent disturbances.
 const SMALLEST: f64 = 5.0;
+/// Slowest waves of the innovations from which the chance of a mean is taken.
+const WAVES: usize = 5;
+/// The golden ratio's fraction: its multiples fill a circle evenly.
+const PHASE: f64 = 0.618_033_988_749_894_9;
 /// Measurements that are multiplied at a time.
 const BLOCK: usize = 256;
 
@@ -81,6 +87,7 @@ impl Weighing<'_> {
         let randomness = for_trial(self.randomness, &self.trials[t]);
         let filtered = filter(linear, &randomness, Keep::Innovations);
         let centred = centred(&filtered.whitened, linear.channels);
+        let means = chance_means(&centred, linear.channels, t);
         let mut out = Shifted { right: DMatrix::zeros(forcing.columns, shifts.len()), pairs: vec![0; shifts.len()] };
         // A column a measurement, and a row a measurement, of the block at hand.
         let mut signatures = DMatrix::zeros(forcing.columns, BLOCK);
@@ -92,8 +99,9 @@ impl Weighing<'_> {
             }
             for (i, shift) in shifts.iter().enumerate() {
                 let innovation = centred[(at + shift * linear.channels) % centred.len()];
+                let mean = means[i][at % linear.channels];
                 out.pairs[i] += usize::from(innovation.is_finite());
-                innovations[(filled, i)] = if innovation.is_finite() { innovation } else { 0.0 };
+                innovations[(filled, i)] = if innovation.is_finite() { innovation + mean } else { 0.0 };
             }
             filled += 1;
             if filled == BLOCK {
@@ -127,6 +135,34 @@ fn centred(whitened: &[f64], channels: usize) -> Vec<f32> {
     out
 }
 
+/// For each shift a mean of every channel as it may come by chance: for white noise, and for whatever is smooth in
+/// frequency, the mean is exchangeable with `√2` times the real part of a slow wave's amplitude at any phase.
+fn chance_means(centred: &[f32], channels: usize, trial: usize) -> Vec<Vec<f32>> {
+    let len = centred.len() / channels;
+    let waves: Vec<Vec<[f64; 2]>> = (1..=WAVES)
+        .map(|wave| {
+            let mut sums = vec![[0.0; 2]; channels];
+            let mut counts = vec![0; channels];
+            for (k, row) in centred.chunks_exact(channels).enumerate() {
+                let (sin, cos) = (TAU * (wave * k) as f64 / len as f64).sin_cos();
+                for (j, value) in row.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+                    sums[j][0] += f64::from(*value) * cos;
+                    sums[j][1] += f64::from(*value) * sin;
+                    counts[j] += 1;
+                }
+            }
+            sums.iter().zip(counts).map(|(s, n)| s.map(|v| SQRT_2 * v / f64::from(n.max(1)))).collect()
+        })
+        .collect();
+    (0..SHIFTS)
+        .map(|i| {
+            // Phases that fill the circle evenly, other ones for each trial.
+            let (sin, cos) = (TAU * (PHASE * (i + 1) as f64 * (trial + 1) as f64).fract()).sin_cos();
+            waves[(i + trial) % WAVES].iter().map(|[a, b]| (cos * a + sin * b) as f32).collect()
+        })
+        .collect()
+}
+
 /// Shifts of a trial in samples, evenly spread over it; `None` where it has no room for them.
 fn shifts(trial: &Trial) -> Option<Vec<usize>> {
     let smallest = (SMALLEST / trial.interval()).ceil() as usize;
@@ -148,7 +184,7 @@ mod tests {
 
     use super::*;
     use crate::candidates::{Situation, catalogue};
-    use crate::recording::{fitted, record};
+    use crate::recording::{fitted, noise, record};
     use crate::regression::levels;
     use crate::search::library_forcing;
 
@@ -185,7 +221,17 @@ mod tests {
         assert!(test.found > 2.0 * test.largest, "{test:?}");
     }
 
-    /// A shift cannot move a constant; without its mean it is no chance at all.
+    /// Of white noise of unit size the mean of `n` numbers has the variance `1/n`.
+    #[test]
+    fn means_by_chance_are_as_large_as_those_of_noise() {
+        let noise: Vec<f32> = noise(7 * 1000, 31).map(|v| v as f32).collect();
+        let means = chance_means(&noise, 7, 1);
+        let square: f32 = means.iter().flatten().map(|m| m * m).sum::<f32>() / (7 * SHIFTS) as f32;
+        let expected = 7.0 / noise.len() as f32;
+        assert!((0.5..2.0).contains(&(square / expected)), "{square} {expected}");
+    }
+
+    /// A shift cannot move a constant; its own mean is no chance.
     #[test]
     fn a_constant_is_told_from_chance() {
         let test = test(&[("steady_wind", &[60.0, 0.0, 0.0])]);
@@ -221,13 +267,14 @@ mod tests {
             let randomness = for_trial(weighing.randomness, &trials[0]);
             let filtered = filter(&weighing.fit.linear[0], &randomness, Keep::Innovations);
             let centred = centred(&filtered.whitened, 7);
+            let means = chance_means(&centred, 7, 0);
             let columns = weighing.forcing[0].columns;
             let mut expected = vec![vec![0.0; columns]; 3];
             let mut pairs = [0; 3];
             whitened_rows(&weighing.fit.linear[0], &randomness, &filtered, &weighing.forcing[0], |at, e| {
                 let (k, j) = (at / 7, at % 7);
                 for (i, shift) in shifts.iter().enumerate() {
-                    let innovation = f64::from(centred[(k + shift) % trials[0].len() * 7 + j]);
+                    let innovation = f64::from(centred[(k + shift) % trials[0].len() * 7 + j] + means[i][j]);
                     if innovation.is_finite() {
                         pairs[i] += 1;
                         expected[i].iter_mut().zip(e).for_each(|(slot, e)| *slot += e * innovation);

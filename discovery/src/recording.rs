@@ -37,6 +37,12 @@ impl Normal {
     }
 }
 
+/// So many numbers of white noise of unit size.
+pub(crate) fn noise(count: usize, seed: u64) -> impl Iterator<Item = f64> {
+    let mut random = Normal(seed);
+    (0..count).map(move |_| random.next())
+}
+
 /// `duration` (s) of the default robot with `effects`.
 pub(crate) fn record(effects: &[EffectSpec], duration: f64, seed: u64) -> Trial {
     let mut random = Normal(seed);
