@@ -82,8 +82,8 @@ pub(super) fn correlation(value: f64) -> String {
     let off = 1.0 - value.abs();
     let sign = if value < 0.0 { MINUS } else { "" };
     match off {
-        off if off < 1e-4 && value > 0.0 => "> 0.9999".to_owned(),
-        off if off < 1e-4 => format!("< {MINUS}0.9999"),
+        off if off < 1e-4 && value > 0.0 => format!(">{NBSP}0.9999"),
+        off if off < 1e-4 => format!("<{NBSP}{MINUS}0.9999"),
         off if off < 5e-3 => format!("{sign}{:.4}", (1e4 * value.abs()).floor() / 1e4),
         _ => decimals(value, 2),
     }
@@ -195,8 +195,8 @@ mod tests {
         assert_eq!(correlation(-0.004), "0.00");
         assert_eq!(correlation(0.99937), "0.9993");
         assert_eq!(correlation(-0.999_85), "−0.9998");
-        assert_eq!(correlation(0.999_95), "> 0.9999");
-        assert_eq!(correlation(-1.0), "< −0.9999");
+        assert_eq!(correlation(0.999_95), ">\u{a0}0.9999");
+        assert_eq!(correlation(-1.0), "<\u{a0}−0.9999");
     }
 
     #[test]

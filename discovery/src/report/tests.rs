@@ -268,7 +268,8 @@ fn control_runs_say_how_often_chance_did_as_well() {
     let (none, method) = said(None, Some(2));
     assert_eq!(none, "");
     assert!(
-        method.contains("cannot be tested so") && method.contains("in 2 of them enough to be followed"),
+        method.contains("cannot be tested so")
+            && method.contains("chance reached what the search would follow 2 times"),
         "{method}"
     );
     report.verdict = Verdict::NoMissingEffect;

@@ -302,8 +302,8 @@ pub(super) fn control_method(report: &Report) -> Option<String> {
     }
     if let Some(followed) = test.followed.filter(|_| !report.effects.is_empty() || !report.terms.is_empty()) {
         text.push_str(&match followed {
-            0 => " Of what remains in the end, chance explained in none of them enough to be followed.".to_owned(),
-            n => format!(" Of what remains in the end, chance explained in {n} of them enough to be followed."),
+            0 => " In the last weighing, which added nothing more, chance never reached what the search would follow.".to_owned(),
+            n => format!(" In the last weighing, which added nothing more, chance reached what the search would follow {n} times."),
         });
     }
     text.push_str(" While an effect is missing the data are no pure noise, and chance looks stronger than it is.");
