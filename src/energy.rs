@@ -12,8 +12,10 @@
 //! - In `massless_spring` the cable's axial inertia is written with `L` although the spring is held by the winch. The
 //!   winch then works on both: `-u L̇` moves the inertia, `T (L̇ - l̇)` stretches the spring.
 
-use crate::dynamics::{Evaluation, Inputs};
-use crate::effect::PlatformContext;
+use num_dual::Dual64;
+
+use crate::dynamics::{Evaluation, Inputs, MAX_EFFECT_STATES, swing_tension};
+use crate::effect::{PlatformContext, SwingContext};
 use crate::kinematics::CableArrays;
 use crate::parameters::{CABLES, CableInertia, CableModel};
 use crate::plant::Plant;
@@ -47,7 +49,8 @@ pub struct Power {
     pub winches: f64,
     /// Work of the disturbance.
     pub disturbance: f64,
-    /// Work of effects that act on the platform or across the cables.
+    /// Work of effects that act on the platform or across the cables, which takes in what the bow of a swinging cable
+    /// stores.
     pub effects: f64,
     /// Work of the cables' dampers, never positive.
     pub damping: f64,
@@ -88,7 +91,14 @@ impl Plant {
             let cable = &data.cables[i];
             let at = self.offset[i];
             let turning = k.length[i] * k.angular_rate[i];
-            energy.cables_across += k.length[i] * turning * turning * (cable.acting_density() / 6.0);
+            energy.cables_across += k.length[i] * turning * turning * (0.5 * cable.straight_density);
+            if !self.cable[i].swing.is_empty() {
+                let states = self.gather_effect_states(i, y);
+                for (kind, at) in &self.cable[i].swing {
+                    energy.cables_across += kind.swing_energy(k.length[i], &states[*at..]);
+                }
+            }
+            energy.cables_along += k.length[i] * k.speed[i] * k.speed[i] * (0.5 * cable.end_density);
             let (length, rate) = match cable.model {
                 CableModel::LumpedMass => (y[at], y[at + 1]),
                 CableModel::Rigid | CableModel::MasslessSpring => (k.length[i], k.speed[i]),
@@ -131,7 +141,19 @@ impl Plant {
             let turning = k.length * k.angular_rate;
             power.effects +=
                 effects.transverse.iter().map(|f| f.transverse_force(k.length, k.angular_rate) * turning).sum::<f64>();
-            power.reeling -= 0.5 * cable.acting_density() * turning * turning * k.speed;
+            let states = self.gather_effect_states(i, y);
+            let tension = swing_tension(cable.model, e.tension[i], e.pull[i], e.slack[i]);
+            let swing = SwingContext { length: k.length, angular_rate: k.angular_rate, tension };
+            for (kind, at) in &effects.swing {
+                // What the platform gets, and what the swinging keeps.
+                let mut rates = [0.0; MAX_EFFECT_STATES];
+                let force = kind.swing(&swing, &states[*at..], &mut rates[*at..]);
+                let moving: [Dual64; MAX_EFFECT_STATES] = std::array::from_fn(|s| Dual64::new(states[s], rates[s]));
+                power.effects += force * turning;
+                power.effects += kind.swing_energy(Dual64::new(k.length, k.speed), &moving[*at..]).eps;
+            }
+            power.reeling += 0.5 * cable.end_density * k.speed.powi(3);
+            power.reeling -= 1.5 * cable.straight_density * turning * turning * k.speed;
             let opening = k.speed - e.unstretched_rate[i];
             // The cable whose mass the winch moves, and the work on the spring that it does beside that.
             let (length, rate) = match cable.model {

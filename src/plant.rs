@@ -48,6 +48,7 @@ pub(crate) struct CableEffects {
     pub(crate) pull: Vec<EffectKind>,
     pub(crate) law: Vec<CableEffect>,
     pub(crate) transverse: Vec<EffectKind>,
+    pub(crate) swing: Vec<CableEffect>,
     pub(crate) states: usize,
     /// Dead time of the winch command (s).
     pub(crate) delay: f64,
@@ -97,6 +98,10 @@ pub(crate) struct Has {
     pub(crate) force: bool,
     /// Effects on an elastic law.
     pub(crate) law: bool,
+    /// Effects that swing across a cable.
+    pub(crate) swing: bool,
+    /// Cables with a mass at the platform's end.
+    pub(crate) end_mass: bool,
     /// Cables whose tension depends on the platform's acceleration (rigid, massless spring).
     pub(crate) platform_side: bool,
 }
@@ -145,6 +150,16 @@ impl Plant {
                     cable[i].states += kind.states();
                     cable[i].law.push((kind.clone(), at));
                 }),
+                Stage::Transverse if kind.states() > 0 => {
+                    kind.change(&mut data, on);
+                    cables().for_each(|i| {
+                        let place = (kind.clone(), cable[i].states);
+                        cable[i].states += kind.states();
+                        // Its bow is a matter of the elastic law.
+                        cable[i].law.push(place.clone());
+                        cable[i].swing.push(place);
+                    });
+                }
                 Stage::Transverse => cables().for_each(|i| cable[i].transverse.push(kind.clone())),
                 Stage::PlatformWrench => wrench.push(kind),
                 Stage::Sensor => {
@@ -192,6 +207,8 @@ impl Plant {
         let has = Has {
             force: !wrench.is_empty() || cable.iter().any(on_cable),
             law: cable.iter().any(|c| !c.law.is_empty()),
+            swing: cable.iter().any(|c| !c.swing.is_empty()),
+            end_mass: data.cables.iter().any(|c| c.end_density != 0.0),
             platform_side: data.cables.iter().any(|c| c.model != CableModel::LumpedMass),
         };
         let constants = CableConstants::new(&data.cables);
@@ -295,6 +312,20 @@ impl Plant {
         }
         for (kind, at) in &effects.law {
             kind.start_strain(tension, &mut states[*at..]);
+        }
+    }
+
+    /// Sets the states of swinging cables in `y` to those of straight ones that turn with the platform's motion in `y`.
+    pub fn straighten(&self, y: &mut [f64]) {
+        if !self.has.swing {
+            return;
+        }
+        let cables = kinematics::cables(&self.data.geometry, &[y[0], y[1], y[2]], &[y[3], y[4], y[5]]);
+        for (i, cable) in cables.iter().enumerate() {
+            let first = self.effect_states(i).start;
+            for (kind, at) in &self.cable[i].swing {
+                kind.start_swing(cable.length, cable.angular_rate, &mut y[first + at..]);
+            }
         }
     }
 

@@ -140,6 +140,8 @@ pub(crate) fn places(effect: &cdpr::effect::EffectSpec) -> (Vec<String>, Vec<&'s
         "cable_creep" => (indexed("cable"), vec!["tension", "time"]),
         "cable_thermal_expansion" => (indexed("cable"), vec!["time"]),
         "cable_drag" => (indexed("cable"), vec!["speed"]),
+        "cable_transverse_mode" => (indexed("cable"), vec!["acceleration", "tension"]),
+        "cable_axial_mass" => (indexed("cable"), vec!["acceleration"]),
         "winch_coulomb_friction" => (indexed("winch"), vec!["direction"]),
         "winch_stribeck_friction" => (indexed("winch"), vec!["direction", "speed"]),
         "winch_viscous_friction" => (indexed("winch"), vec!["speed"]),

@@ -13,16 +13,19 @@ pub(crate) type Law = (EffectKind, usize);
 /// Highest order of derivative that implicit laws carry through a dual number.
 const DERIVATIVE_ORDER: usize = 3;
 
-/// Geometric strain `(L - l')/l'` where `l'` is the unstretched length as temperature leaves it, less inelastic strain.
+/// Geometric strain `(L - l')/l'` where `l'` is the unstretched length as temperature leaves it and `L` the chord with
+/// what the cable is longer than it, less inelastic strain.
 #[inline]
 fn elastic_strain<S: Real>(laws: &[Law], time: S, chord: S, unstretched: S, states: &[S]) -> S {
     let mut free = unstretched;
     let mut inelastic = S::from(0.0);
+    let mut length = chord;
     for (law, at) in laws {
         free *= law.length_factor(time);
         inelastic += law.inelastic_strain(&states[*at..]);
+        length += law.bowed_length(chord, &states[*at..]);
     }
-    (chord - free) / free - inelastic
+    (length - free) / free - inelastic
 }
 
 /// Tension (N) at this elastic strain of a straight cable.
@@ -112,9 +115,11 @@ pub(crate) fn unstretched_length<S: Real>(
         strain += chord_strain(laws, wanted, chord);
     }
     let mut factor = S::from(1.0);
+    let mut length = chord;
     for (law, at) in laws {
         strain += law.inelastic_strain(&states[*at..]);
         factor *= law.length_factor(time);
+        length += law.bowed_length(chord, &states[*at..]);
     }
-    chord / (strain + 1.0) / factor
+    length / (strain + 1.0) / factor
 }

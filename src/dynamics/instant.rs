@@ -3,7 +3,7 @@
 //! Quantities are arrays over the cables and the arithmetic is in short loops over them, apart from what effects add, so
 //! that the compiler can work on several cables at once.
 
-use crate::effect::{PlatformContext, WinchContext};
+use crate::effect::{PlatformContext, SwingContext, WinchContext};
 use crate::kinematics::CableArrays;
 use crate::parameters::{CABLES, CableModel};
 use crate::plant::Plant;
@@ -47,6 +47,13 @@ pub(crate) fn winch_pull<S: Real>(
     }
     force += added;
     effects.loss.iter().fold(force, |sum, kind| sum + kind.loss(force, context))
+}
+
+/// The tension (N) of a cable that swings: where tension depends on the acceleration, the winch's pull stands for it.
+#[inline]
+pub(crate) fn swing_tension<S: Real>(model: CableModel, tension: S, pull: S, slack: bool) -> S {
+    let tension = if model == CableModel::LumpedMass { tension } else { pull };
+    if slack || tension.re() < 0.0 { S::from(0.0) } else { tension }
 }
 
 /// Sum over the cables, in pairs.
@@ -146,6 +153,17 @@ impl Plant {
             tension_uncut[i] = spring[i] + opening * inverse_unstretched[i] * constants.damping[i];
         }
 
+        if self.has.swing {
+            for i in 0..CABLES {
+                let states = self.gather_effect_states(i, y);
+                let carried = swing_tension(data.cables[i].model, tension_uncut[i], pull[i], slack[i]);
+                let context = SwingContext { length: k.length[i], angular_rate: k.angular_rate[i], tension: carried };
+                for (kind, at) in &self.cable[i].swing {
+                    across_added[i] += kind.swing(&context, &states[*at..], &mut effect_rate[i][*at..]);
+                }
+            }
+        }
+
         // Platform, and the inertia of the cables across: Q = -ρ/3 (L² α̈ + 3 L L̇ α̇) along N.
         let mut mass = self.platform_mass(rotation);
         let [cx, cy] = self.com_arm(rotation);
@@ -159,7 +177,7 @@ impl Plant {
             // (14) without the accelerations, plus 3 L̇ α̇
             let arm_dot_normal = k.arm_y[i] * k.direction_x[i] - k.arm_x[i] * k.direction_y[i];
             let bias = k.speed[i] * k.angular_rate[i] - omega_square * arm_dot_normal;
-            across[i] = k.length[i] * constants.third_density[i];
+            across[i] = k.length[i] * constants.straight_density[i];
             normal_force[i] = across_added[i] - across[i] * bias;
         }
         // along the normal row [-S_y, S_x, E·S]
@@ -174,10 +192,15 @@ impl Plant {
         // Where tension depends on the platform's acceleration, the cable's axial mass moves with the platform.
         let mut length_bias = zeros;
         let mut platform_axial_mass = zeros;
-        if self.has.platform_side {
+        if self.has.platform_side || self.has.end_mass {
             for i in 0..CABLES {
                 let turning = k.length[i] * k.angular_rate[i];
                 length_bias[i] = turning * k.angular_rate[i] - omega_square * k.arm_dot_direction[i];
+            }
+        }
+        if self.has.platform_side {
+            for i in 0..CABLES {
+                let turning = k.length[i] * k.angular_rate[i];
                 if data.cables[i].model != CableModel::LumpedMass {
                     let moving = constants.axial_mass(i, k.length[i]);
                     platform_axial_mass[i] = moving;
@@ -188,7 +211,14 @@ impl Plant {
                 }
             }
         }
-        let pulled: [S; CABLES] = std::array::from_fn(|i| if slack[i] { zero } else { tension_uncut[i] });
+        let mut pulled: [S; CABLES] = std::array::from_fn(|i| if slack[i] { zero } else { tension_uncut[i] });
+        if self.has.end_mass {
+            for i in 0..CABLES {
+                let end = k.length[i] * data.cables[i].end_density;
+                mass.add_square(&[k.direction_x[i], k.direction_y[i], k.arm_cross_direction[i]], end);
+                pulled[i] += end * length_bias[i];
+            }
+        }
         force[0] -= over_cables(|i| pulled[i] * sx[i] + normal_force[i] * sy[i]);
         force[1] += over_cables(|i| normal_force[i] * sx[i] - pulled[i] * sy[i]);
         force[2] += over_cables(|i| normal_force[i] * dot_row[i] - pulled[i] * k.arm_cross_direction[i]);

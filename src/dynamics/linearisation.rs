@@ -2,17 +2,17 @@
 //!
 //! A cable's own states reach the rest only through its tension, and the platform reaches them only through the cable's
 //! length, its rate and the angular rate. The linearisation is approximate: the derivatives of the mass matrix and of
-//! the centrifugal and Coriolis forces are left out, as are dependences of an expression on other cables. Newton's
-//! method checks its own convergence.
+//! the centrifugal and Coriolis forces are left out, as are dependences of an expression on other cables and the slow
+//! force of a cable's own swinging. Newton's method checks its own convergence.
 
 use num_dual::Dual64;
 
-use crate::effect::{PlatformContext, WinchContext};
+use crate::effect::{PlatformContext, SwingContext, WinchContext};
 use crate::parameters::{CABLES, CableModel};
 use crate::plant::{Plant, axial_states};
 use crate::scalar::Real;
 
-use super::instant::winch_pull;
+use super::instant::{swing_tension, winch_pull};
 use super::matrix3::{self, Matrix3};
 use super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
 
@@ -130,8 +130,14 @@ impl Local<'_> {
         for (kind, at) in &effects.law {
             kind.strain_rates(tension, &states[*at..], &mut effect_rates[*at..]);
         }
+        let mut transverse =
+            effects.transverse.iter().fold(zero, |sum, kind| sum + kind.transverse_force(length, turning));
+        let carried = swing_tension(data.model, tension, pull, self.slack);
+        let swing = SwingContext { length, angular_rate: turning, tension: carried };
+        for (kind, at) in &effects.swing {
+            transverse += kind.swing(&swing, &states[*at..], &mut effect_rates[*at..]);
+        }
         rates[axial..axial + effects.states].copy_from_slice(&effect_rates[..effects.states]);
-        let transverse = effects.transverse.iter().fold(zero, |sum, kind| sum + kind.transverse_force(length, turning));
         LocalRates { tension, transverse, rates }
     }
 }

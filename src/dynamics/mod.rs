@@ -13,7 +13,7 @@ mod tests;
 pub(crate) use elastic::{tension as elastic_tension, unstretched_length};
 pub use evaluation::Evaluation;
 pub(crate) use factors::Factors;
-pub(crate) use instant::winch_pull;
+pub(crate) use instant::{swing_tension, winch_pull};
 pub(crate) use linearisation::Linearisation;
 
 use crate::geometry::Geometry;
@@ -60,6 +60,12 @@ pub struct CableData {
     pub damping: f64,
     /// Drum inertia over radius squared (kg), moving with the cable.
     pub drum_mass: f64,
+    /// Mass per length (kg/m) that the platform's end carries across the cable: `ρ/3` of a cable that stays straight.
+    pub straight_density: f64,
+    /// Mass per length (kg/m) that the platform's end carries along the cable.
+    pub end_density: f64,
+    /// Mass per length (kg/m) that the end carries across besides, in slow motion, by an effect's own states.
+    pub swinging_density: f64,
 }
 
 impl CableData {
@@ -101,8 +107,8 @@ impl CableData {
 pub(crate) struct CableConstants {
     pub(crate) axial_stiffness: [f64; CABLES],
     pub(crate) damping: [f64; CABLES],
-    /// `ρ/3` (kg/m), zero where the cable's mass is left out.
-    pub(crate) third_density: [f64; CABLES],
+    /// As [`CableData::straight_density`].
+    pub(crate) straight_density: [f64; CABLES],
     /// Axial mass per length (kg/m): `ρ/2` or `ρ`.
     axial_density: [f64; CABLES],
     drum_mass: [f64; CABLES],
@@ -118,7 +124,7 @@ impl CableConstants {
         Self {
             axial_stiffness: each(&|c| c.axial_stiffness),
             damping: each(&|c| c.damping),
-            third_density: each(&|c| c.acting_density() / 3.0),
+            straight_density: each(&|c| c.straight_density),
             axial_density: each(&|c| c.density * c.axial_share()),
             drum_mass: each(&|c| c.drum_mass),
             rate_square: each(&|c| if c.inertia == CableInertia::Paper { 0.5 * c.density } else { 0.0 }),
@@ -157,14 +163,18 @@ pub struct PlantData {
 impl PlantData {
     /// The plant without effects.
     pub fn new(parameters: &Parameters) -> Self {
-        let cable = CableData {
+        let mut cable = CableData {
             model: parameters.cable_model,
             inertia: parameters.cable_inertia,
             density: parameters.cable_density,
             axial_stiffness: parameters.axial_stiffness(),
             damping: parameters.cable_damping,
             drum_mass: 0.0,
+            straight_density: 0.0,
+            end_density: 0.0,
+            swinging_density: 0.0,
         };
+        cable.straight_density = cable.acting_density() / 3.0;
         Self {
             geometry: Geometry::new(parameters),
             mass: parameters.platform_mass,

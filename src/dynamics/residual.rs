@@ -1,12 +1,12 @@
 //! The implicit system `F(t, y, ẏ, u, F_D) = 0`: the physics as the paper states it.
 
-use crate::effect::{PlatformContext, WinchContext};
+use crate::effect::{PlatformContext, SwingContext, WinchContext};
 use crate::kinematics;
 use crate::parameters::{CABLES, CableModel};
 use crate::plant::Plant;
 use crate::scalar::Real;
 
-use super::instant::winch_pull;
+use super::instant::{swing_tension, winch_pull};
 use super::{Inputs, MAX_EFFECT_STATES, elastic};
 
 impl Plant {
@@ -98,11 +98,17 @@ impl Plant {
             // (22), (25) with the sign of (21)
             let mut transverse = -(k.length * k.length * angular_acceleration
                 + k.length * k.speed * k.angular_rate * 3.0)
-                * (cable.acting_density() / 3.0);
+                * cable.straight_density;
             for kind in &effects.transverse {
                 transverse += kind.transverse_force(k.length, k.angular_rate);
             }
-            let force = [transverse * n[0] - tension * s[0], transverse * n[1] - tension * s[1]];
+            let carried = swing_tension(cable.model, tension, pull, slack[i]);
+            let swing = SwingContext { length: k.length, angular_rate: k.angular_rate, tension: carried };
+            for (kind, start) in &effects.swing {
+                transverse += kind.swing(&swing, &states[*start..], &mut effect_rates[*start..]);
+            }
+            let along = tension + k.length * length_acceleration * cable.end_density;
+            let force = [transverse * n[0] - along * s[0], transverse * n[1] - along * s[1]];
             wrench[0] += force[0];
             wrench[1] += force[1];
             wrench[2] += k.arm[0] * force[1] - k.arm[1] * force[0];

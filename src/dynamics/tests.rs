@@ -122,15 +122,19 @@ fn newton_matrix_is_exact_without_cable_mass() {
     let drums = EffectSpec::new("winch_drum_inertia", None, &[97.0]).unwrap();
     for model in MODELS {
         for spec in everything(&mut random) {
-            // Its centrifugal force and its part of the mass matrix are left out.
-            if spec.id == "platform_com_offset" || spec.id == "winch_drum_inertia" {
+            // Their centrifugal forces and the derivatives of their parts of the mass matrix are left out.
+            if ["platform_com_offset", "winch_drum_inertia", "cable_axial_mass"].contains(&spec.id.as_str()) {
                 continue;
             }
             let id = spec.id.clone();
             let massive = if model == CableModel::LumpedMass { vec![drums.clone(), spec] } else { vec![spec] };
             let plant = plant(model, CableInertia::None, massive);
-            // How the angular rate depends on the pose is left out.
-            let allowed = if id == "cable_drag" { 1e-4 } else { 1e-9 };
+            // Left out: how the angular rate depends on the pose, and the slow force of a swinging cable.
+            let allowed = match id.as_str() {
+                "cable_drag" => 1e-4,
+                "cable_transverse_mode" => 1e-2,
+                _ => 1e-9,
+            };
             for _ in 0..5 {
                 let worst = deviation(&mut random, &plant, 1.0, [false; CABLES]);
                 assert!(worst < allowed, "{model:?} {id}: {worst:e}");

@@ -118,6 +118,18 @@ pub struct WinchContext<S> {
     pub speed: S,
 }
 
+/// What an effect that swings across its cable sees of it.
+#[derive(Clone, Copy, Debug)]
+pub struct SwingContext<S> {
+    /// Geometric length (m).
+    pub length: S,
+    /// Angular rate of the chord (rad/s).
+    pub angular_rate: S,
+    /// Tension (N), zero where the cable is slack; the winch's pull in cable models whose tension depends on the
+    /// acceleration.
+    pub tension: S,
+}
+
 /// What a platform-side effect sees.
 #[derive(Clone, Copy, Debug)]
 pub struct PlatformContext<'a, S> {
@@ -158,7 +170,7 @@ pub trait Effect: Sized {
         0
     }
 
-    /// [`Stage::Parameters`]: change the plant's data; `cables` says which cables.
+    /// [`Stage::Parameters`] and [`Stage::Transverse`]: change the plant's data; `cables` says which cables.
     fn change(&self, _data: &mut PlantData, _cables: [bool; 4]) {}
 
     /// [`Stage::CommandDelay`], and delayed pose sensors: the delay (s).
@@ -212,6 +224,24 @@ pub trait Effect: Sized {
 
     /// [`Stage::Transverse`]: force on the platform along `N` (N), from length (m) and angular rate (rad/s).
     fn transverse_force<S: Real>(&self, _length: S, _angular_rate: S) -> S {
+        S::from(0.0)
+    }
+
+    /// [`Stage::Transverse`] with states: force on the platform along `N` (N); writes the rates of its own states.
+    fn swing<S: Real>(&self, _context: &SwingContext<S>, _states: &[S], _rates: &mut [S]) -> S {
+        S::from(0.0)
+    }
+
+    /// [`Stage::Transverse`] with states: values of its own states where the cable is straight and turns as its chord does.
+    fn start_swing(&self, _length: f64, _angular_rate: f64, _states: &mut [f64]) {}
+
+    /// [`Stage::Transverse`] with states: kinetic energy in its own states (J), at this length (m).
+    fn swing_energy<S: Real>(&self, _length: S, _states: &[S]) -> S {
+        S::from(0.0)
+    }
+
+    /// [`Stage::Transverse`] with states: by how much the bowed cable is longer than its chord (m).
+    fn bowed_length<S: Real>(&self, _chord: S, _states: &[S]) -> S {
         S::from(0.0)
     }
 
@@ -278,6 +308,8 @@ catalogue! {
     cable_sag::CableSag,
     cable_thermal_expansion::CableThermalExpansion,
     cable_drag::CableDrag,
+    cable_transverse_mode::CableTransverseMode,
+    cable_axial_mass::CableAxialMass,
     winch_coulomb_friction::WinchCoulombFriction,
     winch_viscous_friction::WinchViscousFriction,
     winch_stribeck_friction::WinchStribeckFriction,
@@ -381,6 +413,25 @@ impl EffectKind {
     #[inline]
     pub fn transverse_force<S: Real>(&self, length: S, angular_rate: S) -> S {
         dispatch!(self, e => e.transverse_force(length, angular_rate))
+    }
+
+    #[inline]
+    pub fn swing<S: Real>(&self, context: &SwingContext<S>, states: &[S], rates: &mut [S]) -> S {
+        dispatch!(self, e => e.swing(context, states, rates))
+    }
+
+    pub fn start_swing(&self, length: f64, angular_rate: f64, states: &mut [f64]) {
+        dispatch!(self, e => e.start_swing(length, angular_rate, states))
+    }
+
+    #[inline]
+    pub fn swing_energy<S: Real>(&self, length: S, states: &[S]) -> S {
+        dispatch!(self, e => e.swing_energy(length, states))
+    }
+
+    #[inline]
+    pub fn bowed_length<S: Real>(&self, chord: S, states: &[S]) -> S {
+        dispatch!(self, e => e.bowed_length(chord, states))
     }
 
     #[inline]

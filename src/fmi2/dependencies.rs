@@ -52,6 +52,8 @@ struct EffectState {
     cable: usize,
     /// The winch's command passes through the effect.
     command: bool,
+    /// The effect moves across its cable and acts on the platform.
+    swings: bool,
 }
 
 impl Knowns {
@@ -62,7 +64,8 @@ impl Knowns {
             (0..place.count).map(move |k| {
                 let state = State::Effect(place.cable, place.first + k);
                 let command = matches!(place.stage, Stage::Command(_));
-                EffectState { index: at(Role::State(state)), state, cable: place.cable, command }
+                let swings = place.stage == Stage::Transverse;
+                EffectState { index: at(Role::State(state)), state, cable: place.cable, command, swings }
             })
         });
         let rest = table.roles.iter().enumerate().filter(|(_, role)| match role {
@@ -143,7 +146,7 @@ impl Knowns {
         }
         let mut list = self.platform_and_inputs();
         list.extend(on(&[self.length[i], self.rate[i]]));
-        list.extend(self.effects_where(|e| e.command || e.cable == i));
+        list.extend(self.effects_where(|e| e.command || e.swings || e.cable == i));
         list
     }
 

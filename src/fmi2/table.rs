@@ -190,11 +190,13 @@ impl Table {
         let mut reference = 2000;
         for place in plant.states_of_effects() {
             let spec = &model.effects[place.effect];
-            let (unit, nominal) = match place.stage {
-                Stage::Command(_) => ("N", 1e3),
-                _ => ("1", 1e-4),
-            };
             for k in 0..place.count {
+                let (unit, nominal) = match (place.stage, k) {
+                    (Stage::Command(_), _) => ("N", 1e3),
+                    (Stage::Transverse, 0) => ("m", 0.1),
+                    (Stage::Transverse, _) => ("m/s", 0.1),
+                    _ => ("1", 1e-4),
+                };
                 let mut name = format!("effect.{}[{}].state", spec.id, place.cable + 1);
                 if place.count > 1 {
                     name = indexed(&name, k);

@@ -150,8 +150,8 @@ impl<'a> InverseDynamics<'a> {
     /// forces.
     ///
     /// # Errors
-    /// [`InverseError::Refused`] for effects that cannot be turned round: dead times, and expressions on the platform that
-    /// depend on what is sought.
+    /// [`InverseError::Refused`] for effects that cannot be turned round: dead times, swinging cables, and expressions on the
+    /// platform that depend on what is sought.
     pub fn new(
         plant: Arc<Plant>,
         trajectory: &'a dyn Trajectory,
@@ -170,6 +170,12 @@ impl<'a> InverseDynamics<'a> {
                 return Err(InverseError::Refused {
                     effect: "winch_lag",
                     reason: "more than one lag in a row needs more derivatives than are kept",
+                });
+            }
+            if !cable.swing.is_empty() {
+                return Err(InverseError::Refused {
+                    effect: "cable_transverse_mode",
+                    reason: "a cable that swings on has no forces that follow from the motion alone",
                 });
             }
         }

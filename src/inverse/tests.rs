@@ -110,6 +110,7 @@ fn the_implicit_equations_hold_with_effects() {
         effect("platform_com_offset", None, &[0.4, -0.2]),
         effect("umbilical", None, &[2.0, 5.0, 100.0, -300.0]),
         effect("cable_drag", Some(2), &[0.01]),
+        effect("cable_axial_mass", Some(3), &[0.3]),
         effect("anchor_offset", Some(1), &[0.5, 0.2]),
         effect("cable_thermal_expansion", None, &[2e-4, 300.0, 0.3]),
         effect("cable_stiffening", None, &[500.0]),
@@ -311,6 +312,7 @@ fn effects_that_cannot_be_turned_round_are_refused_by_name() {
     };
     for (effects, part) in [
         (vec![effect("winch_delay", None, &[0.1])], "winch_delay"),
+        (vec![effect("cable_transverse_mode", Some(1), &[0.2, 0.0, 0.0])], "cable_transverse_mode"),
         (vec![EffectSpec::expression("platform.force_x", "0.1*winch_force[2]").unwrap()], "expression"),
         (vec![effect("winch_saturation", Some(2), &[0.0, 10e3])], "effect `winch_saturation` of cable 2"),
     ] {

@@ -86,13 +86,16 @@ pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &[Cabl
         let normal = k.normal_row();
         // L α̈ (14) and Q = -ρ/3 (L² α̈ + 3 L L̇ α̇).
         let turning = matrix3::dot(&normal, &p.acceleration) + k.normal_acceleration_bias(omega);
-        let density = data.cables[i].acting_density();
-        let mut q = -(k.length * (turning + k.speed * k.angular_rate * 3.0)) * (density / 3.0);
+        let density = data.cables[i].straight_density + data.cables[i].swinging_density;
+        let mut q = -(k.length * (turning + k.speed * k.angular_rate * 3.0)) * density;
         for kind in &plant.cable[i].transverse {
             q += kind.transverse_force(k.length, k.angular_rate);
         }
+        let row = k.jacobian_row();
+        let end = k.length * data.cables[i].end_density;
+        let along = end * (matrix3::dot(&row, &p.acceleration) + k.length_acceleration_bias(omega));
         for c in 0..3 {
-            wrench[c] -= q * normal[c];
+            wrench[c] += along * row[c] - q * normal[c];
         }
     }
     wrench

@@ -141,6 +141,7 @@ impl Start {
             let n = range.len();
             y[range].copy_from_slice(&states[..n]);
         }
+        plant.straighten(&mut y);
         Ok(y)
     }
 

@@ -167,6 +167,12 @@ CATALOGUE = {
             {"strain_amplitude": 2e-4, "period": 15.0, "phase": 0.4},
         ),
         ("cable_drag", None, {"drag_area_per_length": 0.05}),
+        (
+            "cable_transverse_mode",
+            None,
+            {"linear_density": 0.4, "drag_area_per_length": 0.05, "damping_ratio": 0.03},
+        ),
+        ("cable_axial_mass", 2, {"linear_density": 0.4}),
         ("winch_coulomb_friction", 3, {"force": 250.0, "transition_speed": 0.05, "tail": 0.4}),
         ("winch_viscous_friction", 1, {"coefficient": 300.0}),
         (

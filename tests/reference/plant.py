@@ -56,7 +56,8 @@ def with_elasticity(p: Parameters) -> Parameters:
 
 class Plant:
     """States, in this order: x y φ, vx vy ω, l(4) unless rigid, l'(4) if the cables have axial
-    inertia and are `lumped_mass`, the creep strains, then the states of the winch lags."""
+    inertia and are `lumped_mass`, the creep strains, the states of the winch lags, then bow and
+    velocity of the swinging cables."""
 
     def __init__(self, parameters: Parameters):
         p = self.parameters = with_elasticity(parameters)
@@ -71,6 +72,10 @@ class Plant:
         self.stiffening = np.zeros(CABLES)
         self.drum_mass = np.zeros(CABLES)
         self.drag = np.zeros(CABLES)
+        rho = 0.0 if p.cable_inertia == "none" else p.cable_density
+        self.straight = np.full(CABLES, rho / 3.0)  # kg/m that the end carries across
+        self.end = np.zeros(CABLES)  # kg/m that it carries along
+        self.swings = []
         for effect in p.effects:
             self._apply(effect)
         self.axial_mass = p.cable_inertia != "none" or bool(self.drum_mass.any())
@@ -85,7 +90,8 @@ class Plant:
         ]
         self.first_creep = 6 + CABLES * (self.has_length + self.has_length_rate)
         self.first_lag = self.first_creep + len(self.creeps)
-        self.size = self.first_lag + len(self.winches.lags)
+        self.first_swing = self.first_lag + len(self.winches.lags)
+        self.size = self.first_swing + 2 * len(self.swings)
 
     def _apply(self, effect):
         """Effects that are a change of a parameter."""
@@ -112,6 +118,11 @@ class Plant:
                 self.drum_mass[cables] += v["mass"]
             case "cable_drag":
                 self.drag[cables] += AIR_DENSITY / 8.0 * v["drag_area_per_length"]
+            case "cable_axial_mass":
+                self.end[cables] += v["linear_density"] / 2.0
+            case "cable_transverse_mode":
+                self.straight[cables] *= 1.0 - 6.0 / np.pi**2
+                self.swings += [(i, v) for i in cables]
 
     # ---- kinematics
 
@@ -159,6 +170,38 @@ class Plant:
             angle = 2.0 * np.pi / v["period"] * t + v.get("phase", 0.0)
             factor += v["strain_amplitude"] * np.sin(angle)
         return factor
+
+    def _swinging(self, y, m, tension):
+        """Forces across the cables (N) and rates of bow and velocity, by Lagrange's equations for
+        the bow from the chord and the end's motion, with the mode's momentum as a state."""
+        across = np.zeros(CABLES)
+        rates = []
+        for (i, v), (bow, velocity) in zip(
+            self.swings, y[self.first_swing :].reshape(-1, 2), strict=True
+        ):
+            L, end, T = m.L[i], m.L[i] * m.angle_rate[i], max(tension[i], 0.0)
+            bow_rate = velocity - 2.0 / np.pi * end
+            x, weight = np.polynomial.legendre.leggauss(6)
+            x, weight = (x + 1.0) / 2.0, weight / 2.0
+            speed = end * x + bow_rate * np.sin(np.pi * x)
+            air = -AIR_DENSITY / 2.0 * v.get("drag_area_per_length", 0.0) * np.abs(speed) * speed
+            on_mode = L * np.sum(weight * air * np.sin(np.pi * x))
+            on_chord = L * np.sum(weight * air * x)
+            mass = v["linear_density"] * L / 2.0
+            stiffness = T * np.pi**2 / (2.0 * L)
+            damping = 2.0 * v.get("damping_ratio", 0.0) * np.sqrt(stiffness * mass)
+            restoring = stiffness * bow + damping * bow_rate
+            rates += [bow_rate, (on_mode - restoring) / mass]
+            across[i] += on_chord + 2.0 / np.pi * (restoring - on_mode)
+        return across, rates
+
+    def _bowed(self, y, L):
+        """Lengths of the cables along their bows."""
+        longer = L.copy()
+        bows = y[self.first_swing :: 2]
+        for (i, _), bow in zip(self.swings, bows, strict=True):
+            longer[i] += (np.pi * bow) ** 2 / (4.0 * L[i])
+        return longer
 
     def spring_force(self, L, unstretched, creep=0.0) -> np.ndarray:
         """Elastic force for a geometric and an unstretched length; negative when slack."""
@@ -236,13 +279,14 @@ class Plant:
                             torque += term
         return force, torque
 
-    def _platform_residual(self, t, pose, twist, acceleration, m, wrench, tension):
-        """M a - forces and I φ'' - torques about G, for given tensions."""
-        rho = 0.0 if self.parameters.cable_inertia == "none" else self.parameters.cable_density
-        _, angle_acc = self._cable_accelerations(m, twist, acceleration)
-        transverse = -rho / 3.0 * (m.L**2 * angle_acc + 3.0 * m.L * m.L_rate * m.angle_rate)
+    def _platform_residual(self, t, pose, twist, acceleration, m, wrench, tension, across):
+        """M a - forces and I φ'' - torques about G, for given tensions and swinging cables."""
+        L_acc, angle_acc = self._cable_accelerations(m, twist, acceleration)
+        transverse = across - self.straight * (
+            m.L**2 * angle_acc + 3.0 * m.L * m.L_rate * m.angle_rate
+        )
         transverse -= self.drag * m.L**3 * np.abs(m.angle_rate) * m.angle_rate
-        pull = (-tension + 1j * transverse) * m.S
+        pull = (-tension - self.end * m.L * L_acc + 1j * transverse) * m.S
         force, torque = self._external(t, pose, twist, wrench)
         offset = self.com * np.exp(1j * pose[2])
         a = complex(acceleration[0], acceleration[1])
@@ -263,7 +307,7 @@ class Plant:
         matrix = np.column_stack([residual(unit) - at_rest for unit in np.eye(3)])
         return np.linalg.solve(matrix, -at_rest)
 
-    def _dynamics_with_force_driven_cables(self, t, pose, twist, m, pull, wrench):
+    def _dynamics_with_force_driven_cables(self, t, pose, twist, m, pull, wrench, swinging):
         """Accelerations and tensions where the tension follows from the winch force and the
         platform's motion: T = max(0, u + inertia). The right set of taut cables is the one that
         agrees with itself; the map is monotone, so there is exactly one."""
@@ -275,10 +319,14 @@ class Plant:
 
         for taut in itertools.product((True, False), repeat=CABLES):
             taut = np.array(taut)
+            # A swinging cable takes the winch's pull for its tension, which has no jumps.
+            across, _ = swinging(np.where(taut, pull, 0.0))
 
-            def residual(acceleration, taut=taut):
+            def residual(acceleration, taut=taut, across=across):
                 tension = np.where(taut, axial(acceleration), 0.0)
-                return self._platform_residual(t, pose, twist, acceleration, m, wrench, tension)
+                return self._platform_residual(
+                    t, pose, twist, acceleration, m, wrench, tension, across
+                )
 
             acceleration = self._solve_accelerations(residual)
             force = axial(acceleration)
@@ -294,19 +342,23 @@ class Plant:
         """
         pose, twist = y[0:3], y[3:6]
         m = self.motion(pose, twist)
-        lagged, lag_rates = self.winches.lag(self.winches.saturate(command), y[self.first_lag :])
+        lagged, lag_rates = self.winches.lag(
+            self.winches.saturate(command), y[self.first_lag : self.first_swing]
+        )
         creep = np.zeros(CABLES)
         for k, (i, _, _) in enumerate(self.creeps):
             creep[i] += y[self.first_creep + k]
         warmth = self._warmth(t)
+        bowed = self._bowed(y, m.L)
         if self.has_length_rate:
             length, rate = y[6:10], y[10:14]
             pull = self.winches.deliver(lagged, rate)
             damping = self.bl / length * (m.L_rate - rate)
-            spring = self.spring_force(m.L, length * warmth, creep)
+            spring = self.spring_force(bowed, length * warmth, creep)
             tension = np.maximum(spring + damping, 0.0)
+            across, swing_rates = self._swinging(y, m, tension)
             acceleration = self._solve_accelerations(
-                lambda a: self._platform_residual(t, pose, twist, a, m, wrench, tension)
+                lambda a: self._platform_residual(t, pose, twist, a, m, wrench, tension, across)
             )
             mass, rest = self._inertia_terms(length, rate, m.angle_rate)
             length_acc = (tension - pull - rest) / mass
@@ -316,20 +368,23 @@ class Plant:
             # rigid cables whatever the springs do.
             pull = self.winches.deliver(lagged, m.L_rate)
             acceleration, tension = self._dynamics_with_force_driven_cables(
-                t, pose, twist, m, pull, wrench
+                t, pose, twist, m, pull, wrench, lambda carried: self._swinging(y, m, carried)
             )
+            _, swing_rates = self._swinging(y, m, np.where(tension > 0.0, pull, 0.0))
             length, rate = m.L, m.L_rate
             cable_rates = np.empty(0)
             if self.has_length:
                 length = y[6:10]
-                imbalance = self.spring_force(m.L, length * warmth, creep) - tension
+                imbalance = self.spring_force(bowed, length * warmth, creep) - tension
                 rate = m.L_rate + imbalance * length / self.bl
                 cable_rates = rate
         creep_rates = [
             (tension[i] / stiffness - y[self.first_creep + k]) / time_constant
             for k, (i, stiffness, time_constant) in enumerate(self.creeps)
         ]
-        y_rate = np.concatenate([twist, acceleration, cable_rates, creep_rates, lag_rates])
+        y_rate = np.concatenate(
+            [twist, acceleration, cable_rates, creep_rates, lag_rates, swing_rates]
+        )
         return y_rate, m, tension, length, rate
 
     # ---- starting and reading
@@ -352,7 +407,10 @@ class Plant:
         if self.has_length_rate and unstretched_rate is not None:
             y[10:14] = unstretched_rate
         if self.winches.lags:
-            y[self.first_lag :] = self.winches.lag_at_rest(limited)
+            y[self.first_lag : self.first_swing] = self.winches.lag_at_rest(limited)
+        for k, (i, _) in enumerate(self.swings):
+            # Straight, and moving as the chord does.
+            y[self.first_swing + 2 * k + 1] = 2.0 / np.pi * m.L[i] * m.angle_rate[i]
         return y
 
     def outputs(self, t, y, command, wrench) -> dict[str, float]:

@@ -42,6 +42,7 @@ fn width(name: &str) -> f64 {
         "phi" | "omega" => 1e-4,
         "time" => 1e-4,
         name if name.starts_with("effect.winch_lag") => 1.0,
+        name if name.starts_with("effect.cable_transverse_mode") => 1e-3,
         name if name.starts_with("effect.") => 1e-7,
         _ => 1e-3,
     }
