@@ -175,7 +175,7 @@ pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
     let elastic =
         model.parameters.cable_model != CableModel::Rigid || model.effects.iter().any(|e| e.id == "cable_elasticity");
     if elastic {
-        cables(&mut lib, situation);
+        cables(&mut lib, situation, model.parameters.cable_density);
     }
     winches(&mut lib, situation);
     platform(&mut lib, situation);
@@ -188,7 +188,7 @@ pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
     lib
 }
 
-fn cables(lib: &mut Library, situation: &Situation) {
+fn cables(lib: &mut Library, situation: &Situation, density: f64) {
     lib.each_cable("cable_stiffness", &[vec![0.02]], 0, proportional(0.02));
     lib.each_cable("cable_damping", &[vec![0.5]], 0, proportional(0.5));
     for tau in [2.0, 10.0, 50.0] {
@@ -213,6 +213,10 @@ fn cables(lib: &mut Library, situation: &Situation) {
         period *= 2.0;
     }
     lib.each_cable("cable_drag", &[vec![0.01]], 0, proportional(0.01));
+    // The amplitude says how well a cable of this density fits; the density itself is refined later.
+    let build = move |a: &[f64]| (0.2..5.0).contains(&a[0]).then(|| vec![density, 0.02, 0.01]);
+    lib.each_cable("cable_transverse_mode", &[vec![density, 0.02, 0.01]], 2, build);
+    lib.each_cable("cable_axial_mass", &[vec![0.2]], 0, proportional(0.2));
 }
 
 fn winches(lib: &mut Library, situation: &Situation) {

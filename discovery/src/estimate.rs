@@ -2,12 +2,13 @@
 
 use cdpr::integrator::RadauError;
 use cdpr::model_file::Model;
+use cdpr::simulation::Simulation;
 use rayon::prelude::*;
 
 use crate::clean::{median, noise_by_differences};
 use crate::data::{Channel, Trial};
 use crate::kalman::{Filtered, Keep, Randomness, filter, smooth};
-use crate::model::{Examined, LATENTS};
+use crate::model::{Examined, LATENTS, disturb};
 use crate::path::{LinearTrial, Trajectory, linearise};
 
 /// Correlation time of the latent disturbances (s): longer than the cables' vibration, shorter than the platform's motion.
@@ -122,6 +123,7 @@ pub(crate) fn carry_over(old: &Examined, new: &Examined, trial: &Trial, trajecto
     let first = new.first_states(trial);
     let mut values = vec![0.0; trial.len() * width];
     let fresh = first_trajectory(new, trial, &first);
+    let mut follower: Option<Simulation> = None;
     for k in 0..trial.len() {
         let row = &mut values[k * width..(k + 1) * width];
         row.copy_from_slice(fresh.row(k));
@@ -136,8 +138,29 @@ pub(crate) fn carry_over(old: &Examined, new: &Examined, trial: &Trial, trajecto
             }
         }
         row[n..].copy_from_slice(trajectory.latents(k));
+        follow(new, trial, k, row, &mut follower);
     }
     Trajectory { values, width }
+}
+
+/// Own states of effects in `row`, sample `k` of a trajectory, as they follow from the samples before; at first those of
+/// a start. `follower` is the simulation that has come here from the last sample.
+fn follow(model: &Examined, trial: &Trial, k: usize, row: &mut [f64], follower: &mut Option<Simulation>) {
+    let n = model.states();
+    match follower {
+        None => model.plant.straighten(&mut row[..n]),
+        Some(simulation) => {
+            for at in (0..4).flat_map(|i| model.plant.effect_states(i)) {
+                row[at] = simulation.states()[at];
+            }
+        }
+    }
+    let simulation = follower.get_or_insert_with(|| model.simulation(trial, &row[..n]));
+    simulation.nudge_states(&row[..n]);
+    disturb(simulation, &trial.inputs[k], &row[n..]);
+    if k + 1 < trial.len() && simulation.advance(trial.time[k + 1] - trial.time[k]).is_err() {
+        *follower = None;
+    }
 }
 
 impl Fit {
@@ -155,7 +178,14 @@ impl Fit {
             .enumerate()
             .map(|(t, trial)| match before {
                 Some(fit) => carry_over(&fit.examined, &examined, trial, &fit.trajectories[t]),
-                None => first_trajectory(&examined, trial, &first[t]),
+                None => {
+                    let mut trajectory = first_trajectory(&examined, trial, &first[t]);
+                    let mut follower = None;
+                    for (k, row) in trajectory.values.chunks_exact_mut(trajectory.width).enumerate() {
+                        follow(&examined, trial, k, row, &mut follower);
+                    }
+                    trajectory
+                }
             })
             .collect();
         let mut fit = Self {

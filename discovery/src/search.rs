@@ -204,9 +204,9 @@ impl<'a> Search<'a> {
             fitted = self.elasticity(fitted)?;
         }
         fitted = self.rounds(fitted)?;
-        if fitted.explains_little(base)
+        if (fitted.explains_little(base) || fitted.gap[0] > STRONG)
             && base.gap[0] > STRONG
-            && let Some(other) = self.second_look(base)?
+            && let Some(other) = self.second_look(base, &fitted)?
         {
             fitted = self.rounds(other)?;
         }

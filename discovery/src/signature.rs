@@ -187,7 +187,9 @@ fn quick(
 
 /// Own states of a variation at rest, as at the start of a simulation.
 fn start_effect_states(varied: &Examined, trial: &Trial, y: &mut [f64], base: &Examined) {
-    let rest = varied.first_states(trial);
+    let mut rest = varied.first_states(trial);
+    rest[..6].copy_from_slice(&y[..6]);
+    varied.plant.straighten(&mut rest);
     for i in 0..4 {
         let known = base.plant.effect_states(i).len();
         for at in varied.plant.effect_states(i).skip(known) {

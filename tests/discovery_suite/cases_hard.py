@@ -215,14 +215,13 @@ def null(index):
 NULLS = [null(index) for index in range(60)]
 
 # The error here is of model form: no entry of the catalogue was put in. These describe part of what
-# differs (see `moordyn_trial`), so naming them is no mistake.
+# differs (see `moordyn_trial`), so naming them is no mistake. A platform or a drum that is heavier
+# would be one: the mass is the cables'.
 _MOORDYN = (
-    "platform_mass",
-    "platform_inertia",
-    "winch_drum_inertia",
+    "cable_transverse_mode",
+    "cable_axial_mass",
     "cable_drag",
     "cable_damping",
-    "cable_transverse_mode",
 )
 
 MOORDYN = [
