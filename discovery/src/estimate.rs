@@ -146,6 +146,9 @@ pub(crate) fn carry_over(old: &Examined, new: &Examined, trial: &Trial, trajecto
 /// Own states of effects in `row`, sample `k` of a trajectory, as they follow from the samples before; at first those of
 /// a start. `follower` is the simulation that has come here from the last sample.
 fn follow(model: &Examined, trial: &Trial, k: usize, row: &mut [f64], follower: &mut Option<Simulation>) {
+    if (0..4).all(|i| model.plant.effect_states(i).is_empty()) {
+        return;
+    }
     let n = model.states();
     match follower {
         None => model.plant.straighten(&mut row[..n]),
