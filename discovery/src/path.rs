@@ -1,6 +1,7 @@
 //! A trajectory of states and latent disturbances, and the model linearised along it.
 
 use cdpr::integrator::RadauError;
+use cdpr::plant::EffectStates;
 
 use crate::data::Trial;
 use crate::model::{Examined, LATENTS, disturb};
@@ -73,18 +74,16 @@ pub(crate) fn difference_steps(model: &Examined) -> Vec<f64> {
     steps
 }
 
-/// Size of an effect state: forces count in kN, strains in thousandths.
+/// Size of an effect state: forces count in kN, strains in thousandths, bows of cables and their velocities in m and m/s.
 pub(crate) fn effect_state_scale(model: &Examined, cable: usize, at: usize) -> f64 {
-    let first = model.plant.effect_states(cable).start;
-    let lags = model.plant.effects().iter().filter(|e| e.cable.is_none_or(|c| c == cable + 1)).filter_map(|e| match e
-        .id
-        .as_str()
-    {
-        "winch_lag" => Some(1e3),
-        "cable_creep" => Some(1e-3),
-        _ => None,
-    });
-    lags.into_iter().nth(at - first).unwrap_or(1.0)
+    let place = at - model.plant.effect_states(cable).start;
+    let holds = |s: &&EffectStates| s.cable == cable && (s.first..s.first + s.count).contains(&place);
+    let Some(states) = model.plant.states_of_effects().iter().find(holds) else { return 1.0 };
+    match model.plant.effects()[states.effect].id.as_str() {
+        "winch_lag" => 1e3,
+        "cable_creep" => 1e-3,
+        _ => 1.0,
+    }
 }
 
 /// How wrong the first guess of the states may be (one standard deviation).
@@ -169,4 +168,24 @@ pub(crate) fn linearise(
         variation.transition(&Step { time: trial.time[k], interval, from: x, to: next, felt, slack }, target);
     }
     Ok(linear)
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::model_file::Model;
+
+    use super::*;
+
+    #[test]
+    fn states_have_the_size_of_their_effect_whatever_stands_before() {
+        let effects = "[[effect]]\nid = 'cable_transverse_mode'\ncable = 2\nlinear_density = 0.2\n\
+                       [[effect]]\nid = 'winch_lag'\ntime_constant = 0.1\n\
+                       [[effect]]\nid = 'cable_creep'\naxial_stiffness = 1e8\ntime_constant = 10.0\n";
+        let model = Examined::new(&Model::from_toml(effects).unwrap()).unwrap();
+        for (cable, expected) in [(0, vec![1e3, 1e-3]), (1, vec![1.0, 1.0, 1e3, 1e-3])] {
+            let sizes: Vec<f64> =
+                model.plant.effect_states(cable).map(|at| effect_state_scale(&model, cable, at)).collect();
+            assert_eq!(sizes, expected);
+        }
+    }
 }
