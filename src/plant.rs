@@ -44,7 +44,7 @@ pub(crate) type CableEffect = (EffectKind, usize);
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CableEffects {
     pub(crate) command: Vec<CableEffect>,
-    pub(crate) loss: Vec<EffectKind>,
+    pub(crate) loss: Vec<CableEffect>,
     pub(crate) pull: Vec<EffectKind>,
     pub(crate) law: Vec<CableEffect>,
     pub(crate) transverse: Vec<EffectKind>,
@@ -143,7 +143,11 @@ impl Plant {
                     cable[i].states += kind.states();
                     cable[i].command.push((kind.clone(), at));
                 }),
-                Stage::WinchLoss => cables().for_each(|i| cable[i].loss.push(kind.clone())),
+                Stage::WinchLoss => cables().for_each(|i| {
+                    let at = cable[i].states;
+                    cable[i].states += kind.states();
+                    cable[i].loss.push((kind.clone(), at));
+                }),
                 Stage::WinchPull(i) => cable[i].pull.push(kind),
                 Stage::ElasticLaw => cables().for_each(|i| {
                     let at = cable[i].states;
@@ -286,7 +290,7 @@ impl Plant {
     }
 
     /// A size for each state, by which errors are weighed: 1 m, 0.1 rad, 1 m/s, 0.1 rad/s, and for effect states the
-    /// size of their start value under 1 kN.
+    /// size of their start value under 1 kN, or what the effect says.
     pub(crate) fn nominal(&self, out: &mut [f64]) {
         let arm = self.data.geometry.attachment_scale();
         out[..6].copy_from_slice(&[1.0, 1.0, 1.0 / arm, 1.0, 1.0, 1.0 / arm]);
@@ -297,6 +301,10 @@ impl Plant {
             let range = self.effect_states(i);
             for (slot, value) in out[range].iter_mut().zip(states) {
                 *slot = if value == 0.0 { 1.0 } else { value.abs() };
+            }
+            let range = self.effect_states(i);
+            for (kind, at) in self.cable[i].loss.iter().filter(|(kind, _)| kind.states() > 0) {
+                out[range.start + at..][..kind.states()].fill(kind.loss_state_size());
             }
         }
     }

@@ -9,12 +9,13 @@ use crate::alike::likeness;
 use crate::clean::remove_outliers;
 use crate::data::Trial;
 use crate::estimate::{FitError, noise_of_data};
+use crate::extension::count_in_use;
 use crate::gap::predict;
 use crate::outcome::{
     Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Stability, Verdict,
 };
 use crate::report::phrase;
-use crate::search::{Evidence, Fitted, Progress, Search};
+use crate::search::{Evidence, Fitted, NOTHING_LEFT, Progress, Search};
 use crate::stability::stability;
 use crate::verify;
 use crate::write::{label, place};
@@ -23,8 +24,6 @@ use crate::write::{label, place};
 const INDISTINGUISHABLE: f64 = 10.0;
 /// The same as a share of what the effect explains: no law is known to be exact beyond this.
 const INDISTINGUISHABLE_SHARE: f64 = 0.01;
-/// Gap over the main horizon on held-out data up to which nothing is left to explain.
-const NOTHING_LEFT: f64 = 1.1;
 
 /// Why there is no verdict.
 #[derive(Debug, thiserror::Error)]
@@ -199,8 +198,9 @@ fn settle(
     for _ in 0..MOST_REPLACEMENTS {
         fitted = search.prune(base, fitted)?;
         let (next, replaced) = compare(search, fitted, alternatives);
-        fitted = next;
-        if !replaced || search.taken.len() == 1 {
+        let score = next.score;
+        fitted = if replaced { search.settle_extensions(next)? } else { next };
+        if !replaced || (search.taken.len() == 1 && fitted.score == score) {
             break;
         }
     }
@@ -220,7 +220,8 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
                 return false;
             }
             // A richer law must be better by what counts; one as simple, at all.
-            let richer = other.train.model.effects[at].values.len() > fitted.train.model.effects[at].values.len();
+            let size = |f: &Fitted| count_in_use(&f.train.model.effects[at]);
+            let richer = size(other) > size(&fitted);
             other.score < fitted.score - if richer { 2.0 * weight(search.taken[k].delta_bic) } else { 0.0 }
         });
         if better {
@@ -333,12 +334,16 @@ fn varying(found: &Found, stability: &Stability) -> String {
 }
 
 /// Whether an effect's shape has run out of the range in which it is itself: creep that is done within a sample is only a
-/// softer spring.
+/// softer spring. A sharp turn of friction is the ideal law.
 fn degenerate(effect: &EffectSpec) -> bool {
     let Ok(info) = effect.info() else { return false };
     info.parameters.iter().zip(&effect.values).any(|(parameter, value)| {
         let (low, high) = parameter.typical;
-        parameter.shape && low > 0.0 && !(low / 3.0..=3.0 * high).contains(value)
+        let low = if parameter.name == "transition_speed" { 0.0 } else { low / 3.0 };
+        parameter.shape
+            && parameter.typical.0 > 0.0
+            && !parameter.leaves_out(*value)
+            && !(low..=3.0 * high).contains(value)
     })
 }
 

@@ -15,6 +15,7 @@ mod candidates;
 mod clean;
 mod discover;
 mod estimate;
+mod extension;
 mod gap;
 mod kalman;
 mod model;

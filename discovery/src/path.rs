@@ -1,5 +1,6 @@
 //! A trajectory of states and latent disturbances, and the model linearised along it.
 
+use cdpr::effect::EffectKind;
 use cdpr::integrator::RadauError;
 use cdpr::plant::EffectStates;
 
@@ -74,15 +75,17 @@ pub(crate) fn difference_steps(model: &Examined) -> Vec<f64> {
     steps
 }
 
-/// Size of an effect state: forces count in kN, strains in thousandths, bows of cables and their velocities in m and m/s.
+/// Size of an effect state: forces count in kN, strains in thousandths, bows of cables and their velocities in m and m/s,
+/// deflections by what friction holds.
 pub(crate) fn effect_state_scale(model: &Examined, cable: usize, at: usize) -> f64 {
     let place = at - model.plant.effect_states(cable).start;
     let holds = |s: &&EffectStates| s.cable == cable && (s.first..s.first + s.count).contains(&place);
     let Some(states) = model.plant.states_of_effects().iter().find(holds) else { return 1.0 };
-    match model.plant.effects()[states.effect].id.as_str() {
+    let spec = &model.plant.effects()[states.effect];
+    match spec.id.as_str() {
         "winch_lag" => 1e3,
         "cable_creep" => 1e-3,
-        _ => 1.0,
+        _ => EffectKind::new(spec).map_or(1.0, |kind| kind.loss_state_size()),
     }
 }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
+use crate::extension::in_use;
 use crate::kalman::{Keep, Normal, Randomness, filter, whiten};
 use crate::model::Examined;
 use crate::regression::ladder;
@@ -34,11 +35,12 @@ pub(crate) struct Estimate {
     pub(crate) wald: Vec<f64>,
 }
 
-/// Parameters of the model's effects from index `first` on.
+/// Parameters of the model's effects from index `first` on, without extensions of a law that are left out.
 pub(crate) fn free_parameters(model: &Model, first: usize) -> Vec<Free> {
     let mut free = Vec::new();
     for (effect, spec) in model.effects.iter().enumerate().skip(first) {
-        free.extend((0..spec.values.len()).map(|parameter| Free { effect, parameter }));
+        let used = (0..spec.values.len()).filter(|parameter| in_use(spec, *parameter));
+        free.extend(used.map(|parameter| Free { effect, parameter }));
     }
     free
 }

@@ -6,6 +6,7 @@ use cdpr::model_file::Model;
 use crate::candidates::{Library, Situation, catalogue, dictionary};
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, FitError};
+use crate::extension::{count_in_use, extended_like};
 use crate::gap::{gap, predict};
 use crate::kalman::{Forcing, Randomness};
 use crate::null_test::{Weighing, of_time_alone};
@@ -15,7 +16,7 @@ use crate::regression::{Penalty, Scored, baseline, ladder, levels, rank};
 use crate::signature;
 
 /// Fall of the information criterion below which nothing is believed, beyond the penalty of the parameters.
-const EVIDENCE: f64 = 10.0;
+pub(crate) const EVIDENCE: f64 = 10.0;
 /// Share by which an effect must shrink the squared gap on held-out data.
 const EARNED: f64 = 0.005;
 /// Share of the best candidate's gain at which a simpler one is preferred.
@@ -24,6 +25,8 @@ const SIMPLER: f64 = 0.93;
 const MOST_REFUSALS: usize = 4;
 /// Gap from which a missing law may be so strong that it hides itself.
 const STRONG: f64 = 5.0;
+/// Gap over the main horizon on held-out data up to which nothing is left to explain.
+pub(crate) const NOTHING_LEFT: f64 = 1.1;
 /// Most effects added.
 const MOST_EFFECTS: usize = 5;
 /// Most rivals of one effect that are fitted in full.
@@ -125,7 +128,7 @@ impl<'a> Search<'a> {
 
     fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
         let e = self.evidence;
-        let cost: f64 = train.model.effects[self.given..].iter().map(|s| self.penalty.of(s.values.len().max(1))).sum();
+        let cost: f64 = train.model.effects[self.given..].iter().map(|s| self.penalty.of(count_in_use(s).max(1))).sum();
         let score = train.minus_two_log_likelihood(&e.train, &train.randomness) + cost;
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
         let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
@@ -208,9 +211,10 @@ impl<'a> Search<'a> {
             && base.gap[0] > STRONG
             && let Some(other) = self.second_look(base, &fitted)?
         {
+            let other = self.extend(other, self.given)?;
             fitted = self.rounds(other)?;
         }
-        Ok(fitted)
+        if self.taken.len() > 1 { self.settle_extensions(fitted) } else { Ok(fitted) }
     }
 
     fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
@@ -220,7 +224,7 @@ impl<'a> Search<'a> {
             let library = catalogue(&fitted.train.model, &situation);
             let Some((next, taken)) = self.round(&fitted, &library, true)? else { break };
             self.taken.push(taken);
-            fitted = next;
+            fitted = self.extend(next, self.given + self.taken.len() - 1)?;
         }
         Ok(fitted)
     }
@@ -426,7 +430,7 @@ impl<'a> Search<'a> {
         let mut out = Vec::new();
         for rival in self.taken[at - self.given].rivals.clone() {
             let mut model = fitted.train.model.clone();
-            model.effects[at] = rival.clone();
+            model.effects[at] = extended_like(&rival, &model.effects[at]);
             if model.check().is_err() {
                 continue;
             }

@@ -6,7 +6,7 @@
 use crate::effect::{PlatformContext, SwingContext, WinchContext};
 use crate::kinematics::CableArrays;
 use crate::parameters::{CABLES, CableModel};
-use crate::plant::Plant;
+use crate::plant::{CableEffect, Plant};
 use crate::scalar::Real;
 
 use super::matrix3::Symmetric3;
@@ -28,8 +28,8 @@ pub(crate) struct Instant<S> {
     pub(crate) mass: Symmetric3<S>,
 }
 
-/// The winch's pull (N) on one cable under `command` (N) and the force `added` behind it, and the rates of its command
-/// states.
+/// The winch's pull (N) on one cable under `command` (N) and the force `added` behind it, and the rates of the states of
+/// its command and its losses.
 #[inline]
 pub(crate) fn winch_pull<S: Real>(
     plant: &Plant,
@@ -46,7 +46,8 @@ pub(crate) fn winch_pull<S: Real>(
         force = kind.command(force, &states[*at..], &mut rates[*at..], context);
     }
     force += added;
-    effects.loss.iter().fold(force, |sum, kind| sum + kind.loss(force, context))
+    let lost = |sum, (kind, at): &CableEffect| sum + kind.loss_in(force, &states[*at..], &mut rates[*at..], context);
+    effects.loss.iter().fold(force, lost)
 }
 
 /// The tension (N) of a cable that swings: where tension depends on the acceleration, the winch's pull stands for it.

@@ -4,6 +4,7 @@
 //! An effect acts at one [`Stage`] of the plant. The order of the stages along the winch is fixed:
 //! command → delay → saturation → lag → gain → bias → added force → losses → cable.
 
+mod presliding;
 mod spec;
 
 pub use spec::{EffectSpec, SpecError};
@@ -63,6 +64,8 @@ pub struct ParameterInfo {
     /// Whether it only gives the law its shape: the effect is absent where the other parameters are zero, whatever this
     /// one is.
     pub shape: bool,
+    /// Whether it extends the law by something that is absent at its default.
+    pub extension: bool,
 }
 
 /// A parameter of an effect that is a text.
@@ -186,9 +189,19 @@ pub trait Effect: Sized {
     /// [`Stage::Command`]: start values of its own states, so that a constant `force` (N) passes without a transient.
     fn start_command(&self, _force: f64, _states: &mut [f64]) {}
 
-    /// [`Stage::WinchLoss`]: pull added to the winch force (N), positive against paying out.
+    /// [`Stage::WinchLoss`]: pull added to the winch force (N) at a constant speed, positive against paying out.
     fn loss<S: Real>(&self, _force: S, _context: &WinchContext<S>) -> S {
         S::from(0.0)
+    }
+
+    /// [`Stage::WinchLoss`]: the same of an effect that keeps states; writes their rates. They start at zero.
+    fn loss_in<S: Real>(&self, force: S, _states: &[S], _rates: &mut [S], context: &WinchContext<S>) -> S {
+        self.loss(force, context)
+    }
+
+    /// [`Stage::WinchLoss`]: size of its own states.
+    fn loss_state_size(&self) -> f64 {
+        1.0
     }
 
     /// [`Stage::ElasticLaw`]: factor on the unstretched length.
@@ -378,6 +391,15 @@ impl EffectKind {
     }
 
     #[inline]
+    pub fn loss_in<S: Real>(&self, force: S, states: &[S], rates: &mut [S], context: &WinchContext<S>) -> S {
+        dispatch!(self, e => e.loss_in(force, states, rates, context))
+    }
+
+    pub fn loss_state_size(&self) -> f64 {
+        dispatch!(self, e => e.loss_state_size())
+    }
+
+    #[inline]
     pub fn length_factor<S: Real>(&self, time: S) -> S {
         dispatch!(self, e => e.length_factor(time))
     }
@@ -479,6 +501,7 @@ const fn parameter(
         max: f64::INFINITY,
         typical,
         shape: false,
+        extension: false,
     }
 }
 
@@ -505,5 +528,16 @@ impl ParameterInfo {
     const fn shape(mut self) -> Self {
         self.shape = true;
         self
+    }
+
+    /// A parameter that extends the law by something that is absent at its default.
+    const fn extension(mut self) -> Self {
+        self.extension = true;
+        self
+    }
+
+    /// Whether `value` leaves out the extension of the law that this parameter stands for.
+    pub fn leaves_out(&self, value: f64) -> bool {
+        self.extension && self.default == Some(value)
     }
 }

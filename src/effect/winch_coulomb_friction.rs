@@ -2,31 +2,51 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
+use super::presliding::{self, Presliding, over_sign};
 use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::{Real, tanh};
 
 /// Coulomb friction in the winch: F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out.
 ///
 /// No smooth law is the true one, so the shape can be fitted: a share w of the force turns its sign as
-/// (2/π) arctan(π l̇/(2 v_s)), as steep at rest and slower to reach F_c. With w = 0, the default, it is tanh.
+/// (2/π) arctan(π l̇/(2 v_s)) and a share a as l̇/√(l̇² + v_s²), as steep at rest and slower to reach F_c. Both are 0 by
+/// default. With a presliding stiffness σ₀ the friction gives like a spring before it slides: it keeps a deflection z (m) on
+/// each winch as its state, ż = l̇ - σ₀ z l̇/F(l̇), where F is the law without presliding, and pulls with
+/// σ₀ z + σ₁ exp(-(l̇/v_d)²) ż (LuGre; Dahl's model where σ₁ = 0).
 ///
 /// Shows in: tension against winch force, with the sign of the winch speed.
 ///
-/// Valid for: sliding; the smooth law creeps at speeds below v_s where a real winch sticks.
+/// Valid for: sliding, with presliding small motions too; the smooth law creeps at speeds below v_s where a real winch sticks.
 ///
-/// Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994).
+/// Source: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994); presliding: P. R. Dahl, A solid friction model (1968); C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, A new model for control of systems with friction, IEEE Trans. Automatic Control 40 (1995).
 #[derive(Clone, Debug)]
 pub struct WinchCoulombFriction {
     force: f64,
     transition_speed: f64,
     tail: f64,
+    algebraic: f64,
+    presliding: Option<Presliding>,
+}
+
+impl WinchCoulombFriction {
+    /// The smooth sign of a speed relative to the transition speed.
+    #[inline]
+    fn sign<S: Real>(&self, speed: S) -> S {
+        let sign = tanh(speed);
+        if self.tail == 0.0 && self.algebraic == 0.0 {
+            return sign;
+        }
+        let slow = (speed * FRAC_PI_2).atan() * FRAC_2_PI;
+        let root = speed * (speed * speed + 1.0).sqrt().recip();
+        sign * (1.0 - self.tail - self.algebraic) + slow * self.tail + root * self.algebraic
+    }
 }
 
 impl Effect for WinchCoulombFriction {
     const INFO: EffectInfo = EffectInfo {
         id: "winch_coulomb_friction",
         title: "Coulomb friction in the winch",
-        equation: "F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out (with a tail w: F_c [(1 - w) tanh(l̇/v_s) + w (2/π) arctan(π l̇/(2 v_s))])",
+        equation: "F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out (with shares w and a: F = F_c [(1 - w - a) tanh(l̇/v_s) + w (2/π) arctan(π l̇/(2 v_s)) + a l̇/√(l̇² + v_s²)]; with presliding: σ₀ z + σ₁ exp(-(l̇/v_d)²) ż, ż = l̇ - σ₀ z l̇/F)",
         scope: Scope::EachCable,
         parameters: &[
             parameter("force", "N", "friction force F_c", (5.0, 2e3)).at_least(0.0),
@@ -35,12 +55,22 @@ impl Effect for WinchCoulombFriction {
                 .at_least(-0.5)
                 .at_most(1.5)
                 .or(0.0)
-                .shape(),
+                .shape()
+                .extension(),
+            parameter("algebraic", "1", "share a of the force that turns as l̇/√(l̇² + v_s²) in place of tanh", (-0.2, 1.0))
+                .at_least(-0.5)
+                .at_most(1.5)
+                .or(0.0)
+                .shape()
+                .extension(),
+            presliding::PARAMETERS[0],
+            presliding::PARAMETERS[1],
+            presliding::PARAMETERS[2],
         ],
         texts: &[],
         shows_in: "tension against winch force, with the sign of the winch speed",
-        source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994)",
-        validity: "sliding; the smooth law creeps at speeds below v_s where a real winch sticks",
+        source: "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models for friction, Automatica 30 (1994); presliding: P. R. Dahl, A solid friction model (1968); C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, A new model for control of systems with friction, IEEE Trans. Automatic Control 40 (1995)",
+        validity: "sliding, with presliding small motions too; the smooth law creeps at speeds below v_s where a real winch sticks",
         look_alikes: &[
             LookAlike { id: "pulley_capstan_loss", separate_by: "change the pretension" },
             LookAlike { id: "winch_stribeck_friction", separate_by: "slow and fast reversals" },
@@ -48,7 +78,10 @@ impl Effect for WinchCoulombFriction {
     };
 
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
-        Ok(Self { force: spec.values[0], transition_speed: spec.values[1], tail: spec.values[2] })
+        let [force, transition_speed, tail, algebraic] = spec.values[..4] else {
+            unreachable!("the values of a spec are as many as the parameters")
+        };
+        Ok(Self { force, transition_speed, tail, algebraic, presliding: Presliding::new(spec, &[force])? })
     }
 
     fn stage(&self) -> Stage {
@@ -56,12 +89,23 @@ impl Effect for WinchCoulombFriction {
     }
 
     fn loss<S: Real>(&self, _force: S, context: &WinchContext<S>) -> S {
+        self.sign(context.speed / self.transition_speed) * self.force
+    }
+
+    fn states(&self) -> usize {
+        usize::from(self.presliding.is_some())
+    }
+
+    fn loss_in<S: Real>(&self, force: S, states: &[S], rates: &mut [S], context: &WinchContext<S>) -> S {
+        let Some(presliding) = &self.presliding else { return self.loss(force, context) };
         let speed = context.speed / self.transition_speed;
-        let sign = tanh(speed);
-        if self.tail == 0.0 {
-            return sign * self.force;
-        }
-        let slow = (speed * FRAC_PI_2).atan() * FRAC_2_PI;
-        (sign * (1.0 - self.tail) + slow * self.tail) * self.force
+        let hyperbolic = 1.0 - self.tail - self.algebraic;
+        let curvature = (hyperbolic + self.tail * FRAC_PI_2 * FRAC_PI_2) / 3.0 + 0.5 * self.algebraic;
+        let slip = over_sign(speed, self.sign(speed), curvature) * (self.transition_speed / self.force);
+        presliding.pull(context.speed, slip, states[0], &mut rates[0])
+    }
+
+    fn loss_state_size(&self) -> f64 {
+        self.presliding.as_ref().map_or(1.0, |p| p.size(self.force))
     }
 }

@@ -1,46 +1,76 @@
 //! Stribeck friction in the winch: [F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10.
 
+use super::presliding::{self, Presliding, over_tanh};
 use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::{Real, tanh};
 
 /// Stribeck friction in the winch: [F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10.
 ///
+/// The transition speed v_0 can be given by itself. With a presliding stiffness σ₀ the friction F without its viscous part
+/// gives like a spring before it slides: it keeps a deflection z (m) on each winch as its state, ż = l̇ - σ₀ z l̇/F(l̇), and
+/// pulls with σ₀ z + σ₁ exp(-(l̇/v_d)²) ż + c l̇ (LuGre).
+///
 /// Shows in: tension against winch force: highest just after a reversal.
 ///
-/// Valid for: sliding; quasi-static law, no presliding displacement.
+/// Valid for: sliding, with presliding small motions too; at any speed below v_0 the law creeps.
 ///
-/// Source: R. Stribeck, VDI-Zeitschrift 46 (1902); Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994).
+/// Source: R. Stribeck, VDI-Zeitschrift 46 (1902); Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994); presliding: Canudas de Wit, Olsson, Åström, Lischinsky, IEEE Trans. Automatic Control 40 (1995).
 #[derive(Clone, Debug)]
 pub struct WinchStribeckFriction {
     coulomb: f64,
     static_friction: f64,
     stribeck_speed: f64,
     viscous: f64,
+    transition_speed: f64,
+    presliding: Option<Presliding>,
+}
+
+impl WinchStribeckFriction {
+    /// Friction (N) at full sliding in the direction of the speed.
+    #[inline]
+    fn level<S: Real>(&self, speed: S) -> S {
+        let relative = speed / self.stribeck_speed;
+        (-(relative * relative)).exp() * (self.static_friction - self.coulomb) + self.coulomb
+    }
 }
 
 impl Effect for WinchStribeckFriction {
     const INFO: EffectInfo = EffectInfo {
         id: "winch_stribeck_friction",
         title: "Stribeck friction in the winch",
-        equation: "[F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10",
+        equation: "[F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10 if not given; with presliding σ₀ z + σ₁ exp(-(l̇/v_d)²) ż + c l̇, ż = l̇ - σ₀ z l̇/F, F the first term",
         scope: Scope::EachCable,
         parameters: &[
             parameter("coulomb", "N", "Coulomb friction F_c", (5.0, 2e3)).at_least(0.0),
             parameter("static", "N", "static friction F_s", (5.0, 4e3)).at_least(0.0),
             parameter("stribeck_speed", "m/s", "Stribeck speed v_s", (1e-3, 1.0)).at_least(1e-9).or(0.05).shape(),
             parameter("viscous", "N.s/m", "viscous coefficient c", (0.0, 1e4)).at_least(0.0).or(0.0).shape(),
+            parameter("transition_speed", "m/s", "speed v_0 over which the force turns its sign; 0 is v_s/10", (1e-4, 0.1))
+                .at_least(0.0)
+                .or(0.0)
+                .shape()
+                .extension(),
+            presliding::PARAMETERS[0],
+            presliding::PARAMETERS[1],
+            presliding::PARAMETERS[2],
         ],
         texts: &[],
         shows_in: "tension against winch force: highest just after a reversal",
-        source: "R. Stribeck, VDI-Zeitschrift 46 (1902); Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994)",
-        validity: "sliding; quasi-static law, no presliding displacement",
+        source: "R. Stribeck, VDI-Zeitschrift 46 (1902); Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30 (1994); presliding: Canudas de Wit, Olsson, Åström, Lischinsky, IEEE Trans. Automatic Control 40 (1995)",
+        validity: "sliding, with presliding small motions too; at any speed below v_0 the law creeps",
         look_alikes: &[
             LookAlike { id: "winch_coulomb_friction", separate_by: "slow and fast reversals" },
         ],
     };
 
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
-        Ok(Self { coulomb: spec.values[0], static_friction: spec.values[1], stribeck_speed: spec.values[2], viscous: spec.values[3] })
+        let [coulomb, static_friction, stribeck_speed, viscous, transition] = spec.values[..5] else {
+            unreachable!("the values of a spec are as many as the parameters")
+        };
+        // Ten times faster than the Stribeck dip, so that the peak F_s is visible.
+        let transition_speed = if transition > 0.0 { transition } else { stribeck_speed / 10.0 };
+        let presliding = Presliding::new(spec, &[coulomb, static_friction])?;
+        Ok(Self { coulomb, static_friction, stribeck_speed, viscous, transition_speed, presliding })
     }
 
     fn stage(&self) -> Stage {
@@ -48,9 +78,20 @@ impl Effect for WinchStribeckFriction {
     }
 
     fn loss<S: Real>(&self, _force: S, context: &WinchContext<S>) -> S {
-        let relative = context.speed / self.stribeck_speed;
-        let level = (-(relative * relative)).exp() * (self.static_friction - self.coulomb) + self.coulomb;
-        // The sign turns ten times faster than the Stribeck dip, so that the peak F_s is visible.
-        level * tanh(relative * 10.0) + context.speed * self.viscous
+        self.level(context.speed) * tanh(context.speed / self.transition_speed) + context.speed * self.viscous
+    }
+
+    fn states(&self) -> usize {
+        usize::from(self.presliding.is_some())
+    }
+
+    fn loss_in<S: Real>(&self, force: S, states: &[S], rates: &mut [S], context: &WinchContext<S>) -> S {
+        let Some(presliding) = &self.presliding else { return self.loss(force, context) };
+        let slip = over_tanh(context.speed / self.transition_speed) * self.transition_speed / self.level(context.speed);
+        presliding.pull(context.speed, slip, states[0], &mut rates[0]) + context.speed * self.viscous
+    }
+
+    fn loss_state_size(&self) -> f64 {
+        self.presliding.as_ref().map_or(1.0, |p| p.size(self.static_friction))
     }
 }

@@ -54,6 +54,8 @@ struct EffectState {
     command: bool,
     /// The effect moves across its cable and acts on the platform.
     swings: bool,
+    /// The winch's pull depends on it.
+    pull: bool,
 }
 
 impl Knowns {
@@ -65,7 +67,8 @@ impl Knowns {
                 let state = State::Effect(place.cable, place.first + k);
                 let command = matches!(place.stage, Stage::Command(_));
                 let swings = place.stage == Stage::Transverse;
-                EffectState { index: at(Role::State(state)), state, cable: place.cable, command, swings }
+                let pull = command || place.stage == Stage::WinchLoss;
+                EffectState { index: at(Role::State(state)), state, cable: place.cable, command, swings, pull }
             })
         });
         let rest = table.roles.iter().enumerate().filter(|(_, role)| match role {
@@ -146,7 +149,7 @@ impl Knowns {
         }
         let mut list = self.platform_and_inputs();
         list.extend(on(&[self.length[i], self.rate[i]]));
-        list.extend(self.effects_where(|e| e.command || e.swings || e.cable == i));
+        list.extend(self.effects_where(|e| e.pull || e.swings || e.cable == i));
         list
     }
 

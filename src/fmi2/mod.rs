@@ -35,6 +35,7 @@ use crate::dynamics::{Evaluation, Inputs};
 use crate::kinematics;
 use crate::model_file::Model;
 use crate::parameters::{CABLES, CableModel, Initialization};
+use crate::plant::EffectStates;
 use crate::simulation::{Outputs, Simulation, Start};
 use role::{Role, State};
 use table::{LOG_EVENTS, LOG_SOLVER, Table};
@@ -58,6 +59,8 @@ const LOGGED_EVENTS: u32 = 100;
 pub struct CablePlatform {
     table: Table,
     original: Model,
+    /// As the table lists them.
+    states_of_effects: Vec<EffectStates>,
     settings: Settings,
     phase: Phase,
     /// Running: the simulation. Before: a trial from the start values as they stand, made when it is asked for.
@@ -136,6 +139,7 @@ impl CablePlatform {
         Ok(Self {
             table,
             settings: Settings::new(&model),
+            states_of_effects: plant.states_of_effects().to_vec(),
             original: model,
             phase: Phase::Instantiated,
             simulation: None,
@@ -187,6 +191,24 @@ impl CablePlatform {
         now.unstretched_length != then.unstretched_length || now.unstretched_length_rate != then.unstretched_length_rate
     }
 
+    /// Refuses parameters under which effects have other states than those that the description lists.
+    fn same_states(&self, simulation: &Simulation) -> Result<(), ModelError> {
+        let (listed, found) = (&self.states_of_effects, simulation.plant().states_of_effects());
+        match (0..listed.len().max(found.len())).find(|k| listed.get(*k) != found.get(*k)) {
+            None => Ok(()),
+            Some(k) => {
+                let place = listed.get(k).or(found.get(k)).expect("one of the two has it");
+                let effect = &self.original.effects[place.effect];
+                Err(ModelError::new(format!(
+                    "effect `{}` on cable {} has a state or none as it was packed; a parameter cannot change that \
+                     (`presliding_stiffness` from or to 0)",
+                    effect.id,
+                    place.cable + 1
+                )))
+            }
+        }
+    }
+
     /// The simulation now; before the run a trial from the start values as they stand.
     fn present(&mut self) -> Result<&Simulation, ModelError> {
         if self.simulation.is_none() {
@@ -194,7 +216,9 @@ impl CablePlatform {
                 Phase::Initialising(experiment) => self.settled(experiment),
                 _ => self.settings.model.clone(),
             };
-            self.simulation = Some(model.simulation().map_err(|e| ModelError::new(e.to_string()))?);
+            let simulation = model.simulation().map_err(|e| ModelError::new(e.to_string()))?;
+            self.same_states(&simulation)?;
+            self.simulation = Some(simulation);
         }
         Ok(self.simulation.as_ref().expect("it has just been made"))
     }
@@ -290,6 +314,7 @@ impl FmiModel for CablePlatform {
         let model = self.settled(experiment);
         model.check().map_err(|e| failed(&e))?;
         let mut simulation = model.simulation().map_err(|e| failed(&e))?;
+        self.same_states(&simulation)?;
         simulation.set_inputs_with_slopes(model.start.inputs, self.settings.slopes);
         let slack = simulation.slack();
         let time = simulation.time();

@@ -99,6 +99,7 @@ impl CablePlatform {
                 Simulation::from_states(plant, start.time, y, start.inputs, tolerance)
             }
         };
+        self.same_states(&simulation)?;
         simulation.restore(bytes).map_err(|e| failed(&e))?;
         Ok(simulation)
     }

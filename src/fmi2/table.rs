@@ -193,6 +193,7 @@ impl Table {
             for k in 0..place.count {
                 let (unit, nominal) = match (place.stage, k) {
                     (Stage::Command(_), _) => ("N", 1e3),
+                    (Stage::WinchLoss, _) => ("m", 1e-3),
                     (Stage::Transverse, 0) => ("m", 0.1),
                     (Stage::Transverse, _) => ("m/s", 0.1),
                     _ => ("1", 1e-4),

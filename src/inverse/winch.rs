@@ -68,12 +68,15 @@ fn command(
         reason,
     };
     let mut force = pull;
-    if let Some(first) = effects.loss.first() {
-        let felt = |force: Jet| effects.loss.iter().fold(force, |sum, kind| sum + kind.loss(force, context));
+    if let Some((kind, _)) = effects.loss.iter().find(|(kind, _)| kind.states() > 0) {
+        return Err(fail(kind, "its presliding depends on how the winch has moved before".to_owned()));
+    }
+    if let Some((first, _)) = effects.loss.first() {
+        let felt = |force: Jet| effects.loss.iter().fold(force, |sum, (kind, _)| sum + kind.loss(force, context));
         let slope = |force: f64| {
             let winch = WinchContext { time: Dual64::from(context.time.re), speed: Dual64::from(context.speed.re) };
             let force = Dual64::from_re(force).derivative();
-            effects.loss.iter().fold(force, |sum, kind| sum + kind.loss(force, &winch)).eps
+            effects.loss.iter().fold(force, |sum, (kind, _)| sum + kind.loss(force, &winch)).eps
         };
         force = solve(pull, felt, slope)
             .ok_or_else(|| fail(first, format!("no winch force overcomes it at a pull of {:.6} N", pull.re)))?;

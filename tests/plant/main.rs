@@ -6,6 +6,7 @@ mod energy;
 mod failures;
 mod kinematics;
 mod long_run;
+mod presliding;
 mod random;
 mod residual;
 mod saving;

@@ -56,8 +56,8 @@ def with_elasticity(p: Parameters) -> Parameters:
 
 class Plant:
     """States, in this order: x y φ, vx vy ω, l(4) unless rigid, l'(4) if the cables have axial
-    inertia and are `lumped_mass`, the creep strains, the states of the winch lags, then bow and
-    velocity of the swinging cables."""
+    inertia and are `lumped_mass`, the creep strains, the states of the winch lags, bow and velocity
+    of the swinging cables, then the deflections of friction that gives before it slides."""
 
     def __init__(self, parameters: Parameters):
         p = self.parameters = with_elasticity(parameters)
@@ -91,7 +91,8 @@ class Plant:
         self.first_creep = 6 + CABLES * (self.has_length + self.has_length_rate)
         self.first_lag = self.first_creep + len(self.creeps)
         self.first_swing = self.first_lag + len(self.winches.lags)
-        self.size = self.first_swing + 2 * len(self.swings)
+        self.first_bristle = self.first_swing + 2 * len(self.swings)
+        self.size = self.first_bristle + len(self.winches.bristles)
 
     def _apply(self, effect):
         """Effects that are a change of a parameter."""
@@ -177,7 +178,7 @@ class Plant:
         across = np.zeros(CABLES)
         rates = []
         for (i, v), (bow, velocity) in zip(
-            self.swings, y[self.first_swing :].reshape(-1, 2), strict=True
+            self.swings, y[self.first_swing : self.first_bristle].reshape(-1, 2), strict=True
         ):
             L, end, T = m.L[i], m.L[i] * m.angle_rate[i], max(tension[i], 0.0)
             bow_rate = velocity - 2.0 / np.pi * end
@@ -198,7 +199,7 @@ class Plant:
     def _bowed(self, y, L):
         """Lengths of the cables along their bows."""
         longer = L.copy()
-        bows = y[self.first_swing :: 2]
+        bows = y[self.first_swing : self.first_bristle : 2]
         for (i, _), bow in zip(self.swings, bows, strict=True):
             longer[i] += (np.pi * bow) ** 2 / (4.0 * L[i])
         return longer
@@ -345,6 +346,7 @@ class Plant:
         lagged, lag_rates = self.winches.lag(
             self.winches.saturate(command), y[self.first_lag : self.first_swing]
         )
+        deflections = y[self.first_bristle :]
         creep = np.zeros(CABLES)
         for k, (i, _, _) in enumerate(self.creeps):
             creep[i] += y[self.first_creep + k]
@@ -352,7 +354,7 @@ class Plant:
         bowed = self._bowed(y, m.L)
         if self.has_length_rate:
             length, rate = y[6:10], y[10:14]
-            pull = self.winches.deliver(lagged, rate)
+            pull = self.winches.deliver(lagged, rate, deflections)
             damping = self.bl / length * (m.L_rate - rate)
             spring = self.spring_force(bowed, length * warmth, creep)
             tension = np.maximum(spring + damping, 0.0)
@@ -366,7 +368,7 @@ class Plant:
         else:
             # The losses see the rate of the geometric length, so that the platform moves as with
             # rigid cables whatever the springs do.
-            pull = self.winches.deliver(lagged, m.L_rate)
+            pull = self.winches.deliver(lagged, m.L_rate, deflections)
             acceleration, tension = self._dynamics_with_force_driven_cables(
                 t, pose, twist, m, pull, wrench, lambda carried: self._swinging(y, m, carried)
             )
@@ -382,9 +384,11 @@ class Plant:
             (tension[i] / stiffness - y[self.first_creep + k]) / time_constant
             for k, (i, stiffness, time_constant) in enumerate(self.creeps)
         ]
-        y_rate = np.concatenate(
-            [twist, acceleration, cable_rates, creep_rates, lag_rates, swing_rates]
-        )
+        # As the losses, the deflections follow the rate of the paid-out end.
+        paid_out = y[10:14] if self.has_length_rate else m.L_rate
+        bristle_rates = self.winches.bristle_rates(paid_out, deflections)
+        own_rates = [creep_rates, lag_rates, swing_rates, bristle_rates]
+        y_rate = np.concatenate([twist, acceleration, cable_rates, *own_rates])
         return y_rate, m, tension, length, rate
 
     # ---- starting and reading
@@ -401,7 +405,9 @@ class Plant:
             if unstretched is None:
                 lag = self.winches.lag_at_rest(limited)
                 lagged, _ = self.winches.lag(limited, lag)
-                pull = self.winches.deliver(lagged, np.zeros(CABLES))
+                pull = self.winches.deliver(
+                    lagged, np.zeros(CABLES), np.zeros(len(self.winches.bristles))
+                )
                 unstretched = self.unstretched_for(m.L, np.maximum(pull, 0.0))
             y[6:10] = unstretched
         if self.has_length_rate and unstretched_rate is not None:

@@ -78,7 +78,7 @@ pub fn place(spec: &EffectSpec) -> String {
     }
 }
 
-/// The parameters of an effect with their units, in the order of the catalogue.
+/// The parameters of an effect with their units, in the order of the catalogue, without extensions that it leaves out.
 #[must_use]
 pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<report::Parameter> {
     let Ok(info) = spec.info() else { return Vec::new() };
@@ -86,6 +86,7 @@ pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<repo
         .iter()
         .zip(&spec.values)
         .enumerate()
+        .filter(|(_, (parameter, value))| !parameter.leaves_out(**value))
         .map(|(k, (parameter, value))| report::Parameter {
             name: parameter.name.to_owned(),
             value: *value,

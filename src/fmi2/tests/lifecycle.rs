@@ -205,3 +205,21 @@ fn resources_are_read_and_checked() {
     let error = CablePlatform::instantiate(Some(&folder)).err().unwrap();
     assert!(error.message.contains("model.toml"), "{error}");
 }
+
+/// The description lists the states, so a parameter cannot add one or take one away.
+#[test]
+fn presliding_stays_on_or_off_as_packed() {
+    for (packed, changed) in [(0.0, 5e4), (5e4, 0.0)] {
+        let values = [250.0, 0.01, 0.0, 0.0, packed];
+        let friction = EffectSpec::new("winch_coulomb_friction", Some(3), &values).unwrap();
+        let mut platform = CablePlatform::new(moving(CableModel::LumpedMass, vec![friction])).unwrap();
+        let listed = platform.description().find("effect.winch_coulomb_friction[3].state");
+        assert_eq!(listed.is_some(), packed > 0.0);
+        let name = "effect.winch_coulomb_friction[3].presliding_stiffness";
+        set(&mut platform, name, changed);
+        let error = platform.initialise(EXPERIMENT).unwrap_err().to_string();
+        assert!(error.contains("presliding_stiffness") && error.contains("cable 3"), "{error}");
+        set(&mut platform, name, 1.5 * packed);
+        initialise(&mut platform, EXPERIMENT);
+    }
+}

@@ -11,6 +11,7 @@ fn memory() -> Vec<EffectSpec> {
         EffectSpec::new("winch_delay", Some(2), &[0.137]).unwrap(),
         EffectSpec::new("pose_sensor_delay", None, &[0.08]).unwrap(),
         EffectSpec::new("cable_creep", Some(4), &[4e7, 3.0]).unwrap(),
+        EffectSpec::new("winch_coulomb_friction", None, &[250.0, 1e-3, 0.0, 0.0, 5e4, 2e3, 0.02]).unwrap(),
     ]
 }
 
