@@ -13,6 +13,8 @@ use crate::verify;
 
 /// Rounds of a refinement by which a start is judged.
 const FIRST_ROUNDS: usize = 3;
+/// Most refinements one after the other.
+const MOST_REFINEMENTS: usize = 3;
 /// Deflections (m) at which friction may begin to slide.
 const DEFLECTIONS: [f64; 2] = [1e-3, 2e-2];
 /// Ratio of damping and stiffness (s) before sliding from which the search starts.
@@ -137,30 +139,51 @@ impl Search<'_> {
         let Some(force) = value_of(effect, "force").or(value_of(effect, "coulomb")) else { return Ok(None) };
         let sharp = with(&fitted.train.model, at, &[("transition_speed", SHARP), ("tail", 0.0), ("algebraic", 0.0)]);
         let starts = DEFLECTIONS.map(|deflection| vec![("presliding_stiffness", force / deflection)]);
-        let Some(dahl) = self.first_better(&sharp, at, &starts, fitted)? else { return Ok(None) };
+        let Some(dahl) = self.tried(&sharp, at, &starts, fitted).next() else { return Ok(None) };
+        let dahl = self.refined_once(&dahl)?;
         let Some(stiffness) = value_of(&dahl.train.model.effects[at], "presliding_stiffness") else { return Ok(None) };
         let starts = DAMPING_SPEEDS
             .map(|speed| vec![("presliding_damping", DAMPING_TIME * stiffness), ("damping_speed", speed)]);
-        let damped = self.first_better(&dahl.train.model, at, &starts, &dahl)?;
-        Ok(damped.or(Some(dahl)))
+        let model = with(&dahl.train.model, at, &[("transition_speed", 0.1 * SHARP)]);
+        let damped = self.tried(&model, at, &starts, &dahl).min_by(|a, b| a.score.total_cmp(&b.score));
+        self.refined(damped.unwrap_or(dahl)).map(Some)
     }
 
-    /// `from` with effect `at` refined from the first of several starts that is better after a few rounds.
-    fn first_better(
-        &self,
-        model: &Model,
+    /// Effect `at` from several starts, as far as a few rounds bring it, where that is better than `from`.
+    fn tried<'a>(
+        &'a self,
+        model: &'a Model,
         at: usize,
-        starts: &[Vec<(&str, f64)>],
-        from: &Fitted,
-    ) -> Result<Option<Fitted>, FitError> {
-        for start in starts {
-            if let Ok(next) = self.fit(&with(model, at, start), from, FIRST_ROUNDS)
-                && next.score < from.score - EVIDENCE
-            {
-                return self.fit(&next.train.model.clone(), &next, ROUNDS).map(Some);
+        starts: &'a [Vec<(&'a str, f64)>],
+        from: &'a Fitted,
+    ) -> impl Iterator<Item = Fitted> + 'a {
+        let tried = starts.iter().filter_map(move |start| self.fit(&with(model, at, start), from, FIRST_ROUNDS).ok());
+        tried.filter(|next| next.score < from.score - EVIDENCE)
+    }
+
+    /// `fitted` refined until nothing is gained.
+    fn refined(&self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+        for _ in 0..MOST_REFINEMENTS {
+            let next = self.refined_once(&fitted)?;
+            let gained = fitted.score - next.score;
+            if gained > 0.0 {
+                fitted = next;
+            }
+            if gained < EVIDENCE {
+                break;
             }
         }
-        Ok(None)
+        Ok(fitted)
+    }
+
+    /// `fitted` refined from a trajectory that has settled: where friction has just become a state, one round of smoothing
+    /// is too little, and steps from there fail.
+    fn refined_once(&self, fitted: &Fitted) -> Result<Fitted, FitError> {
+        let mut start = fitted.clone();
+        for _ in 0..2 {
+            start.train.smooth(&self.evidence.train)?;
+        }
+        self.fit(&fitted.train.model, &start, ROUNDS)
     }
 }
 
