@@ -106,6 +106,20 @@ pub(crate) struct Library {
 }
 
 impl Library {
+    /// The columns of one candidate alone, in its order, and what they are made of.
+    pub(crate) fn only(&self, candidate: usize) -> Self {
+        let mut lib = Self::default();
+        for column in &self.candidates[candidate].columns {
+            let mut combination = Combination::new();
+            for (at, weight) in &self.columns[*column] {
+                lib.variations.push(self.variations[*at].clone());
+                combination.push((lib.variations.len() - 1, *weight));
+            }
+            lib.columns.push(combination);
+        }
+        lib
+    }
+
     fn vary(&mut self, id: &str, cable: Option<usize>, values: &[f64]) -> usize {
         self.variations
             .push(EffectSpec::new(id, cable, values).unwrap_or_else(|e| unreachable!("a variation of our own: {e}")));
@@ -418,10 +432,13 @@ pub(crate) fn dictionary(situation: &Situation) -> Library {
             push_term(&mut lib, target, term, size);
         }
         for frequency in &situation.peaks {
-            push_wave(&mut lib, target, &format!("{frequency}*time"), size);
+            let half_range = 0.5 * situation.duration;
+            let time =
+                Wave { latent: axis, coordinate: "time".to_owned(), number: *frequency, middle: 0.0, half_range };
+            push_wave(&mut lib, target, &time, size);
         }
         for wave in situation.waves.iter().filter(|w| w.latent == axis) {
-            push_wave(&mut lib, target, &format!("{}*{}", wave.number, wave.coordinate), size);
+            push_wave(&mut lib, target, wave, size);
         }
     }
     for cable in 1..=4 {
@@ -446,26 +463,42 @@ pub(crate) fn dictionary(situation: &Situation) -> Library {
             push_term(&mut lib, target, &format!("winch_force[{other}]/1e4"), 10.0);
         }
         for wave in situation.waves.iter().filter(|w| w.latent == 2 + cable) {
-            push_wave(&mut lib, target, &format!("{}*{}", wave.number, wave.coordinate), 10.0);
+            push_wave(&mut lib, target, wave, 10.0);
         }
     }
     lib
 }
 
-/// A wave along `angle`: sine and cosine together, at a wave number that was searched for.
-fn push_wave(lib: &mut Library, target: &'static str, angle: &str, size: f64) {
+/// A wave: sine and cosine together, at a wave number that was searched for, and both once more in proportion to the
+/// coordinate, by which the number is set right.
+fn push_wave(lib: &mut Library, target: &'static str, wave: &Wave, size: f64) {
+    let Wave { coordinate, number, middle, half_range, .. } = wave.clone();
+    let from_middle = match middle {
+        0.0 => coordinate.clone(),
+        _ if middle > 0.0 => format!("({coordinate} - {middle})"),
+        _ => format!("({coordinate} + {})", -middle),
+    };
     let mut columns = Vec::new();
-    for function in ["sin", "cos"] {
-        let Ok(spec) = EffectSpec::expression(target, &format!("{size}*{function}({angle})")) else { return };
+    for term in [
+        format!("{size}*sin({number}*{from_middle})"),
+        format!("{size}*cos({number}*{from_middle})"),
+        format!("{}*{from_middle}*cos({number}*{from_middle})", size / half_range),
+        format!("{}*{from_middle}*sin({number}*{from_middle})", size / half_range),
+    ] {
+        let Ok(spec) = EffectSpec::expression(target, &term) else { return };
         lib.variations.push(spec);
         columns.push(lib.column(vec![(lib.variations.len() - 1, 1.0)]));
     }
-    let angle = angle.to_owned();
     let build = move |a: &[f64]| {
+        // a sin θ + b cos θ with θ moved by δ q: δ q (a cos θ - b sin θ) more.
+        let moved = (a[0] * a[2] - a[1] * a[3]) / (half_range * (a[0] * a[0] + a[1] * a[1]));
+        let number =
+            format!("{:.5e}", number + moved.clamp(-1.0 / half_range, 1.0 / half_range)).parse::<f64>().ok()?;
         let (sine, cosine) = (a[0] * size, a[1] * size);
+        let angle = format!("{number}*{from_middle}");
         EffectSpec::expression(target, &format!("{sine:e}*sin({angle}) + {cosine:e}*cos({angle})")).ok()
     };
-    lib.candidate("expression", None, columns, 1, Box::new(build));
+    lib.candidate("expression", None, columns, 0, Box::new(build));
 }
 
 fn push_term(lib: &mut Library, target: &'static str, term: &str, size: f64) {

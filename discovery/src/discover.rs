@@ -84,10 +84,10 @@ pub fn discover(
         let effect = fitted.train.model.effects[at].clone();
         let mut reduced = fitted.train.model.clone();
         reduced.effects.remove(at);
-        let without = if search.taken.len() == 1 && given == 0 {
-            base.clone()
-        } else {
-            search.fit_without(&reduced, &fitted, 1).unwrap_or_else(|_| base.clone())
+        let known = taken.without.as_deref().or((search.taken.len() == 1 && given == 0).then_some(&base));
+        let without = match known {
+            Some(known) => known,
+            None => &search.fit_without(&reduced, &fitted, 1).unwrap_or_else(|_| base.clone()),
         };
         let (places, depends_on) = verify::places(&effect);
         let when = verify::when(&fitted.train, &without.train, &evidence.train);
@@ -237,6 +237,7 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
             search.taken[k].delta_bic += other.score - fitted.score;
             search.taken[k].rivals.retain(|rival| rival.id != effect_id);
             search.taken[k].rivals.push(old.clone());
+            search.taken.iter_mut().for_each(|taken| taken.without = None);
             others.push((old, fitted));
             fitted = other;
             replaced = true;

@@ -203,8 +203,8 @@ impl Fit {
         Ok(fit)
     }
 
-    /// Linearises anew along the present trajectories.
-    pub(crate) fn linearise(&mut self, trials: &[Trial]) -> Result<(), FitError> {
+    /// Linearises along the present trajectories.
+    fn linearise(&mut self, trials: &[Trial]) -> Result<(), FitError> {
         self.linear = trials
             .par_iter()
             .enumerate()

@@ -2,6 +2,7 @@
 
 use crate::model::LATENTS;
 use crate::path::LinearTrial;
+use crate::vector::{add, vectorised};
 
 /// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck) and measurement noise.
 #[derive(Clone, Debug)]
@@ -81,14 +82,11 @@ pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep: Keep) 
 
 fn dispatch<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
     assert!(linear.width() <= W, "the largest model has fewer states and latents than this");
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || run::<W>(linear, randomness, keep),
-    )
+    vectorised!(FUSED => run::<W, FUSED>(linear, randomness, keep))
 }
 
 #[inline(always)]
-fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
+fn run<const W: usize, const FUSED: bool>(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
     let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
     let rows = |from: Keep| if keep >= from { len } else { 0 };
     let innovations = rows(Keep::Innovations);
@@ -112,6 +110,7 @@ fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep: Keep
         x[n + l] = -linear.latents[l];
         p[n + l][n + l] = randomness.latent_deviation(l).powi(2);
     }
+    let mut updates = vec![([0.0; W], [0.0; W]); m];
     for k in 0..len {
         if keep >= Keep::Innovations {
             out.predicted[k * w..(k + 1) * w].copy_from_slice(&x[..w]);
@@ -121,6 +120,8 @@ fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep: Keep
                 to.copy_from_slice(&from[..w]);
             }
         }
+        // One measurement after the other, and the covariance once for all of them.
+        let mut used = 0;
         for j in 0..m {
             let at = k * m + j;
             let z = linear.residual[at];
@@ -133,16 +134,19 @@ fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep: Keep
             for (c, &hc) in h.iter().enumerate() {
                 if hc != 0.0 {
                     innovation -= hc * x[c];
-                    add(&mut ph, hc, &p[c]);
+                    add::<FUSED>(&mut ph, hc, &p[c]);
                 }
+            }
+            for (before, gain) in &updates[..used] {
+                let share: f64 = h.iter().zip(gain).map(|(a, b)| a * b).sum();
+                add::<FUSED>(&mut ph, -share, before);
             }
             let r = randomness.noise[j] * randomness.noise[j];
             let s = r + h.iter().zip(&ph).map(|(a, b)| a * b).sum::<f64>();
             let gain = ph.map(|v| v / s);
-            add(&mut x, innovation, &gain);
-            for row in 0..w {
-                add(&mut p[row], -gain[row], &ph);
-            }
+            add::<FUSED>(&mut x, innovation, &gain);
+            updates[used] = (ph, gain);
+            used += 1;
             if keep >= Keep::Innovations {
                 out.gain[at * w..(at + 1) * w].copy_from_slice(&gain[..w]);
                 out.whitened[at] = innovation / s.sqrt();
@@ -152,26 +156,25 @@ fn run<const W: usize>(linear: &LinearTrial, randomness: &Randomness, keep: Keep
             out.noise_moment[j].0 += innovation * innovation * r / s;
             out.noise_moment[j].1 += 1;
         }
+        for (r, row) in p.iter_mut().enumerate() {
+            let mut updated = *row;
+            for (ph, gain) in &updates[..used] {
+                add::<FUSED>(&mut updated, -gain[r], ph);
+            }
+            *row = updated;
+        }
         if keep >= Keep::Innovations {
             out.updated[k * w..(k + 1) * w].copy_from_slice(&x[..w]);
         }
         if k + 1 < len {
-            predict(linear, randomness, k, &mut x, &mut p);
+            predict::<W, FUSED>(linear, randomness, k, &mut x, &mut p);
         }
     }
     out
 }
 
-/// `to += factor * row`.
 #[inline(always)]
-fn add<const W: usize>(to: &mut [f64; W], factor: f64, row: &[f64; W]) {
-    for (slot, value) in to.iter_mut().zip(row) {
-        *slot += factor * value;
-    }
-}
-
-#[inline(always)]
-fn predict<const W: usize>(
+fn predict<const W: usize, const FUSED: bool>(
     linear: &LinearTrial,
     randomness: &Randomness,
     k: usize,
@@ -191,30 +194,37 @@ fn predict<const W: usize>(
         next[n + l] = decay * (x[n + l] + now) - then;
     }
     *x = next;
-    // The whole transition, states and latents, transposed.
+    // The transition of the states, transposed.
     let mut transposed = [[0.0; W]; W];
     for (r, row) in f.chunks_exact(w).enumerate() {
         for (c, value) in row.iter().enumerate() {
             transposed[c][r] = *value;
         }
     }
-    for l in n..w {
-        transposed[l][l] = decay;
-    }
-    // P = F P Fᵀ + Q by the rows of the states; the rest by symmetry.
+    // P = F P Fᵀ + Q: the lower triangle of the states, the states with the latents, the latents; the rest by symmetry.
     let mut product = [[0.0; W]; W];
     for (r, row) in f.chunks_exact(w).enumerate() {
         let mut half = [0.0; W];
         for (c, value) in row.iter().enumerate() {
-            add(&mut half, *value, &p[c]);
+            add::<FUSED>(&mut half, *value, &p[c]);
         }
-        for c in 0..w {
-            add(&mut product[r], half[c], &transposed[c]);
+        let target = &mut product[r];
+        match r {
+            ..8 => combine::<8, W, FUSED>(&half, &transposed[..w], target),
+            8..16 => combine::<16, W, FUSED>(&half, &transposed[..w], target),
+            _ => combine::<W, W, FUSED>(&half, &transposed[..w], target),
+        }
+        for l in n..w {
+            product[r][l] = decay * half[l];
         }
     }
     for r in 0..w {
         for c in 0..r.min(n) {
-            product[r][c] = product[c][r];
+            if r < n {
+                product[c][r] = product[r][c];
+            } else {
+                product[r][c] = product[c][r];
+            }
         }
     }
     for r in n..w {
@@ -229,6 +239,20 @@ fn predict<const W: usize>(
     for l in 0..LATENTS {
         p[n + l][n + l] += randomness.latent_deviation(l).powi(2) * (1.0 - decay * decay);
     }
+}
+
+/// The first `L` numbers of the sum of `rows` weighted by `weights`.
+#[inline(always)]
+fn combine<const L: usize, const W: usize, const FUSED: bool>(
+    weights: &[f64; W],
+    rows: &[[f64; W]],
+    target: &mut [f64; W],
+) {
+    let mut sum = [0.0; L];
+    for (weight, row) in weights.iter().zip(rows) {
+        add::<FUSED>(&mut sum, *weight, &row[..L]);
+    }
+    target[..L].copy_from_slice(&sum);
 }
 
 /// Smoothed deviations and the standard deviations of the latents, by the modified Bryson-Frazier recursion.
@@ -334,6 +358,16 @@ impl Normal {
         self.minus_two_log_likelihood += other.minus_two_log_likelihood;
     }
 
+    /// Fall of `-2 log L` by signatures of these amplitudes.
+    pub(crate) fn drop(&self, amplitudes: &[f64]) -> f64 {
+        let rows = self.gram.chunks_exact(self.columns.max(1)).zip(&self.right).zip(amplitudes);
+        rows.map(|((row, right), a)| {
+            let explained: f64 = row.iter().zip(amplitudes).map(|(g, b)| g * b).sum();
+            a * (2.0 * right - explained)
+        })
+        .sum()
+    }
+
     /// Takes up a measurement: whitened signatures and innovation. Of the Gram matrix only the lower half is formed.
     pub(crate) fn push(&mut self, e: &[f64], innovation: f64) {
         self.push_right(e, innovation);
@@ -396,15 +430,11 @@ pub(crate) fn whitened_rows(
     forcing: &Forcing,
     visit: impl FnMut(usize, &[f64]),
 ) {
-    // The widest registers that the processor has.
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || rows(linear, randomness, filtered, forcing, visit),
-    );
+    vectorised!(FUSED => rows::<FUSED>(linear, randomness, filtered, forcing, visit));
 }
 
 #[inline(always)]
-fn rows(
+fn rows<const FUSED: bool>(
     linear: &LinearTrial,
     randomness: &Randomness,
     filtered: &Filtered,
@@ -426,9 +456,7 @@ fn rows(
             e.fill(0.0);
             for (c, &hc) in linear.sensor[at * n..(at + 1) * n].iter().enumerate() {
                 if hc != 0.0 {
-                    for (slot, value) in e.iter_mut().zip(&s[c * columns..(c + 1) * columns]) {
-                        *slot += hc * value;
-                    }
+                    add::<FUSED>(&mut e, hc, &s[c * columns..(c + 1) * columns]);
                 }
             }
             for (slot, value) in e.iter_mut().zip(&forcing.sensor[at * columns..(at + 1) * columns]) {
@@ -436,9 +464,7 @@ fn rows(
             }
             for (r, &g) in filtered.gain[at * w..(at + 1) * w].iter().enumerate() {
                 if g != 0.0 {
-                    for (slot, value) in s[r * columns..(r + 1) * columns].iter_mut().zip(&e) {
-                        *slot -= g * value;
-                    }
+                    add::<FUSED>(&mut s[r * columns..(r + 1) * columns], -g, &e);
                 }
             }
             let inverse = 1.0 / filtered.deviation[at];
@@ -458,9 +484,7 @@ fn rows(
                 for c in 0..w {
                     let frc = f[r * w + c];
                     if frc != 0.0 {
-                        for (slot, value) in row.iter_mut().zip(&s[c * columns..(c + 1) * columns]) {
-                            *slot += frc * value;
-                        }
+                        add::<FUSED>(row, frc, &s[c * columns..(c + 1) * columns]);
                     }
                 }
             }

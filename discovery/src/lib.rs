@@ -31,6 +31,7 @@ mod signature;
 mod spectrum;
 mod stability;
 mod variation;
+mod vector;
 mod verify;
 
 pub use discover::{DiscoverError, discover};

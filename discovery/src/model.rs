@@ -49,17 +49,18 @@ impl Examined {
         Simulation::from_states(self.plant.clone(), trial.time[0], y.to_vec(), trial.inputs[0], TOLERANCE)
     }
 
-    /// Which states the sensors can show: with lengths and poses alone neither rates nor effect states.
-    pub(crate) fn shown_states(&self, channels: &[Channel]) -> Vec<bool> {
-        let all = self.pose_delay != 0.0 || channels.iter().any(|c| matches!(c, Channel::Tension(_)));
-        let mut shown = vec![all; self.states()];
-        shown[..3].fill(true);
-        for i in 0..4 {
-            if let Some(at) = self.plant.unstretched_index(i) {
-                shown[at] = true;
-            }
+    /// States that the sensors can show, in groups of which no channel shows more than one: with lengths and poses alone
+    /// neither rates nor effect states, and of every unstretched length its own channel at most.
+    pub(crate) fn shown_states(&self, channels: &[Channel]) -> Vec<Vec<usize>> {
+        if self.pose_delay != 0.0 || channels.iter().any(|c| matches!(c, Channel::Tension(_))) {
+            return (0..self.states()).map(|c| vec![c]).collect();
         }
-        shown
+        let unstretched: Vec<usize> = (0..4).filter_map(|i| self.plant.unstretched_index(i)).collect();
+        let mut groups = vec![vec![0], vec![1], vec![2]];
+        if !unstretched.is_empty() {
+            groups.push(unstretched);
+        }
+        groups
     }
 
     /// What the sensors show of the simulation's present state, in the order of `channels`.

@@ -1,10 +1,13 @@
 //! A trajectory of states and latent disturbances, and the model linearised along it.
 
+use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectKind;
 use cdpr::integrator::RadauError;
+use cdpr::parameters::CABLES;
 use cdpr::plant::EffectStates;
+use cdpr::simulation::Simulation;
 
-use crate::data::Trial;
+use crate::data::{Channel, Trial};
 use crate::model::{Examined, LATENTS, disturb};
 use crate::variation::{Step, Variation};
 
@@ -64,7 +67,7 @@ impl LinearTrial {
 }
 
 /// Steps by which states are moved for differences: far above the integrator's error, far below curvature.
-pub(crate) fn difference_steps(model: &Examined) -> Vec<f64> {
+fn difference_steps(model: &Examined) -> Vec<f64> {
     let mut steps = vec![1e-4; model.states()];
     steps[..6].copy_from_slice(&[1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4]);
     for i in 0..4 {
@@ -121,56 +124,105 @@ pub(crate) fn linearise(
     let width = n + LATENTS;
     let m = trial.channels.len();
     let len = trial.len();
-    let steps = difference_steps(model);
-    let mut linear = LinearTrial {
-        len,
-        states: n,
-        channels: m,
-        interval: trial.time.windows(2).map(|w| w[1] - w[0]).collect(),
-        transition: vec![0.0; (len - 1) * n * width],
-        defect: vec![0.0; (len - 1) * n],
-        latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
-        sensor: vec![0.0; len * m * n],
-        residual: vec![0.0; len * m],
-        prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
-        prior_deviation: prior_deviation(model),
-    };
+    let mut transition = vec![0.0; (len - 1) * n * width];
+    let mut sensor = vec![0.0; len * m * n];
+    let mut defect = vec![0.0; (len - 1) * n];
+    let mut residual = vec![0.0; len * m];
     let mut simulation = model.simulation(trial, trajectory.states(0));
-    let shown_states = model.shown_states(&trial.channels);
-    let (mut shown, mut moved_shown) = (Vec::new(), Vec::new());
-    let mut moved = vec![0.0; n];
-    let mut variation = Variation::new(model, steps);
+    let mut sensors = SensorSlopes::new(model, trial);
+    let mut shown = Vec::new();
+    let mut variation = Variation::new(model);
     for k in 0..len {
         let x = trajectory.states(k);
         simulation.nudge_states(x);
         disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
-        model.measure(&simulation, &trial.channels, &mut shown);
+        let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
+        let e = model.plant.evaluate(trial.time[k], x, &felt, slack);
+        model.measure_at(&simulation, &e, x, &trial.channels, &mut shown);
         for j in 0..m {
-            linear.residual[k * m + j] = trial.measured[k][j] - shown[j];
+            residual[k * m + j] = trial.measured[k][j] - shown[j];
         }
-        for c in (0..n).filter(|c| shown_states[*c]) {
-            moved.copy_from_slice(x);
-            moved[c] += variation.steps[c];
-            simulation.nudge_states(&moved);
-            model.measure(&simulation, &trial.channels, &mut moved_shown);
-            for j in 0..m {
-                linear.sensor[(k * m + j) * n + c] = (moved_shown[j] - shown[j]) / variation.steps[c];
-            }
-        }
-        simulation.nudge_states(x);
+        sensors.at(&simulation, x, &felt, slack, &shown, &mut sensor[k * m * n..(k + 1) * m * n]);
         if k + 1 == len {
             break;
         }
-        let (interval, felt, slack) = (linear.interval[k], simulation.inputs_at_plant(), simulation.slack());
+        let interval = trial.time[k + 1] - trial.time[k];
         simulation.advance(interval)?;
         let next = simulation.states();
         for c in 0..n {
-            linear.defect[k * n + c] = next[c] - trajectory.states(k + 1)[c];
+            defect[k * n + c] = next[c] - trajectory.states(k + 1)[c];
         }
-        let target = &mut linear.transition[k * n * width..(k + 1) * n * width];
+        let target = &mut transition[k * n * width..(k + 1) * n * width];
         variation.transition(&Step { time: trial.time[k], interval, from: x, to: next, felt, slack }, target);
     }
-    Ok(linear)
+    Ok(LinearTrial {
+        len,
+        states: n,
+        channels: m,
+        interval: trial.time.windows(2).map(|w| w[1] - w[0]).collect(),
+        transition,
+        defect,
+        latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
+        sensor,
+        residual,
+        prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
+        prior_deviation: prior_deviation(model),
+    })
+}
+
+/// How the sensors follow the states, by differences.
+struct SensorSlopes<'a> {
+    model: &'a Examined,
+    channels: &'a [Channel],
+    steps: Vec<f64>,
+    groups: Vec<Vec<usize>>,
+    moved: Vec<f64>,
+    shown: Vec<f64>,
+}
+
+impl<'a> SensorSlopes<'a> {
+    fn new(model: &'a Examined, trial: &'a Trial) -> Self {
+        Self {
+            model,
+            channels: &trial.channels,
+            steps: difference_steps(model),
+            groups: model.shown_states(&trial.channels),
+            moved: Vec::new(),
+            shown: Vec::new(),
+        }
+    }
+
+    /// Writes `∂h/∂x` at the states `x`, where the sensors show `shown`; the simulation is there too.
+    fn at(
+        &mut self,
+        simulation: &Simulation,
+        x: &[f64],
+        felt: &Inputs,
+        slack: [bool; CABLES],
+        shown: &[f64],
+        slopes: &mut [f64],
+    ) {
+        let n = x.len();
+        for group in &self.groups {
+            self.moved.clear();
+            self.moved.extend_from_slice(x);
+            for c in group {
+                self.moved[*c] += self.steps[*c];
+            }
+            let e = self.model.plant.evaluate(simulation.time(), &self.moved, felt, slack);
+            self.model.measure_at(simulation, &e, &self.moved, self.channels, &mut self.shown);
+            for (j, channel) in self.channels.iter().enumerate() {
+                let own = match (&group[..], channel) {
+                    ([only], _) => Some(*only),
+                    (_, Channel::UnstretchedLength(i)) => self.model.plant.unstretched_index(*i),
+                    _ => None,
+                };
+                if let Some(c) = own {
+                    slopes[j * n + c] = (self.shown[j] - shown[j]) / self.steps[c];
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]

@@ -156,6 +156,8 @@ pub(crate) struct Scored {
     pub(crate) score: f64,
     /// Amplitudes of its columns.
     pub(crate) amplitudes: Vec<f64>,
+    /// Level at which it does best.
+    pub(crate) level: usize,
 }
 
 /// Weighs every candidate, the best first. Amplitudes that no parameter values have are not considered.
@@ -173,11 +175,12 @@ pub(crate) fn rank(library: &Library, levels: &[Level], penalty: Penalty) -> Vec
 fn best_level(candidate: &Candidate, at: usize, levels: &[Level], penalty: Penalty) -> Option<Scored> {
     let own = candidate.columns.len();
     let mut best: Option<Scored> = None;
-    for level in levels {
+    for (at_level, level) in levels.iter().enumerate() {
         let Some(solved) = subset(&level.normal, &candidate.columns) else { continue };
         let score = level.normal.minus_two_log_likelihood - solved.drop + penalty.of(own + candidate.tried);
         if best.as_ref().is_none_or(|b| score < b.score) && candidate.effect(&solved.amplitudes[..own]).is_some() {
-            best = Some(Scored { candidate: at, score, amplitudes: solved.amplitudes[..own].to_vec() });
+            let amplitudes = solved.amplitudes[..own].to_vec();
+            best = Some(Scored { candidate: at, score, amplitudes, level: at_level });
         }
     }
     best

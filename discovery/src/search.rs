@@ -1,14 +1,17 @@
 //! The search: one effect after the other, refined, compared with its rivals, checked on held-out data.
 
+use std::sync::Arc;
+
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
+use rayon::prelude::*;
 
 use crate::candidates::{Library, Situation, catalogue, dictionary};
 use crate::data::{Channel, Trial};
-use crate::estimate::{Fit, FitError};
+use crate::estimate::{Fit, FitError, for_trial};
 use crate::extension::{count_in_use, extended_like};
 use crate::gap::{gap, predict};
-use crate::kalman::{Forcing, Randomness};
+use crate::kalman::{Forcing, Keep, Randomness, filter, whiten};
 use crate::null_test::{Weighing, of_time_alone};
 use crate::outcome::{HORIZON, NullTest, SearchStep};
 use crate::refine::{Estimate, refine};
@@ -78,6 +81,14 @@ pub(crate) struct Taken {
     pub(crate) delta_bic: f64,
     /// What chance did in the weighing that brought it up.
     pub(crate) null_test: Option<NullTest>,
+    /// The model with all effects but this, where it was fitted since the last change of them.
+    pub(crate) without: Option<Arc<Fitted>>,
+}
+
+impl Taken {
+    pub(crate) fn new(rivals: Vec<EffectSpec>, delta_bic: f64, null_test: Option<NullTest>) -> Self {
+        Self { rivals, delta_bic, null_test, without: None }
+    }
 }
 
 pub(crate) struct Search<'a> {
@@ -126,10 +137,15 @@ impl<'a> Search<'a> {
         Ok(self.finish(train, holdout, None))
     }
 
+    /// `-2 log L` on the training data plus the penalty of the parameters.
+    pub(crate) fn score(&self, train: &Fit) -> f64 {
+        let cost: f64 = train.model.effects[self.given..].iter().map(|s| self.penalty.of(count_in_use(s).max(1))).sum();
+        train.minus_two_log_likelihood(&self.evidence.train, &train.randomness) + cost
+    }
+
     fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
         let e = self.evidence;
-        let cost: f64 = train.model.effects[self.given..].iter().map(|s| self.penalty.of(count_in_use(s).max(1))).sum();
-        let score = train.minus_two_log_likelihood(&e.train, &train.randomness) + cost;
+        let score = self.score(&train);
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
         let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
         let gap = [gap_over(HORIZON), gap_over(20.0)];
@@ -144,11 +160,7 @@ impl<'a> Search<'a> {
     /// As [`Search::fit`], given up where the `-2 log L` that is aimed at is out of reach.
     fn fit_towards(&self, model: &Model, from: &Fitted, rounds: usize, aim: Option<f64>) -> Result<Fitted, FitError> {
         let e = self.evidence;
-        let mut train = Fit::new(model, &e.train, &from.train.randomness, Some(&from.train))?;
-        if train.examined.states() != from.train.examined.states() {
-            train.smooth(&e.train)?;
-            train.fit_randomness(&e.train, &e.noise, true);
-        }
+        let mut train = self.started(model, &from.train)?;
         let estimate = refine(&mut train, &e.train, &e.noise, self.given, rounds, aim)?;
         train.fit_randomness(&e.train, &e.noise, false);
         let mut holdout = Fit::new(&train.model, &e.holdout, &train.randomness, Some(&from.holdout))?;
@@ -156,6 +168,17 @@ impl<'a> Search<'a> {
         holdout.smooth(&e.holdout)?;
         holdout.smooth(&e.holdout)?;
         Ok(self.finish(train, holdout, Some(estimate)))
+    }
+
+    /// A fit of `model` on the training data, starting from another one, with its parameters as they are.
+    pub(crate) fn started(&self, model: &Model, from: &Fit) -> Result<Fit, FitError> {
+        let e = self.evidence;
+        let mut fit = Fit::new(model, &e.train, &from.randomness, Some(from))?;
+        if fit.examined.states() != from.examined.states() {
+            fit.smooth(&e.train)?;
+            fit.fit_randomness(&e.train, &e.noise, true);
+        }
+        Ok(fit)
     }
 
     /// Fits a model without something that `from` has: what is left out is again for the latent forces to carry.
@@ -207,12 +230,15 @@ impl<'a> Search<'a> {
             fitted = self.elasticity(fitted)?;
         }
         fitted = self.rounds(fitted)?;
-        if (fitted.explains_little(base) || fitted.gap[0] > STRONG)
-            && base.gap[0] > STRONG
-            && let Some(other) = self.second_look(base, &fitted)?
-        {
-            let other = self.extend(other, self.given)?;
-            fitted = self.rounds(other)?;
+        if (fitted.explains_little(base) || fitted.gap[0] > STRONG) && base.gap[0] > STRONG {
+            // A term that explains all says more than a law that might hide.
+            if let Some(explained) = self.single_term(base)? {
+                return Ok(explained);
+            }
+            if let Some(other) = self.second_look(base, &fitted)? {
+                let other = self.extend(other, self.given)?;
+                fitted = self.rounds(other)?;
+            }
         }
         if self.taken.len() > 1 { self.settle_extensions(fitted) } else { Ok(fitted) }
     }
@@ -222,7 +248,7 @@ impl<'a> Search<'a> {
             (self.progress)("weighing the catalogue", 0.1 + 0.12 * round as f64);
             let situation = self.situation(&fitted.train);
             let library = catalogue(&fitted.train.model, &situation);
-            let Some((next, taken)) = self.round(&fitted, &library, true)? else { break };
+            let Some((next, taken)) = self.round(&fitted, &library, true, MOST_REFUSALS)? else { break };
             self.taken.push(taken);
             fitted = self.extend(next, self.given + self.taken.len() - 1)?;
         }
@@ -243,6 +269,7 @@ impl<'a> Search<'a> {
         fitted: &Fitted,
         library: &Library,
         parsimony: bool,
+        most_refusals: usize,
     ) -> Result<Option<(Fitted, Taken)>, FitError> {
         let e = self.evidence;
         let fit = &fitted.train;
@@ -262,7 +289,7 @@ impl<'a> Search<'a> {
         let base = baseline(&levels);
         let ranked = rank(library, &levels, self.penalty);
         let mut refused: Vec<(&'static str, Option<usize>)> = Vec::new();
-        while refused.len() < MOST_REFUSALS {
+        while refused.len() < most_refusals {
             let left: Vec<Scored> = ranked
                 .iter()
                 .filter(|s| {
@@ -281,6 +308,10 @@ impl<'a> Search<'a> {
             let candidate = &library.candidates[chosen.candidate];
             refused.push((candidate.id, candidate.cable));
             let Some(effect) = effect_of(library, chosen) else { continue };
+            if is_a_force(candidate.id) && self.foreseen(fitted, library, chosen, &sizes) > fitted.holdout_score {
+                self.note(&effect, "refused", chosen.score - base, "it would not predict the held-out data better");
+                continue;
+            }
             let mut model = fit.model.clone();
             model.effects.push(effect.clone());
             match self.fit(&model, fitted, ROUNDS) {
@@ -291,7 +322,7 @@ impl<'a> Search<'a> {
                     let rivals = rivals(library, &ranked, chosen, base);
                     let tested = !of_time_alone(library, chosen.candidate);
                     let null_test = tested.then(|| weighing.null_test(EVIDENCE)).flatten();
-                    return Ok(Some((next, Taken { rivals, delta_bic, null_test })));
+                    return Ok(Some((next, Taken::new(rivals, delta_bic, null_test))));
                 }
                 Ok(next) => {
                     let reason = if next.score < fitted.score - EVIDENCE {
@@ -310,6 +341,39 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
+    /// `-2 log L` of the held-out data with a candidate of these amplitudes, foreseen by its signature.
+    fn foreseen(&self, fitted: &Fitted, library: &Library, scored: &Scored, sizes: &[Randomness]) -> f64 {
+        let (fit, trials) = (&fitted.holdout, &self.evidence.holdout);
+        let forcing = library_forcing(fit, trials, &library.only(scored.candidate));
+        let parts = forcing.iter().enumerate().map(|(t, forcing)| {
+            let randomness = for_trial(&sizes[scored.level], &trials[t]);
+            let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
+            let normal = whiten(&fit.linear[t], &randomness, &filtered, forcing, None);
+            normal.minus_two_log_likelihood - normal.drop(&scored.amplitudes)
+        });
+        parts.sum()
+    }
+
+    /// Whether a single term outside the catalogue explains the data from `base` on; in place of all found.
+    fn single_term(&mut self, base: &Fitted) -> Result<Option<Fitted>, FitError> {
+        (self.progress)("looking for a term that explains it all", 0.45);
+        let found = std::mem::take(&mut self.taken);
+        let library = dictionary(&self.situation(&base.train));
+        if let Some((next, mut term)) = self.round(base, &library, false, 1)? {
+            if next.gap[0] <= NOTHING_LEFT {
+                term.rivals.clear();
+                self.taken.push(term);
+                return Ok(Some(next));
+            }
+            if let Some(step) = self.steps.last_mut() {
+                step.outcome = "refused".to_owned();
+                step.reason = "it does not explain all".to_owned();
+            }
+        }
+        self.taken = found;
+        Ok(None)
+    }
+
     /// The paper's own story: a rigid model of elastic cables.
     fn elasticity(&mut self, fitted: Fitted) -> Result<Fitted, FitError> {
         (self.progress)("trying elastic cables", 0.08);
@@ -325,7 +389,7 @@ impl<'a> Search<'a> {
             let delta_bic = next.score - fitted.score;
             let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
             self.note(&refined, "added", delta_bic, "");
-            self.taken.push(Taken { rivals: Vec::new(), delta_bic, null_test: None });
+            self.taken.push(Taken::new(Vec::new(), delta_bic, None));
             return Ok(next);
         }
         self.note(&effect, "refused", next.score - fitted.score, "rigid cables explain the data as well");
@@ -361,7 +425,7 @@ impl<'a> Search<'a> {
         for round in 0..3 {
             (self.progress)("looking for terms outside the catalogue", 0.7 + 0.05 * round as f64);
             let library = dictionary(&self.situation(&current.train));
-            let Some((next, mut term)) = self.round(&current, &library, false)? else { break };
+            let Some((next, mut term)) = self.round(&current, &library, false, MOST_REFUSALS)? else { break };
             term.rivals.clear();
             self.taken.push(term);
             current = next;
@@ -404,10 +468,13 @@ impl<'a> Search<'a> {
                 Ok(without) if without.score < fitted.score + EVIDENCE || !Self::earns(&without, &fitted) => {
                     self.note(&effect, "removed", fitted.score - without.score, "the model is as good without it");
                     self.taken.remove(at - self.given);
+                    self.taken.iter_mut().for_each(|taken| taken.without = None);
                     fitted = without;
                 }
                 Ok(without) => {
-                    self.taken[at - self.given].delta_bic = fitted.score - without.score;
+                    let taken = &mut self.taken[at - self.given];
+                    taken.delta_bic = fitted.score - without.score;
+                    taken.without = Some(Arc::new(without));
                     judged.push(effect);
                 }
                 Err(_) => judged.push(effect),
@@ -426,23 +493,25 @@ impl<'a> Search<'a> {
     }
 
     /// Fits the rivals of effect `at` in its place; returns them with their scores, the best first.
-    pub(crate) fn rivals_of(&mut self, fitted: &Fitted, at: usize) -> Vec<(EffectSpec, Fitted)> {
-        let mut out = Vec::new();
-        for rival in self.taken[at - self.given].rivals.clone() {
+    pub(crate) fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<(EffectSpec, Fitted)> {
+        let aim = fitted.train.minus_two_log_likelihood(&self.evidence.train, &fitted.train.randomness);
+        let in_its_place = |rival: &EffectSpec| {
             let mut model = fitted.train.model.clone();
-            model.effects[at] = extended_like(&rival, &model.effects[at]);
-            if model.check().is_err() {
-                continue;
-            }
-            let aim = fitted.train.minus_two_log_likelihood(&self.evidence.train, &fitted.train.randomness);
-            let other = self.loosened(&model, fitted).and_then(|s| self.fit_towards(&model, &s, ROUNDS, Some(aim)));
-            if let Ok(other) = other {
-                out.push((other.train.model.effects[at].clone(), other));
-            }
-        }
+            model.effects[at] = extended_like(rival, &model.effects[at]);
+            model.check().ok()?;
+            let start = self.loosened(&model, fitted).ok()?;
+            let other = self.fit_towards(&model, &start, ROUNDS, Some(aim)).ok()?;
+            Some((other.train.model.effects[at].clone(), other))
+        };
+        let mut out: Vec<_> = self.taken[at - self.given].rivals.par_iter().filter_map(in_its_place).collect();
         out.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
         out
     }
+}
+
+/// Whether a candidate is a force that enters the model as it is, so that its signature says all of it.
+fn is_a_force(id: &str) -> bool {
+    matches!(id, "expression" | "periodic_gust" | "steady_wind")
 }
 
 fn effect_of(library: &Library, scored: &Scored) -> Option<EffectSpec> {

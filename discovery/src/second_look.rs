@@ -5,14 +5,19 @@
 //! own (a vibrating cable), that trajectory is so wrong that the signature misleads. So where the search explains little,
 //! such laws are put into the model at a typical size and refined from there, one after the other.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
+use rayon::prelude::*;
 
 use crate::candidates::Situation;
-use crate::estimate::FitError;
+use crate::estimate::{Fit, FitError};
+use crate::refine::refine;
 use crate::search::{Fitted, Search, Taken};
 
-/// Gauss-Newton rounds that every law gets before the best goes on.
-const FIRST_ROUNDS: usize = 5;
+/// Gauss-Newton rounds of each pass, and how many of the laws go on after it.
+const PASSES: [(usize, usize); 2] = [(5, 4), (3, 1)];
 
 /// A law: effects that belong together, with the rivals each would have.
 type Law = Vec<(EffectSpec, Vec<EffectSpec>)>;
@@ -44,21 +49,30 @@ impl Search<'_> {
     /// The law that explains most from a typical start, if it leaves less than half of the gap and is better than what
     /// was `found`; in place of that.
     pub(crate) fn second_look(&mut self, base: &Fitted, found: &Fitted) -> Result<Option<Fitted>, FitError> {
-        let mut best: Option<(Fitted, Law)> = None;
         let situation = Situation::of(&self.evidence.train);
-        let laws = laws(&situation, base.train.model.parameters.cable_density);
-        let count = laws.len() as f64;
-        for (k, law) in laws.into_iter().enumerate() {
-            (self.progress)("a second look at friction, limits, sag and cable mass", 0.5 + 0.2 * k as f64 / count);
-            let mut model = base.train.model.clone();
-            model.effects.extend(law.iter().map(|(effect, _)| effect.clone()));
-            let Ok(next) = self.fit(&model, base, FIRST_ROUNDS) else { continue };
-            if next.score < best.as_ref().map_or(base.score, |(b, _)| b.score) {
-                best = Some((next, law));
-            }
+        let mut tried: Vec<Try> = laws(&situation, base.train.model.parameters.cable_density)
+            .into_iter()
+            .map(|law| {
+                let mut model = base.train.model.clone();
+                model.effects.extend(law.iter().map(|(effect, _)| effect.clone()));
+                Try { model, law, reached: None }
+            })
+            .collect();
+        for (pass, (rounds, kept)) in PASSES.into_iter().enumerate() {
+            let (done, count) = (AtomicUsize::new(0), tried.len() as f64);
+            tried.par_iter_mut().for_each(|law| {
+                law.refine(self, base, rounds);
+                let share = (pass as f64 + done.fetch_add(1, Ordering::Relaxed) as f64 / count) / PASSES.len() as f64;
+                (self.progress)("a second look at friction, limits, sag and cable mass", 0.5 + 0.2 * share);
+            });
+            tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
+            tried.truncate(kept);
         }
-        let Some((start, law)) = best else { return Ok(None) };
-        let next = self.fit(&start.train.model, &start, crate::search::ROUNDS)?;
+        let Some(best) = tried.into_iter().next() else { return Ok(None) };
+        let Some((fit, _)) = best.reached else { return Ok(None) };
+        let mut start = base.clone();
+        start.train = fit;
+        let next = self.fit(&start.train.model.clone(), &start, crate::search::ROUNDS)?;
         let better = next.left() < found.left() && next.score < found.score;
         if next.left() > 0.5 * base.left() || !better || !Self::helps(base, &next) {
             return Ok(None);
@@ -67,7 +81,35 @@ impl Search<'_> {
         for effect in &next.train.model.effects[self.given..] {
             self.note(effect, "added", delta_bic, "refined from a typical size");
         }
-        self.taken = law.into_iter().map(|(_, rivals)| Taken { rivals, delta_bic, null_test: None }).collect();
+        self.taken = best.law.into_iter().map(|(_, rivals)| Taken::new(rivals, delta_bic, None)).collect();
         Ok(Some(next))
+    }
+}
+
+/// A law under trial.
+struct Try {
+    model: Model,
+    law: Law,
+    /// The fit so far, with its score.
+    reached: Option<(Fit, f64)>,
+}
+
+impl Try {
+    /// Refines the law some rounds further; a law that cannot be simulated reaches nothing.
+    fn refine(&mut self, search: &Search<'_>, base: &Fitted, rounds: usize) {
+        let e = search.evidence;
+        let start = match self.reached.take() {
+            Some((fit, _)) => Some(fit),
+            None => search.started(&self.model, &base.train).ok(),
+        };
+        self.reached = start.and_then(|mut fit| {
+            refine(&mut fit, &e.train, &e.noise, search.given, rounds, None).ok()?;
+            let score = search.score(&fit);
+            Some((fit, score))
+        });
+    }
+
+    fn score(&self) -> f64 {
+        self.reached.as_ref().map_or(f64::INFINITY, |r| r.1)
     }
 }

@@ -57,15 +57,18 @@ pub(crate) fn peaks(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
     out
 }
 
-/// A length at which a latent force repeats, as the coordinate it depends on moves.
+/// A length (or time) at which a latent force repeats, as the coordinate it depends on moves.
 #[derive(Clone, Debug)]
 pub(crate) struct Wave {
     /// The latent: axis of the platform, or 3 and the cable's index.
     pub(crate) latent: usize,
     /// Name of the coordinate in an expression.
     pub(crate) coordinate: String,
-    /// Wave number (rad/m).
+    /// Wave number (rad per unit of the coordinate).
     pub(crate) number: f64,
+    /// Middle of the coordinate's range, from which the phase counts, and half of the range.
+    pub(crate) middle: f64,
+    pub(crate) half_range: f64,
 }
 
 /// The most prominent wave of each latent force over each coordinate that it may depend on: platform forces over the
@@ -116,9 +119,8 @@ pub(crate) fn waves(fit: &Fit, trials: &[Trial]) -> Vec<Wave> {
         let (before, peak, after) = (powers[k - 1], powers[k], powers[k + 1]);
         let shift = 0.5 * (before - after) / (before - 2.0 * peak + after);
         let number = ((k + 3) as f64 + shift) * spacing;
-        // Written as a term, four digits are enough.
-        let number = format!("{number:.3e}").parse().ok()?;
-        Some(Wave { latent, coordinate, number })
+        let middle = format!("{:.1}", 0.5 * (low + high)).parse().ok()?;
+        Some(Wave { latent, coordinate, number, middle, half_range: 0.5 * (high - low) })
     };
     pairs.into_iter().filter_map(wave).collect()
 }

@@ -1,10 +1,10 @@
 //! How deviations from a trajectory, and latent disturbances, grow over one sampling interval.
 
-use cdpr::dynamics::Inputs;
+use cdpr::dynamics::{Inputs, Jacobian};
 use cdpr::parameters::CABLES;
-use nalgebra::DMatrix;
 
 use crate::model::{Examined, LATENTS};
+use crate::vector::{add, vectorised};
 
 /// One sampling interval: a step of the model between two states, under inputs that are held.
 pub(crate) struct Step<'a> {
@@ -23,98 +23,96 @@ pub(crate) struct Step<'a> {
 /// `J₂` at its end (the method: E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, section IV.5).
 pub(crate) struct Variation<'a> {
     model: &'a Examined,
-    /// Steps by which states are moved for differences.
-    pub(crate) steps: Vec<f64>,
-    rates: Vec<f64>,
-    moved_rates: Vec<f64>,
-    inner: Slopes,
-    end: Slopes,
-}
-
-/// A point, and `∂f/∂x` and `∂f/∂w` there.
-struct Slopes {
     point: Vec<f64>,
-    states: DMatrix<f64>,
-    latents: DMatrix<f64>,
-}
-
-impl Slopes {
-    fn zeros(n: usize) -> Self {
-        Self { point: vec![0.0; n], states: DMatrix::zeros(n, n), latents: DMatrix::zeros(n, LATENTS) }
-    }
+    inner: Jacobian,
+    end: Jacobian,
+    /// The system and, beside it, its right-hand sides, by rows.
+    system: Vec<f64>,
 }
 
 impl<'a> Variation<'a> {
-    pub(crate) fn new(model: &'a Examined, steps: Vec<f64>) -> Self {
+    pub(crate) fn new(model: &'a Examined) -> Self {
         let n = model.states();
-        let (rates, moved_rates) = (vec![0.0; n], vec![0.0; n]);
-        Self { model, steps, rates, moved_rates, inner: Slopes::zeros(n), end: Slopes::zeros(n) }
+        let system = vec![0.0; n * (2 * n + LATENTS)];
+        Self { model, point: vec![0.0; n], inner: Jacobian::default(), end: Jacobian::default(), system }
     }
 
     /// Writes `∂x(end)/∂(x, latents)(start)`, `states × (states + LATENTS)` by rows.
     pub(crate) fn transition(&mut self, step: &Step<'_>, target: &mut [f64]) {
-        let (n, h) = (self.model.states(), step.interval);
+        let h = step.interval;
         // A third of the way, a straight line is good enough to take slopes at.
-        for (slot, (a, b)) in self.inner.point.iter_mut().zip(step.from.iter().zip(step.to)) {
+        for (slot, (a, b)) in self.point.iter_mut().zip(step.from.iter().zip(step.to)) {
             *slot = (2.0 * a + b) / 3.0;
         }
-        self.end.point.copy_from_slice(step.to);
-        let (steps, rates) = (&self.steps, [&mut self.rates, &mut self.moved_rates]);
-        slopes(self.model, steps, step, step.time + h / 3.0, &mut self.inner, rates);
-        let rates = [&mut self.rates, &mut self.moved_rates];
-        slopes(self.model, steps, step, step.time + h, &mut self.end, rates);
-        let (inner, end) = (&self.inner, &self.end);
-        let left = DMatrix::identity(n, n) - &inner.states * (5.0 / 12.0 * h) - &end.states * (0.25 * h)
-            + &inner.states * &end.states * (h * h / 6.0);
-        let mut solution = DMatrix::zeros(n, n + LATENTS);
-        solution.columns_mut(0, n).copy_from(&(DMatrix::identity(n, n) + &inner.states * (h / 3.0)));
-        solution.columns_mut(n, LATENTS).copy_from(
-            &(&inner.latents * (0.75 * h) + &end.latents * (0.25 * h) - &inner.states * &end.latents * (h * h / 6.0)),
-        );
-        // Singular only for an unstable mode of exactly the wrong growth; a deviation that is not carried on is then lost
-        // for one sample.
-        if !left.lu().solve_mut(&mut solution) {
-            solution.fill(0.0);
-        }
-        for r in 0..n {
-            for c in 0..n + LATENTS {
-                target[r * (n + LATENTS) + c] = solution[(r, c)];
-            }
-        }
+        self.inner.update(&self.model.plant, step.time + h / 3.0, &self.point, &step.felt, step.slack);
+        self.end.update(&self.model.plant, step.time + h, step.to, &step.felt, step.slack);
+        let (inner, end, system) = (&self.inner, &self.end, &mut self.system);
+        vectorised!(FUSED => solve::<FUSED>(inner, end, h, system, target));
     }
 }
 
-/// Slopes of the rates at `at.point`, by differences.
-fn slopes(
-    model: &Examined,
-    steps: &[f64],
-    step: &Step<'_>,
-    time: f64,
-    at: &mut Slopes,
-    [rates, moved]: [&mut Vec<f64>; 2],
-) {
-    let n = model.states();
-    model.plant.rates(time, &at.point, &step.felt, step.slack, rates);
-    for c in 0..n {
-        let value = at.point[c];
-        at.point[c] = value + steps[c];
-        model.plant.rates(time, &at.point, &step.felt, step.slack, moved);
-        at.point[c] = value;
-        for r in 0..n {
-            at.states[(r, c)] = (moved[r] - rates[r]) / steps[c];
+/// Sets the system up and solves it.
+#[inline(always)]
+fn solve<const FUSED: bool>(inner: &Jacobian, end: &Jacobian, h: f64, system: &mut [f64], target: &mut [f64]) {
+    let n = inner.dimension;
+    let width = 2 * n + LATENTS;
+    for r in 0..n {
+        let row = &mut system[r * width..(r + 1) * width];
+        let (left, right) = row.split_at_mut(n);
+        let (of_states, of_latents) = right.split_at_mut(n);
+        left.fill(0.0);
+        let slopes = &inner.by_state[r * n..(r + 1) * n];
+        // J₁ J₂ and J₁ W₂, by the entries of J₁ that are not zero: most are.
+        of_latents.fill(0.0);
+        for (c, &slope) in slopes.iter().enumerate() {
+            if slope != 0.0 {
+                add::<FUSED>(left, slope, &end.by_state[c * n..(c + 1) * n]);
+                add::<FUSED>(of_latents, slope, &end.by_input[c * LATENTS..(c + 1) * LATENTS]);
+            }
+        }
+        for (c, slot) in left.iter_mut().enumerate() {
+            *slot = h * h / 6.0 * *slot - 5.0 / 12.0 * h * slopes[c] - 0.25 * h * end.by_state[r * n + c];
+        }
+        left[r] += 1.0;
+        for (slot, slope) in of_states.iter_mut().zip(slopes) {
+            *slot = h / 3.0 * slope;
+        }
+        of_states[r] += 1.0;
+        for (c, slot) in of_latents.iter_mut().enumerate() {
+            let at = r * LATENTS + c;
+            *slot = 0.75 * h * inner.by_input[at] + 0.25 * h * end.by_input[at] - h * h / 6.0 * *slot;
         }
     }
-    for l in 0..LATENTS {
-        let size = if l == 2 { 100.0 } else { 10.0 };
-        let mut inputs = step.felt;
-        if l < 3 {
-            inputs.disturbance[l] += size;
-        } else {
-            inputs.winch_force[l - 3] += size;
+    eliminate::<FUSED>(system, n, width);
+    for (row, out) in system.chunks_exact(width).zip(target.chunks_exact_mut(n + LATENTS)) {
+        out.copy_from_slice(&row[n..]);
+    }
+}
+
+/// Gauss-Jordan elimination with row pivoting of `n` rows of `width`, the matrix first, the right-hand sides after it.
+///
+/// Singular only for an unstable mode of exactly the wrong growth; a deviation that is not carried on is then lost for one
+/// sample.
+#[inline(always)]
+fn eliminate<const FUSED: bool>(system: &mut [f64], n: usize, width: usize) {
+    for c in 0..n {
+        let size = |r: usize| system[r * width + c].abs();
+        let Some(pivot) = (c..n).max_by(|a, b| size(*a).total_cmp(&size(*b))).filter(|r| size(*r) > 0.0) else {
+            system.fill(0.0);
+            return;
+        };
+        let (before, rest) = system.split_at_mut(c * width);
+        let (row, after) = rest.split_at_mut(width);
+        if pivot > c {
+            row.swap_with_slice(&mut after[(pivot - c - 1) * width..(pivot - c) * width]);
         }
-        model.plant.rates(time, &at.point, &inputs, step.slack, moved);
-        for r in 0..n {
-            at.latents[(r, l)] = (moved[r] - rates[r]) / size;
+        let inverse = 1.0 / row[c];
+        row[c..].iter_mut().for_each(|value| *value *= inverse);
+        for other in before.chunks_exact_mut(width).chain(after.chunks_exact_mut(width)) {
+            let factor = -other[c];
+            if factor != 0.0 {
+                add::<FUSED>(&mut other[c..], factor, &row[c..]);
+            }
         }
     }
 }

@@ -66,7 +66,7 @@ struct LocalRates<S> {
 }
 
 impl Local<'_> {
-    fn rates<S: Real>(&self, length: S, speed: S, turning: S, own: &[S; BLOCK]) -> LocalRates<S> {
+    fn rates<S: Real>(&self, length: S, speed: S, turning: S, own: &[S; BLOCK], command: S) -> LocalRates<S> {
         let zero = S::from(0.0);
         let i = self.cable;
         let data = &self.plant.data.cables[i];
@@ -103,7 +103,6 @@ impl Local<'_> {
             added = effects.pull.iter().fold(added, |sum, kind| sum + kind.pull(&context));
         }
         let winch = WinchContext { time, speed: unstretched_rate };
-        let command = S::from(self.u.winch_force[i]);
         let pull = winch_pull(self.plant, i, command, added, &winch, &states, &mut effect_rates);
         let elastic = |unstretched| elastic::tension(data, &effects.law, time, length, unstretched, &states);
         let mut tension = match data.model {
@@ -146,16 +145,43 @@ impl Linearisation {
     /// Linearises the plant at this instant.
     pub(crate) fn update(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; CABLES]) {
         let e = plant.evaluate(time, y, u, slack);
+        self.linearise(plant, time, y, u, &e);
+    }
+
+    /// Linearises the plant at the instant that `e` is the evaluation of.
+    pub(super) fn linearise(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, e: &Evaluation) {
         self.mass = e.mass;
         self.force_by_pose = [[0.0; 3]; 3];
         self.force_by_twist = [[0.0; 3]; 3];
         let pose = [y[0], y[1], y[2]];
         let twist = [y[3], y[4], y[5]];
-        self.linearise_wrench(plant, time, &pose, &twist, u, &e);
+        self.linearise_wrench(plant, time, &pose, &twist, u, e);
         for i in 0..CABLES {
-            let local = Local { plant, cable: i, time, u, slack: slack[i], pose, twist, evaluation: &e };
+            let local = Local { plant, cable: i, time, u, slack: e.slack[i], pose, twist, evaluation: e };
             self.linearise_cable(&local, y);
         }
+    }
+
+    /// Derivatives of one cable's tension and of its own states' rates with respect to its winch force.
+    pub(super) fn by_winch_force(
+        plant: &Plant,
+        cable: usize,
+        time: f64,
+        y: &[f64],
+        u: &Inputs,
+        e: &Evaluation,
+    ) -> (f64, [f64; BLOCK]) {
+        let (pose, twist) = ([y[0], y[1], y[2]], [y[3], y[4], y[5]]);
+        let local = Local { plant, cable, time, u, slack: e.slack[cable], pose, twist, evaluation: e };
+        let k = &e.kinematics[cable];
+        let states = plant.offset[cable]..plant.effect_states(cable).end;
+        let mut own = [Dual64::from(0.0); BLOCK];
+        for (slot, value) in own.iter_mut().zip(&y[states]) {
+            *slot = Dual64::from(*value);
+        }
+        let command = Dual64::new(u.winch_force[cable], 1.0);
+        let by = local.rates(k.length.into(), k.speed.into(), k.angular_rate.into(), &own, command);
+        (finite(by.tension.eps), by.rates.map(|rate| finite(rate.eps)))
     }
 
     fn linearise_wrench(
@@ -216,7 +242,7 @@ impl Linearisation {
         let derivative = |seed: usize| {
             let s = |value: f64, index: usize| Dual64::new(value, f64::from(u8::from(index == seed)));
             let own: [Dual64; BLOCK] = std::array::from_fn(|k| s(own[k], 3 + k));
-            local.rates(s(k.length, 0), s(k.speed, 1), s(k.angular_rate, 2), &own)
+            local.rates(s(k.length, 0), s(k.speed, 1), s(k.angular_rate, 2), &own, Dual64::from(local.u.winch_force[i]))
         };
         let [by_length, by_speed, by_turning] = [derivative(0), derivative(1), derivative(2)];
         block.rates_by_motion = std::array::from_fn(|r| {

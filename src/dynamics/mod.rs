@@ -4,6 +4,7 @@ mod elastic;
 mod evaluation;
 mod factors;
 mod instant;
+mod jacobian;
 mod linearisation;
 pub(crate) mod matrix3;
 mod residual;
@@ -14,6 +15,7 @@ pub(crate) use elastic::{tension as elastic_tension, unstretched_length};
 pub use evaluation::Evaluation;
 pub(crate) use factors::Factors;
 pub(crate) use instant::{swing_tension, winch_pull};
+pub use jacobian::Jacobian;
 pub(crate) use linearisation::Linearisation;
 
 use crate::geometry::Geometry;

@@ -1,0 +1,81 @@
+//! The derivatives of the plant's rates as dense matrices, for those outside who linearise.
+
+use crate::parameters::CABLES;
+use crate::plant::Plant;
+
+use super::Inputs;
+use super::linearisation::Linearisation;
+use super::matrix3::{inverse, product};
+
+/// Inputs of the plant: three of the disturbance, four winch forces.
+const INPUTS: usize = 3 + CABLES;
+
+/// `∂f/∂y` and `∂f/∂u` of the plant's rates `f` at one instant, by rows.
+///
+/// As exact as Newton's method needs them: the derivatives of the mass matrix and of centrifugal and Coriolis forces are
+/// left out, and so is how a cable's angular rate depends on the pose, and what an expression says of other cables than
+/// its own.
+#[derive(Clone, Debug, Default)]
+pub struct Jacobian {
+    /// Number of states.
+    pub dimension: usize,
+    /// `∂f/∂y`, `dimension` rows and columns.
+    pub by_state: Vec<f64>,
+    /// `∂f/∂u`, 7 columns: disturbance `[f_Dx, f_Dy, τ_D]` (per N, per N m), then the winch forces (per N).
+    pub by_input: Vec<f64>,
+    linearisation: Linearisation,
+}
+
+impl Jacobian {
+    /// Differentiates `plant` at time `time` (s), states `y`, inputs `u`, with the cables in `slack` carrying nothing.
+    pub fn update(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; CABLES]) {
+        let n = plant.dimension();
+        let e = plant.evaluate(time, y, u, slack);
+        self.linearisation.linearise(plant, time, y, u, &e);
+        self.dimension = n;
+        for (matrix, columns) in [(&mut self.by_state, n), (&mut self.by_input, INPUTS)] {
+            matrix.clear();
+            matrix.resize(n * columns, 0.0);
+        }
+        let l = &self.linearisation;
+        let inverse_mass = inverse(&l.mass);
+        let mut set = |column: usize, force: [f64; 3]| {
+            let acceleration = product(&inverse_mass, &force);
+            for (r, a) in acceleration.iter().enumerate() {
+                self.by_state[(3 + r) * n + column] = *a;
+            }
+        };
+        for c in 0..3 {
+            set(c, l.force_by_pose.map(|row| row[c]));
+            set(3 + c, l.force_by_twist.map(|row| row[c]));
+        }
+        for (block, &first) in l.cables.iter().zip(&plant.offset) {
+            for c in 0..block.size {
+                set(first + c, block.jacobian.map(|j| -j * block.tension_by_state[c]));
+            }
+        }
+        for c in 0..3 {
+            self.by_state[c * n + 3 + c] = 1.0;
+            for r in 0..3 {
+                self.by_input[(3 + r) * INPUTS + c] = inverse_mass[r][c];
+            }
+        }
+        for (i, (block, &first)) in l.cables.iter().zip(&plant.offset).enumerate() {
+            let (tension, rates) = Linearisation::by_winch_force(plant, i, time, y, u, &e);
+            let acceleration = product(&inverse_mass, &block.jacobian.map(|j| -j * tension));
+            for (r, a) in acceleration.iter().enumerate() {
+                self.by_input[(3 + r) * INPUTS + 3 + i] = *a;
+            }
+            for r in 0..block.size {
+                let row = &mut self.by_state[(first + r) * n..(first + r + 1) * n];
+                let [length, speed, turning] = block.rates_by_motion[r];
+                for c in 0..3 {
+                    row[c] = length * block.jacobian[c] + speed * block.curvature[c];
+                    row[3 + c] = speed * block.jacobian[c] + turning * block.normal_over_length[c];
+                }
+                row[first..first + block.size].copy_from_slice(&block.rates_by_state[r][..block.size]);
+                self.by_input[(first + r) * INPUTS + 3 + i] = rates[r];
+            }
+        }
+    }
+}
