@@ -51,7 +51,8 @@ impl Jacobian {
         }
         for (block, &first) in l.cables.iter().zip(&plant.offset) {
             for c in 0..block.size {
-                set(first + c, block.jacobian.map(|j| -j * block.tension_by_state[c]));
+                let (along, across) = (block.tension_by_state[c], block.transverse_by_state[c]);
+                set(first + c, std::array::from_fn(|k| block.normal[k] * across - block.jacobian[k] * along));
             }
         }
         for c in 0..3 {

@@ -28,6 +28,9 @@ pub(super) struct CableBlock {
     /// `(∂²L/∂q²) v`.
     pub(super) curvature: [f64; 3],
     pub(super) tension_by_state: [f64; BLOCK],
+    /// Direction of the transverse force in the platform's coordinates, and its derivatives, which Newton's matrix leaves out.
+    pub(super) normal: [f64; 3],
+    pub(super) transverse_by_state: [f64; BLOCK],
     /// By length, its rate, angular rate.
     pub(super) rates_by_motion: [[f64; 3]; BLOCK],
     pub(super) rates_by_state: [[f64; BLOCK]; BLOCK],
@@ -231,6 +234,7 @@ impl Linearisation {
         block.size = plant.effect_states(i).end - plant.offset[i];
         block.jacobian = k.jacobian_row();
         let normal = k.normal_row();
+        block.normal = normal;
         block.normal_over_length = normal.map(|n| n / k.length);
         // ∂²L/∂q² = n nᵀ/L - (E·S) e₃ e₃ᵀ, by (12).
         let mut hessian = [[0.0; 3]; 3];
@@ -251,6 +255,7 @@ impl Linearisation {
         for c in 0..block.size {
             let by_state = derivative(3 + c);
             block.tension_by_state[c] = finite(by_state.tension.eps);
+            block.transverse_by_state[c] = finite(by_state.transverse.eps);
             for r in 0..block.size {
                 block.rates_by_state[r][c] = finite(by_state.rates[r].eps);
             }
