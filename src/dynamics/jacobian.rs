@@ -13,8 +13,7 @@ const INPUTS: usize = 3 + CABLES;
 /// `∂f/∂y` and `∂f/∂u` of the plant's rates `f` at one instant, by rows.
 ///
 /// As exact as Newton's method needs them: the derivatives of the mass matrix and of centrifugal and Coriolis forces are
-/// left out, and so is how a cable's angular rate depends on the pose, and what an expression says of other cables than
-/// its own.
+/// left out, and so is what an expression says of other cables than its own.
 #[derive(Clone, Debug, Default)]
 pub struct Jacobian {
     /// Number of states.
@@ -46,7 +45,19 @@ impl Jacobian {
             }
         };
         for c in 0..3 {
-            set(c, l.force_by_pose.map(|row| row[c]));
+            let mut force = l.force_by_pose.map(|row| row[c]);
+            for (block, kinematics) in l.cables.iter().zip(&e.kinematics) {
+                let (row, normal) = (&block.jacobian, &block.normal);
+                for (k, slot) in force.iter_mut().enumerate() {
+                    let by_turning = normal[k] * block.by_turning[1] - row[k] * block.by_turning[0];
+                    *slot += by_turning * block.turning_by_pose[c] + normal[k] * block.transverse_by_length * row[c]
+                        - block.transverse * row[k] * normal[c] / kinematics.length;
+                }
+                if c == 2 {
+                    force[2] += block.transverse * row[2];
+                }
+            }
+            set(c, force);
             set(3 + c, l.force_by_twist.map(|row| row[c]));
         }
         for (block, &first) in l.cables.iter().zip(&plant.offset) {
@@ -71,7 +82,8 @@ impl Jacobian {
                 let row = &mut self.by_state[(first + r) * n..(first + r + 1) * n];
                 let [length, speed, turning] = block.rates_by_motion[r];
                 for c in 0..3 {
-                    row[c] = length * block.jacobian[c] + speed * block.curvature[c];
+                    row[c] =
+                        length * block.jacobian[c] + speed * block.curvature[c] + turning * block.turning_by_pose[c];
                     row[3 + c] = speed * block.jacobian[c] + turning * block.normal_over_length[c];
                 }
                 row[first..first + block.size].copy_from_slice(&block.rates_by_state[r][..block.size]);

@@ -28,9 +28,14 @@ pub(super) struct CableBlock {
     /// `(∂²L/∂q²) v`.
     pub(super) curvature: [f64; 3],
     pub(super) tension_by_state: [f64; BLOCK],
-    /// Direction of the transverse force in the platform's coordinates, and its derivatives, which Newton's matrix leaves out.
+    /// What Newton's matrix leaves out: the transverse force, along `normal` in the platform's coordinates, and its
+    /// derivatives by length and own states; the angular rate by the pose; tension and transverse force by the angular rate.
     pub(super) normal: [f64; 3],
+    pub(super) transverse: f64,
+    pub(super) transverse_by_length: f64,
     pub(super) transverse_by_state: [f64; BLOCK],
+    pub(super) turning_by_pose: [f64; 3],
+    pub(super) by_turning: [f64; 2],
     /// By length, its rate, angular rate.
     pub(super) rates_by_motion: [[f64; 3]; BLOCK],
     pub(super) rates_by_state: [[f64; BLOCK]; BLOCK],
@@ -249,6 +254,13 @@ impl Linearisation {
             local.rates(s(k.length, 0), s(k.speed, 1), s(k.angular_rate, 2), &own, Dual64::from(local.u.winch_force[i]))
         };
         let [by_length, by_speed, by_turning] = [derivative(0), derivative(1), derivative(2)];
+        // α̇ = n·v/L: n turns with the cable and, in φ, with the platform.
+        block.turning_by_pose =
+            std::array::from_fn(|c| -(k.speed * normal[c] / k.length + k.angular_rate * block.jacobian[c]) / k.length);
+        block.turning_by_pose[2] += local.twist[2] * block.jacobian[2] / k.length;
+        block.transverse = by_length.transverse.re;
+        block.transverse_by_length = finite(by_length.transverse.eps);
+        block.by_turning = [finite(by_turning.tension.eps), finite(by_turning.transverse.eps)];
         block.rates_by_motion = std::array::from_fn(|r| {
             [finite(by_length.rates[r].eps), finite(by_speed.rates[r].eps), finite(by_turning.rates[r].eps)]
         });

@@ -179,12 +179,11 @@ fn newton_matrix_is_exact_without_cable_mass() {
                 assert!(worst < allowed, "{model:?} {id}: {worst:e}");
                 let worst = deviation(&mut random, &plant, 1.0, [false, true, false, true]);
                 assert!(worst < allowed, "{model:?} {id} slack: {worst:e}");
-                // What is left out is small beside stiff cables; other models have nothing larger in those rows.
-                if model == CableModel::LumpedMass || !id.starts_with("cable_") {
-                    for slack in [[false; CABLES], [false, true, false, true]] {
-                        let worst = jacobian_deviation(&mut random, &plant, slack);
-                        assert!(worst < 10.0 * allowed, "{model:?} {id} dense: {worst:e}");
-                    }
+                for slack in [[false; CABLES], [false, true, false, true]] {
+                    let worst = jacobian_deviation(&mut random, &plant, slack);
+                    // Left out: how the tension of a rigid cable, with the acceleration, drives its swinging.
+                    let allowed = if id == "cable_transverse_mode" { 1e-3 } else { 1e-9 };
+                    assert!(worst < allowed, "{model:?} {id} dense: {worst:e}");
                 }
             }
         }
