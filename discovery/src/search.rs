@@ -137,15 +137,15 @@ impl<'a> Search<'a> {
         Ok(self.finish(train, holdout, None))
     }
 
-    /// `-2 log L` on the training data plus the penalty of the parameters.
-    pub(crate) fn score(&self, train: &Fit) -> f64 {
+    /// `-2 log L` on training data plus the penalty of the parameters.
+    pub(crate) fn score(&self, train: &Fit, trials: &[Trial]) -> f64 {
         let cost: f64 = train.model.effects[self.given..].iter().map(|s| self.penalty.of(count_in_use(s).max(1))).sum();
-        train.minus_two_log_likelihood(&self.evidence.train, &train.randomness) + cost
+        train.minus_two_log_likelihood(trials, &train.randomness) + cost
     }
 
     fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
         let e = self.evidence;
-        let score = self.score(&train);
+        let score = self.score(&train, &e.train);
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
         let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
         let gap = [gap_over(HORIZON), gap_over(20.0)];
@@ -160,7 +160,7 @@ impl<'a> Search<'a> {
     /// As [`Search::fit`], given up where the `-2 log L` that is aimed at is out of reach.
     fn fit_towards(&self, model: &Model, from: &Fitted, rounds: usize, aim: Option<f64>) -> Result<Fitted, FitError> {
         let e = self.evidence;
-        let mut train = self.started(model, &from.train)?;
+        let mut train = self.started(model, &from.train, &e.train)?;
         let estimate = refine(&mut train, &e.train, &e.noise, self.given, rounds, aim)?;
         train.fit_randomness(&e.train, &e.noise, false);
         let mut holdout = Fit::new(&train.model, &e.holdout, &train.randomness, Some(&from.holdout))?;
@@ -170,13 +170,12 @@ impl<'a> Search<'a> {
         Ok(self.finish(train, holdout, Some(estimate)))
     }
 
-    /// A fit of `model` on the training data, starting from another one, with its parameters as they are.
-    pub(crate) fn started(&self, model: &Model, from: &Fit) -> Result<Fit, FitError> {
-        let e = self.evidence;
-        let mut fit = Fit::new(model, &e.train, &from.randomness, Some(from))?;
+    /// A fit of `model` on training data, starting from another one, with its parameters as they are.
+    pub(crate) fn started(&self, model: &Model, from: &Fit, trials: &[Trial]) -> Result<Fit, FitError> {
+        let mut fit = Fit::new(model, trials, &from.randomness, Some(from))?;
         if fit.examined.states() != from.examined.states() {
-            fit.smooth(&e.train)?;
-            fit.fit_randomness(&e.train, &e.noise, true);
+            fit.smooth(trials)?;
+            fit.fit_randomness(trials, &self.evidence.noise, true);
         }
         Ok(fit)
     }

@@ -12,12 +12,18 @@ use cdpr::model_file::Model;
 use rayon::prelude::*;
 
 use crate::candidates::Situation;
+use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
 use crate::refine::refine;
 use crate::search::{Fitted, Search, Taken};
 
-/// Gauss-Newton rounds of each pass, and how many of the laws go on after it.
-const PASSES: [(usize, usize); 2] = [(5, 4), (3, 1)];
+/// Length of the beginnings of trials (s) by which laws are chosen for the whole.
+const BEGINNING: f64 = 30.0;
+/// Laws that go on to the whole.
+const FINALISTS: usize = 4;
+/// Gauss-Newton rounds on the beginnings, and on the whole.
+const FIRST_ROUNDS: usize = 6;
+const LAST_ROUNDS: usize = 3;
 
 /// A law: effects that belong together, with the rivals each would have.
 type Law = Vec<(EffectSpec, Vec<EffectSpec>)>;
@@ -58,16 +64,15 @@ impl Search<'_> {
                 Try { model, law, reached: None }
             })
             .collect();
-        for (pass, (rounds, kept)) in PASSES.into_iter().enumerate() {
-            let (done, count) = (AtomicUsize::new(0), tried.len() as f64);
-            tried.par_iter_mut().for_each(|law| {
-                law.refine(self, base, rounds);
-                let share = (pass as f64 + done.fetch_add(1, Ordering::Relaxed) as f64 / count) / PASSES.len() as f64;
-                (self.progress)("a second look at friction, limits, sag and cable mass", 0.5 + 0.2 * share);
-            });
-            tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
-            tried.truncate(kept);
-        }
+        // All laws on the beginnings of the trials, the best of them on the whole.
+        let trials = &self.evidence.train;
+        let beginnings: Vec<Trial> = trials.iter().map(beginning).collect();
+        let mut begun = Fit::new(&base.train.model, &beginnings, &base.train.randomness, None)?;
+        begun.smooth(&beginnings)?;
+        begun.smooth(&beginnings)?;
+        self.refine_all(&mut tried, &beginnings, &begun, FIRST_ROUNDS, 0.5);
+        tried.truncate(FINALISTS);
+        self.refine_all(&mut tried, trials, &base.train, LAST_ROUNDS, 0.6);
         let Some(best) = tried.into_iter().next() else { return Ok(None) };
         let Some((fit, _)) = best.reached else { return Ok(None) };
         let mut start = base.clone();
@@ -84,31 +89,40 @@ impl Search<'_> {
         self.taken = best.law.into_iter().map(|(_, rivals)| Taken::new(rivals, delta_bic, None)).collect();
         Ok(Some(next))
     }
+
+    /// Refines all laws on `trials`, from a fit of the model without them, and puts the best first. Progress goes from
+    /// `begun` on by a tenth.
+    fn refine_all(&self, tried: &mut [Try], trials: &[Trial], base: &Fit, rounds: usize, begun: f64) {
+        let (done, count) = (AtomicUsize::new(0), tried.len() as f64);
+        tried.par_iter_mut().for_each(|law| {
+            law.reached = self.started(&law.model, base, trials).ok().and_then(|mut fit| {
+                refine(&mut fit, trials, &self.evidence.noise, self.given, rounds, None).ok()?;
+                law.model = fit.model.clone();
+                let score = self.score(&fit, trials);
+                Some((fit, score))
+            });
+            let share = done.fetch_add(1, Ordering::Relaxed) as f64 / count;
+            (self.progress)("a second look at friction, limits, sag and cable mass", begun + 0.1 * share);
+        });
+        tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
+    }
+}
+
+/// The first part of a trial.
+fn beginning(trial: &Trial) -> Trial {
+    let end = trial.time.iter().take_while(|t| **t - trial.time[0] <= BEGINNING).count();
+    trial.part(0..end, trial.name.clone())
 }
 
 /// A law under trial.
 struct Try {
     model: Model,
     law: Law,
-    /// The fit so far, with its score.
+    /// The fit so far, with its score; none of a law that cannot be simulated.
     reached: Option<(Fit, f64)>,
 }
 
 impl Try {
-    /// Refines the law some rounds further; a law that cannot be simulated reaches nothing.
-    fn refine(&mut self, search: &Search<'_>, base: &Fitted, rounds: usize) {
-        let e = search.evidence;
-        let start = match self.reached.take() {
-            Some((fit, _)) => Some(fit),
-            None => search.started(&self.model, &base.train).ok(),
-        };
-        self.reached = start.and_then(|mut fit| {
-            refine(&mut fit, &e.train, &e.noise, search.given, rounds, None).ok()?;
-            let score = search.score(&fit);
-            Some((fit, score))
-        });
-    }
-
     fn score(&self) -> f64 {
         self.reached.as_ref().map_or(f64::INFINITY, |r| r.1)
     }
