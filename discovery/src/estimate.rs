@@ -209,8 +209,7 @@ impl Fit {
             .par_iter()
             .enumerate()
             .map(|(t, trial)| linearise(&self.examined, trial, &self.trajectories[t], &self.first[t]))
-            .collect::<Result<_, _>>()
-            .map_err(FitError::Simulation)?;
+            .collect::<Result<_, _>>()?;
         Ok(())
     }
 
@@ -316,6 +315,14 @@ pub enum FitError {
     /// The model cannot be simulated along the data.
     #[error("the model cannot be simulated along the data: {0}")]
     Simulation(RadauError),
+    /// The trajectory that should fit the data has run away from them.
+    #[error("{trial}: the model's trajectory does not settle near the data at {time} s")]
+    Diverged {
+        /// The trial.
+        trial: String,
+        /// Time in it (s).
+        time: f64,
+    },
 }
 
 /// First guess of the random parts, before any fit.

@@ -2,12 +2,12 @@
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectKind;
-use cdpr::integrator::RadauError;
 use cdpr::parameters::CABLES;
 use cdpr::plant::EffectStates;
 use cdpr::simulation::Simulation;
 
 use crate::data::{Channel, Trial};
+use crate::estimate::FitError;
 use crate::model::{Examined, LATENTS, disturb};
 use crate::variation::{Step, Variation};
 
@@ -110,16 +110,19 @@ pub(crate) fn prior_deviation(model: &Examined) -> Vec<f64> {
     deviation
 }
 
+/// Steps of the integrator (a sample, on average) from which a trajectory is taken for one that has run away.
+const STEPS: u64 = 100;
+
 /// Linearises `model` along `trajectory`.
 ///
 /// # Errors
-/// When the model cannot be simulated from a point of the trajectory.
+/// When the model cannot be simulated from a point of the trajectory, or only in steps far smaller than a sample.
 pub(crate) fn linearise(
     model: &Examined,
     trial: &Trial,
     trajectory: &Trajectory,
     first: &[f64],
-) -> Result<LinearTrial, RadauError> {
+) -> Result<LinearTrial, FitError> {
     let n = model.states();
     let width = n + LATENTS;
     let m = trial.channels.len();
@@ -147,7 +150,11 @@ pub(crate) fn linearise(
             break;
         }
         let interval = trial.time[k + 1] - trial.time[k];
-        simulation.advance(interval)?;
+        simulation.advance(interval).map_err(FitError::Simulation)?;
+        let cost = simulation.statistics();
+        if cost.steps + cost.rejections + cost.newton_failures > STEPS * (k as u64 + 10) {
+            return Err(FitError::Diverged { trial: trial.name.clone(), time: trial.time[k] });
+        }
         let next = simulation.states();
         for c in 0..n {
             defect[k * n + c] = next[c] - trajectory.states(k + 1)[c];

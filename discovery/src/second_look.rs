@@ -20,10 +20,10 @@ use crate::search::{Fitted, Search, Taken};
 /// Length of the beginnings of trials (s) by which laws are chosen for the whole.
 const BEGINNING: f64 = 30.0;
 /// Laws that go on to the whole.
-const FINALISTS: usize = 4;
+const FINALISTS: usize = 3;
 /// Gauss-Newton rounds on the beginnings, and on the whole.
 const FIRST_ROUNDS: usize = 6;
-const LAST_ROUNDS: usize = 3;
+const LAST_ROUNDS: usize = 5;
 
 /// A law: effects that belong together, with the rivals each would have.
 type Law = Vec<(EffectSpec, Vec<EffectSpec>)>;
@@ -64,7 +64,8 @@ impl Search<'_> {
                 Try { model, law, reached: None }
             })
             .collect();
-        // All laws on the beginnings of the trials, the best of them on the whole.
+        // All laws on the beginnings of the trials, the best of them on the whole; anew, for what is best for a beginning may
+        // be a dead end.
         let trials = &self.evidence.train;
         let beginnings: Vec<Trial> = trials.iter().map(beginning).collect();
         let mut begun = Fit::new(&base.train.model, &beginnings, &base.train.randomness, None)?;
@@ -97,7 +98,7 @@ impl Search<'_> {
         tried.par_iter_mut().for_each(|law| {
             law.reached = self.started(&law.model, base, trials).ok().and_then(|mut fit| {
                 refine(&mut fit, trials, &self.evidence.noise, self.given, rounds, None).ok()?;
-                law.model = fit.model.clone();
+
                 let score = self.score(&fit, trials);
                 Some((fit, score))
             });
