@@ -15,7 +15,7 @@ use crate::outcome::{
     Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Stability, Verdict,
 };
 use crate::report::phrase;
-use crate::search::{Evidence, Fitted, NOTHING_LEFT, Progress, Search};
+use crate::search::{Evidence, Fitted, NOTHING_LEFT, Progress, Search, Trained};
 use crate::stability::stability;
 use crate::verify;
 use crate::write::{label, place};
@@ -215,17 +215,18 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
         let at = search.given + k;
         let mut others = search.rivals_of(&fitted, at);
         let weight = |delta: f64| INDISTINGUISHABLE.max(INDISTINGUISHABLE_SHARE * delta.abs());
-        let better = others.first().is_some_and(|(_, other)| {
-            if degenerate(&other.train.model.effects[at]) {
+        let better = others.first().is_some_and(|(effect, other)| {
+            if degenerate(effect) {
                 return false;
             }
             // A richer law must be better by what counts; one as simple, at all.
-            let size = |f: &Fitted| count_in_use(&f.train.model.effects[at]);
-            let richer = size(other) > size(&fitted);
+            let richer = count_in_use(effect) > count_in_use(&fitted.train.model.effects[at]);
             other.score < fitted.score - if richer { 2.0 * weight(search.taken[k].delta_bic) } else { 0.0 }
         });
-        if better {
-            let (effect, other) = others.remove(0);
+        let better = if better { Some(others.remove(0)) } else { None };
+        if let Some((effect, other)) = better
+            && let Ok(other) = search.verified(other, &fitted)
+        {
             let effect_id = effect.id.clone();
             let old = fitted.train.model.effects[at].clone();
             search.steps.push(SearchStep {
@@ -238,8 +239,8 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
             search.taken[k].rivals.retain(|rival| rival.id != effect_id);
             search.taken[k].rivals.push(old.clone());
             search.taken.iter_mut().for_each(|taken| taken.without = None);
-            others.push((old, fitted));
-            fitted = other;
+            let before = std::mem::replace(&mut fitted, other);
+            others.push((old, Trained { fit: before.train, estimate: before.estimate, score: before.score }));
             replaced = true;
         }
         let limit = weight(search.taken[k].delta_bic);
@@ -249,10 +250,10 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
                 let delta_bic = other.score - fitted.score;
                 Alternative {
                     separate_by: separate_by(&fitted.train.model.effects[at], &effect),
+                    indistinguishable: delta_bic < limit && !degenerate(&effect),
                     effect,
                     delta_bic,
                     correlation: None,
-                    indistinguishable: delta_bic < limit && !degenerate(&other.train.model.effects[at]),
                 }
             })
             .collect();

@@ -26,7 +26,16 @@ pub(crate) struct Fit {
     pub(crate) trajectories: Vec<Trajectory>,
     pub(crate) linear: Vec<LinearTrial>,
     pub(crate) randomness: Randomness,
+    /// Share of its next move that each trajectory takes.
+    pace: Vec<f64>,
 }
+
+/// Share of a move that a trajectory takes where whole moves overshoot: where friction turns its sign within a sample.
+const SLOW: f64 = 0.7;
+/// Share of the defects that a move may leave.
+const LEFT: f64 = 0.6;
+/// Change of `-2 log L` by a move below which a trajectory has settled.
+const SETTLED: f64 = 1.0;
 
 /// Noise of each channel of [`Channel::all`], pooled over trials, from the data alone; `NAN` where it is not measured.
 pub(crate) fn noise_of_data(trials: &[Trial]) -> Vec<f64> {
@@ -198,6 +207,7 @@ impl Fit {
             trajectories,
             linear: Vec::new(),
             randomness: randomness.clone(),
+            pace: before.map_or_else(|| vec![1.0; trials.len()], |fit| fit.pace.clone()),
         };
         fit.linearise(trials)?;
         Ok(fit)
@@ -213,22 +223,56 @@ impl Fit {
         Ok(())
     }
 
-    /// Moves the trajectories to the smoothed states and linearises there.
-    pub(crate) fn smooth(&mut self, trials: &[Trial]) -> Result<(), FitError> {
-        let moves: Vec<Vec<f64>> = (0..trials.len())
+    /// Moves the trajectories to the smoothed states, or most of the way where that has overshot before, and linearises
+    /// there. Returns `-2 log L` as it was before.
+    pub(crate) fn smooth(&mut self, trials: &[Trial]) -> Result<f64, FitError> {
+        let before: Vec<f64> = self.linear.iter().map(LinearTrial::total_defect).collect();
+        let moves: Vec<(Vec<f64>, f64)> = (0..trials.len())
             .into_par_iter()
             .map(|t| {
                 let randomness = for_trial(&self.randomness, &trials[t]);
                 let filtered = filter(&self.linear[t], &randomness, Keep::Covariance);
-                smooth(&self.linear[t], &randomness, &filtered).deviation
+                (smooth(&self.linear[t], &randomness, &filtered).deviation, filtered.minus_two_log_likelihood)
             })
             .collect();
-        for (trajectory, deviation) in self.trajectories.iter_mut().zip(&moves) {
+        for ((trajectory, (deviation, _)), pace) in self.trajectories.iter_mut().zip(&moves).zip(&self.pace) {
             for (value, move_) in trajectory.values.iter_mut().zip(deviation) {
-                *value += move_;
+                *value += pace * move_;
             }
         }
-        self.linearise(trials)
+        self.linearise(trials)?;
+        for ((pace, linear), before) in self.pace.iter_mut().zip(&self.linear).zip(before) {
+            *pace = if linear.total_defect() > LEFT * before { SLOW } else { 1.0 };
+        }
+        Ok(moves.iter().map(|(_, value)| value).sum())
+    }
+
+    /// Moves the trajectories until they stay, at most so often.
+    pub(crate) fn settle(&mut self, trials: &[Trial], most: usize) -> Result<(), FitError> {
+        let mut last = f64::INFINITY;
+        for _ in 0..most {
+            let value = self.smooth(trials)?;
+            if (last - value).abs() < SETTLED {
+                break;
+            }
+            last = value;
+        }
+        Ok(())
+    }
+
+    /// Whether the last move of a trajectory left most of its defects.
+    pub(crate) fn overshoots(&self) -> bool {
+        self.pace.iter().any(|pace| *pace < 1.0)
+    }
+
+    /// The same fit on the beginnings of its trials.
+    pub(crate) fn begun(&self, beginnings: &[Trial]) -> Result<Self, FitError> {
+        let mut begun = Self { linear: Vec::new(), ..self.clone() };
+        for (trajectory, trial) in begun.trajectories.iter_mut().zip(beginnings) {
+            trajectory.values.truncate(trial.len() * trajectory.width);
+        }
+        begun.linearise(beginnings)?;
+        Ok(begun)
     }
 
     pub(crate) fn filter(&self, trials: &[Trial], randomness: &Randomness, keep: Keep) -> Vec<Filtered> {

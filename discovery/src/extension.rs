@@ -6,13 +6,17 @@
 
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
+use rayon::prelude::*;
 
+use crate::candidates::Situation;
 use crate::estimate::FitError;
-use crate::search::{EVIDENCE, Fitted, NOTHING_LEFT, ROUNDS, Search};
+use crate::search::{EVIDENCE, Fitted, ROUNDS, Search, Trained};
 use crate::verify;
 
 /// Rounds of a refinement by which a start is judged.
 const FIRST_ROUNDS: usize = 3;
+/// Moves by which a trajectory settles where friction has become a state.
+const SETTLING: usize = 3;
 /// Most refinements one after the other.
 const MOST_REFINEMENTS: usize = 3;
 /// Deflections (m) at which friction may begin to slide.
@@ -75,24 +79,107 @@ fn with(model: &Model, at: usize, values: &[(&str, f64)]) -> Model {
     model
 }
 
+/// Laws of friction in a winch and its pulley.
+const FRICTION: [&str; 3] = ["winch_coulomb_friction", "winch_stribeck_friction", "pulley_capstan_loss"];
+
+pub(crate) fn is_friction(effect: &EffectSpec) -> bool {
+    FRICTION.contains(&effect.id.as_str())
+}
+
+/// The other laws of friction at the place of `effect`, of its size, at a mean tension (N).
+fn kin_of(effect: &EffectSpec, tension: f64) -> Vec<EffectSpec> {
+    let force = value_of(effect, "force").or(value_of(effect, "coulomb"));
+    let Some(force) = force.or(value_of(effect, "loss").map(|loss| loss * tension)) else { return Vec::new() };
+    let values: [&[f64]; 3] = [&[force, 0.02], &[force, 1.3 * force, 0.1, 10.0], &[force / tension, 0.02]];
+    let others = FRICTION.into_iter().zip(values).filter(|(id, _)| *id != effect.id);
+    others.filter_map(|(id, values)| EffectSpec::new(id, effect.cable, values).ok()).collect()
+}
+
+/// How far a law's presliding has got.
+fn stage(effect: &EffectSpec) -> Stage {
+    match (value_of(effect, "presliding_stiffness"), value_of(effect, "presliding_damping")) {
+        (Some(stiffness), Some(damping)) if stiffness > 0.0 && damping > 0.0 => Stage::Complete,
+        (Some(stiffness), _) if stiffness > 0.0 => Stage::Undamped,
+        _ => Stage::Static,
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// No presliding.
+    Static,
+    /// Presliding without damping.
+    Undamped,
+    /// Presliding with all that belongs to it.
+    Complete,
+}
+
 impl Search<'_> {
-    /// `fitted` with the extensions of the law of effect `at` that earn their place.
-    pub(crate) fn extend(&mut self, mut fitted: Fitted, at: usize) -> Result<Fitted, FitError> {
-        let effect = fitted.train.model.effects[at].clone();
-        let plain = |name: &str| index_of(&effect, name).is_some_and(|k| !in_use(&effect, k));
-        if !plain("presliding_stiffness") {
+    /// `fitted` with effect `at`, if that is friction, as the law of friction and with the extensions that earn their place:
+    /// chosen by the beginnings of the trials, then fitted to the whole.
+    pub(crate) fn extend(&mut self, fitted: Fitted, at: usize) -> Result<Fitted, FitError> {
+        let effect = &fitted.train.model.effects[at];
+        if !is_friction(effect) || stage(effect) == Stage::Complete {
             return Ok(fitted);
         }
         (self.progress)("fitting the shape of friction", 0.2);
-        for (name, value) in SHAPES.into_iter().filter(|(name, _)| plain(name)) {
-            let model = with(&fitted.train.model, at, &[(name, value)]);
-            let next = self.fit(&model, &fitted, ROUNDS);
-            let Some(next) = self.earned(&fitted, next.ok(), at) else { break };
-            fitted = next;
+        let mut begun = self.on_beginnings(&fitted)?;
+        if stage(effect) == Stage::Undamped {
+            begun = self.damped(begun, at)?;
+        } else {
+            begun = self.shaped(begun, at);
+            if self.something_left(&begun) {
+                if let Some(kin) = self.kin(&begun, at) {
+                    begun = self.shaped(kin, at);
+                }
+                if let Some(next) = self.presliding(&begun, at)? {
+                    begun = next;
+                }
+            }
         }
-        if self.something_left(&fitted) {
-            let next = self.presliding(&fitted, at)?;
-            fitted = self.earned(&fitted, next, at).unwrap_or(fitted);
+        self.as_begun(fitted, &begun, at)
+    }
+
+    /// `fitted` with the law of effect `at` that was chosen by the beginnings of the trials, if it earns its place.
+    fn as_begun(&mut self, fitted: Fitted, begun: &Trained, at: usize) -> Result<Fitted, FitError> {
+        let (old, new) = (fitted.train.model.effects[at].clone(), &begun.fit.model.effects[at]);
+        if old.id == new.id && count_in_use(&old) == count_in_use(new) {
+            return Ok(fitted);
+        }
+        // Where friction becomes a state, the trajectory must settle before anything is refined.
+        let mut start = self.started(&begun.fit.model, &fitted.train, &self.evidence.train)?;
+        start.settle(&self.evidence.train, SETTLING)?;
+        let trained = self.train(&begun.fit.model, &start, &self.evidence.train, ROUNDS, None)?;
+        if trained.score >= fitted.score - EVIDENCE {
+            return Ok(fitted);
+        }
+        let next = self.verified(trained, &fitted)?;
+        if !Self::helps(&fitted, &next) {
+            return Ok(fitted);
+        }
+        let change = next.score - fitted.score;
+        let new = next.train.model.effects[at].clone();
+        let taken = &mut self.taken[at - self.given];
+        taken.delta_bic += change;
+        taken.rivals.retain(|rival| rival.id != new.id);
+        if old.id == new.id {
+            self.note(&new, "extended", change, "");
+        } else {
+            let reason = format!("in place of {}", old.id);
+            taken.rivals.insert(0, old);
+            self.note(&new, "replaced", change, &reason);
+        }
+        Ok(next)
+    }
+
+    /// Shapes that friction found before needs once another effect stands beside it.
+    pub(crate) fn reshape(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+        for at in self.given..fitted.train.model.effects.len() {
+            let effect = &fitted.train.model.effects[at];
+            if is_friction(effect) && stage(effect) == Stage::Static {
+                let begun = self.shaped(self.on_beginnings(&fitted)?, at);
+                fitted = self.as_begun(fitted, &begun, at)?;
+            }
         }
         Ok(fitted)
     }
@@ -100,90 +187,121 @@ impl Search<'_> {
     /// Once all effects stand: extensions that were too much as long as other effects were missing, and no presliding that
     /// stood for one of these.
     pub(crate) fn settle_extensions(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
-        let effects = self.given..fitted.train.model.effects.len();
-        let alone = effects.len() < 2;
-        for at in effects {
-            if value_of(&fitted.train.model.effects[at], "presliding_stiffness").is_none_or(|s| s == 0.0) {
-                fitted = self.extend(fitted, at)?;
-            } else if !alone {
-                let model = with(&fitted.train.model, at, &STATIC);
-                let next = self.fit_without(&model, &fitted, ROUNDS).ok();
-                if let Some(next) = next.filter(|next| next.score < fitted.score + EVIDENCE) {
-                    self.note(&next.train.model.effects[at].clone(), "simplified", next.score - fitted.score, "");
-                    fitted = next;
-                }
+        for at in self.given..fitted.train.model.effects.len() {
+            if stage(&fitted.train.model.effects[at]) != Stage::Static {
+                fitted = self.without_presliding(fitted, at)?;
             }
+            fitted = self.extend(fitted, at)?;
         }
         Ok(fitted)
     }
 
-    /// `next` where it is better than `before` by what counts, noted as such.
-    fn earned(&mut self, before: &Fitted, next: Option<Fitted>, at: usize) -> Option<Fitted> {
-        let next = next.filter(|next| next.score < before.score - EVIDENCE && Self::helps(before, next))?;
-        let change = next.score - before.score;
-        self.taken[at - self.given].delta_bic += change;
-        self.note(&next.train.model.effects[at].clone(), "extended", change, "");
-        Some(next)
+    /// `fitted` with effect `at` as a static law, if that is as good.
+    fn without_presliding(&mut self, fitted: Fitted, at: usize) -> Result<Fitted, FitError> {
+        let begun = self.on_beginnings(&fitted)?;
+        let model = with(&begun.fit.model, at, &STATIC);
+        let start = self.loosened(&model, &begun.fit, &self.beginnings)?;
+        let fixed = self.train(&model, &start, &self.beginnings, ROUNDS, None);
+        let Some(fixed) = fixed.ok().filter(|fixed| fixed.score < begun.score + EVIDENCE) else { return Ok(fitted) };
+        let next = self.fit_without(&fixed.fit.model, &fitted, ROUNDS)?;
+        if next.score >= fitted.score + EVIDENCE {
+            return Ok(fitted);
+        }
+        self.note(&next.train.model.effects[at].clone(), "simplified", next.score - fitted.score, "");
+        Ok(next)
     }
 
-    /// Whether the model leaves a gap on held-out data or a residual that is not white.
-    fn something_left(&self, fitted: &Fitted) -> bool {
-        let noise = &fitted.train.randomness.noise;
-        fitted.gap[0] > NOTHING_LEFT
-            || verify::whiteness(&fitted.train, &self.evidence.train, noise).iter().any(|w| w.statistic > w.limit)
+    /// `fitted` on the beginnings of the trials, with its parameters fitted to them.
+    fn on_beginnings(&self, fitted: &Fitted) -> Result<Trained, FitError> {
+        let begun = fitted.train.begun(&self.beginnings)?;
+        self.train(&fitted.train.model, &begun, &self.beginnings, FIRST_ROUNDS, None)
     }
 
-    /// The law of effect `at` with presliding, first without damping, in place of the shapes of a static law.
-    fn presliding(&self, fitted: &Fitted, at: usize) -> Result<Option<Fitted>, FitError> {
-        let effect = &fitted.train.model.effects[at];
+    /// Whether the model leaves residuals on the beginnings of the trials that are not white.
+    fn something_left(&self, begun: &Trained) -> bool {
+        let noise = &begun.fit.randomness.noise;
+        verify::whiteness(&begun.fit, &self.beginnings, noise).iter().any(|w| w.statistic > w.limit)
+    }
+
+    /// The law of effect `at` with the shapes that it needs on the beginnings of the trials.
+    fn shaped(&self, mut begun: Trained, at: usize) -> Trained {
+        for (name, value) in SHAPES {
+            let effect = &begun.fit.model.effects[at];
+            if index_of(effect, name).is_none_or(|k| in_use(effect, k)) {
+                continue;
+            }
+            let model = with(&begun.fit.model, at, &[(name, value)]);
+            let next = self.train(&model, &begun.fit, &self.beginnings, ROUNDS, None);
+            let Some(next) = next.ok().filter(|next| next.score < begun.score) else { break };
+            begun = next;
+        }
+        begun
+    }
+
+    /// The other law of friction that explains the beginnings of the trials better than effect `at`, if any does.
+    fn kin(&self, begun: &Trained, at: usize) -> Option<Trained> {
+        let laws = kin_of(&begun.fit.model.effects[at], Situation::of(&self.beginnings).mean_tension);
+        let tried = laws.into_par_iter().filter_map(|law| {
+            let mut model = begun.fit.model.clone();
+            model.effects[at] = law;
+            let start = self.loosened(&model, &begun.fit, &self.beginnings).ok()?;
+            self.train(&model, &start, &self.beginnings, ROUNDS, None).ok()
+        });
+        let best = tried.min_by(|a, b| a.score.total_cmp(&b.score))?;
+        (best.score < begun.score - 2.0 * EVIDENCE).then_some(best)
+    }
+
+    /// The law of effect `at` with presliding, first without damping, in place of the shapes of a static law; on the
+    /// beginnings of the trials, where it is better.
+    fn presliding(&self, begun: &Trained, at: usize) -> Result<Option<Trained>, FitError> {
+        let effect = &begun.fit.model.effects[at];
         let Some(force) = value_of(effect, "force").or(value_of(effect, "coulomb")) else { return Ok(None) };
-        let sharp = with(&fitted.train.model, at, &[("transition_speed", SHARP), ("tail", 0.0), ("algebraic", 0.0)]);
+        let sharp = with(&begun.fit.model, at, &[("transition_speed", SHARP), ("tail", 0.0), ("algebraic", 0.0)]);
         let starts = DEFLECTIONS.map(|deflection| vec![("presliding_stiffness", force / deflection)]);
-        let Some(dahl) = self.tried(&sharp, at, &starts, fitted).next() else { return Ok(None) };
-        let dahl = self.refined_once(&dahl)?;
-        let Some(stiffness) = value_of(&dahl.train.model.effects[at], "presliding_stiffness") else { return Ok(None) };
+        let Some(dahl) = self.tried(&sharp, at, &starts, begun) else { return Ok(None) };
+        self.damped(self.refined_once(&dahl)?, at).map(Some)
+    }
+
+    /// Presliding of effect `at` with the damping that it needs on the beginnings of the trials.
+    fn damped(&self, dahl: Trained, at: usize) -> Result<Trained, FitError> {
+        let stiffness = value_of(&dahl.fit.model.effects[at], "presliding_stiffness").unwrap_or_default();
         let starts = DAMPING_SPEEDS
             .map(|speed| vec![("presliding_damping", DAMPING_TIME * stiffness), ("damping_speed", speed)]);
-        let model = with(&dahl.train.model, at, &[("transition_speed", 0.1 * SHARP)]);
-        let damped = self.tried(&model, at, &starts, &dahl).min_by(|a, b| a.score.total_cmp(&b.score));
-        self.refined(damped.unwrap_or(dahl)).map(Some)
+        let model = with(&dahl.fit.model, at, &[("transition_speed", 0.1 * SHARP)]);
+        let damped = self.tried(&model, at, &starts, &dahl);
+        self.refined(damped.unwrap_or(dahl))
     }
 
-    /// Effect `at` from several starts, as far as a few rounds bring it, where that is better than `from`.
-    fn tried<'a>(
-        &'a self,
-        model: &'a Model,
-        at: usize,
-        starts: &'a [Vec<(&'a str, f64)>],
-        from: &'a Fitted,
-    ) -> impl Iterator<Item = Fitted> + 'a {
-        let tried = starts.iter().filter_map(move |start| self.fit(&with(model, at, start), from, FIRST_ROUNDS).ok());
-        tried.filter(|next| next.score < from.score - EVIDENCE)
+    /// Effect `at` from several starts, as far as a few rounds bring it: the best, if better than `from`.
+    fn tried(&self, model: &Model, at: usize, starts: &[Vec<(&str, f64)>], from: &Trained) -> Option<Trained> {
+        let tried = starts.par_iter().filter_map(|start| {
+            self.train(&with(model, at, start), &from.fit, &self.beginnings, FIRST_ROUNDS, None).ok()
+        });
+        let best = tried.min_by(|a, b| a.score.total_cmp(&b.score))?;
+        (best.score < from.score - EVIDENCE).then_some(best)
     }
 
-    /// `fitted` refined until nothing is gained.
-    fn refined(&self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+    /// `begun` refined until nothing is gained.
+    fn refined(&self, mut begun: Trained) -> Result<Trained, FitError> {
         for _ in 0..MOST_REFINEMENTS {
-            let next = self.refined_once(&fitted)?;
-            let gained = fitted.score - next.score;
+            let next = self.refined_once(&begun)?;
+            let gained = begun.score - next.score;
             if gained > 0.0 {
-                fitted = next;
+                begun = next;
             }
             if gained < EVIDENCE {
                 break;
             }
         }
-        Ok(fitted)
+        Ok(begun)
     }
 
-    /// `fitted` refined from a trajectory that has settled: where friction has just become a state, one round of smoothing
+    /// `begun` refined from a trajectory that has settled: where friction has just become a state, one round of smoothing
     /// is too little, and steps from there fail.
-    fn refined_once(&self, fitted: &Fitted) -> Result<Fitted, FitError> {
-        let mut start = fitted.clone();
-        for _ in 0..2 {
-            start.train.smooth(&self.evidence.train)?;
-        }
-        self.fit(&fitted.train.model, &start, ROUNDS)
+    fn refined_once(&self, begun: &Trained) -> Result<Trained, FitError> {
+        let mut start = begun.fit.clone();
+        start.settle(&self.beginnings, SETTLING)?;
+        self.train(&begun.fit.model, &start, &self.beginnings, ROUNDS, None)
     }
 }
 

@@ -18,6 +18,7 @@ mod estimate;
 mod extension;
 mod gap;
 mod kalman;
+mod late;
 mod model;
 mod null_test;
 mod path;

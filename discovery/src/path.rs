@@ -64,6 +64,13 @@ impl LinearTrial {
     pub(crate) fn width(&self) -> usize {
         self.states + LATENTS
     }
+
+    /// Sum of all defects, each relative to the typical size of its state.
+    pub(crate) fn total_defect(&self) -> f64 {
+        let of_step =
+            |step: &[f64]| step.iter().zip(&self.prior_deviation).map(|(d, size)| d.abs() / size).sum::<f64>();
+        self.defect.chunks_exact(self.states).map(of_step).sum()
+    }
 }
 
 /// Steps by which states are moved for differences: far above the integrator's error, far below curvature.

@@ -15,6 +15,8 @@ use crate::signature;
 
 /// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
 const SETTLED: f64 = 0.1;
+/// Most further moves of a trajectory that overshoots.
+const MOST_MOVES: usize = 8;
 /// Share of its promise that a proposal must keep to be taken without looking at others.
 const KEPT_PROMISE: f64 = 0.5;
 
@@ -180,6 +182,9 @@ fn moved(
     let mut next = Fit::new(&model, trials, &proposal.randomness, Some(fit)).ok()?;
     // The trajectory gets better with the parameters, and the signatures with the trajectory.
     next.smooth(trials).ok()?;
+    if next.overshoots() {
+        next.settle(trials, MOST_MOVES).ok()?;
+    }
     Some(next)
 }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::candidates::{Library, Situation, catalogue, dictionary};
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, FitError, for_trial};
-use crate::extension::{count_in_use, extended_like};
+use crate::extension::{count_in_use, extended_like, is_friction};
 use crate::gap::{gap, predict};
 use crate::kalman::{Forcing, Keep, Randomness, filter, whiten};
 use crate::null_test::{Weighing, of_time_alone};
@@ -34,6 +34,10 @@ pub(crate) const NOTHING_LEFT: f64 = 1.1;
 const MOST_EFFECTS: usize = 5;
 /// Most rivals of one effect that are fitted in full.
 const MOST_RIVALS: usize = 3;
+/// Most moves of the trajectory on held-out data.
+const MOST_MOVES: usize = 30;
+/// Length of the beginnings of trials (s).
+const BEGINNING: f64 = 30.0;
 /// Gauss-Newton rounds of a refinement.
 pub(crate) const ROUNDS: usize = 10;
 
@@ -74,6 +78,14 @@ impl Fitted {
     }
 }
 
+/// A model fitted to training data.
+pub(crate) struct Trained {
+    pub(crate) fit: Fit,
+    pub(crate) estimate: Option<Estimate>,
+    /// `-2 log L` on these data plus the penalty of the parameters.
+    pub(crate) score: f64,
+}
+
 /// An effect that was taken up, with the rivals it had then.
 #[derive(Clone)]
 pub(crate) struct Taken {
@@ -93,6 +105,8 @@ impl Taken {
 
 pub(crate) struct Search<'a> {
     pub(crate) evidence: &'a Evidence,
+    /// The beginnings of the training trials, by which laws are chosen for the whole.
+    pub(crate) beginnings: Vec<Trial>,
     /// Number of effects that the model as given has.
     pub(crate) given: usize,
     pub(crate) taken: Vec<Taken>,
@@ -112,6 +126,7 @@ impl<'a> Search<'a> {
             evidence.train.iter().map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count()).sum();
         Self {
             evidence,
+            beginnings: evidence.train.iter().map(beginning).collect(),
             given,
             taken: Vec::new(),
             steps: Vec::new(),
@@ -154,20 +169,40 @@ impl<'a> Search<'a> {
 
     /// Fits `model`, starting from another fit, with its own effects' parameters refined.
     pub(crate) fn fit(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
-        self.fit_towards(model, from, rounds, None)
+        let trained = self.train(model, &from.train, &self.evidence.train, rounds, None)?;
+        self.verified(trained, from)
     }
 
-    /// As [`Search::fit`], given up where the `-2 log L` that is aimed at is out of reach.
-    fn fit_towards(&self, model: &Model, from: &Fitted, rounds: usize, aim: Option<f64>) -> Result<Fitted, FitError> {
-        let e = self.evidence;
-        let mut train = self.started(model, &from.train, &e.train)?;
-        let estimate = refine(&mut train, &e.train, &e.noise, self.given, rounds, aim)?;
-        train.fit_randomness(&e.train, &e.noise, false);
-        let mut holdout = Fit::new(&train.model, &e.holdout, &train.randomness, Some(&from.holdout))?;
-        // Once more: the trajectory it starts from is another model's.
-        holdout.smooth(&e.holdout)?;
-        holdout.smooth(&e.holdout)?;
-        Ok(self.finish(train, holdout, Some(estimate)))
+    /// Fits `model` to `trials` alone, starting from another fit; given up where the `-2 log L` that is aimed at is out of
+    /// reach.
+    pub(crate) fn train(
+        &self,
+        model: &Model,
+        from: &Fit,
+        trials: &[Trial],
+        rounds: usize,
+        aim: Option<f64>,
+    ) -> Result<Trained, FitError> {
+        let noise = &self.evidence.noise;
+        let mut fit = self.started(model, from, trials)?;
+        let estimate = refine(&mut fit, trials, noise, self.given, rounds, aim)?;
+        fit.fit_randomness(trials, noise, false);
+        let score = self.score(&fit, trials);
+        Ok(Trained { fit, estimate: Some(estimate), score })
+    }
+
+    /// What was fitted to the training data, on held-out data.
+    pub(crate) fn verified(&self, trained: Trained, from: &Fitted) -> Result<Fitted, FitError> {
+        let (train, held) = (trained.fit, &self.evidence.holdout);
+        let mut holdout = Fit::new(&train.model, held, &train.randomness, Some(&from.holdout))?;
+        if holdout.settle(held, MOST_MOVES).is_err() || holdout.overshoots() {
+            // With small latents nothing but the model holds a trajectory that is still far off.
+            holdout = self.loosened(&train.model, &from.holdout, held)?;
+            holdout.settle(held, MOST_MOVES)?;
+            holdout.randomness = train.randomness.clone();
+            holdout.settle(held, MOST_MOVES)?;
+        }
+        Ok(self.finish(train, holdout, trained.estimate))
     }
 
     /// A fit of `model` on training data, starting from another one, with its parameters as they are.
@@ -184,19 +219,18 @@ impl<'a> Search<'a> {
     ///
     /// The other effects' parameters adapt in `rounds` of refinement.
     pub(crate) fn fit_without(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
-        self.fit(model, &self.loosened(model, from)?, rounds)
+        let start = self.loosened(model, &from.train, &self.evidence.train)?;
+        let trained = self.train(model, &start, &self.evidence.train, rounds, None)?;
+        self.verified(trained, from)
     }
 
     /// A fit of `model` from which others can start: with latent forces as large as in the model as given.
-    fn loosened(&self, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
-        let mut start = from.clone();
-        if let Some(randomness) = &self.base_randomness {
-            start.train.randomness = Randomness { noise: from.train.randomness.noise.clone(), ..randomness.clone() };
-        }
-        let e = self.evidence;
-        start.train = Fit::new(model, &e.train, &start.train.randomness, Some(&start.train))?;
-        start.train.smooth(&e.train)?;
-        start.train.fit_randomness(&e.train, &e.noise, true);
+    pub(crate) fn loosened(&self, model: &Model, from: &Fit, trials: &[Trial]) -> Result<Fit, FitError> {
+        let noise = from.randomness.noise.clone();
+        let randomness = self.base_randomness.as_ref().map_or_else(|| from.randomness.clone(), |base| base.clone());
+        let mut start = Fit::new(model, trials, &Randomness { noise, ..randomness }, Some(from))?;
+        start.smooth(trials)?;
+        start.fit_randomness(trials, &self.evidence.noise, true);
         Ok(start)
     }
 
@@ -245,6 +279,7 @@ impl<'a> Search<'a> {
     fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
         for round in self.taken.len()..MOST_EFFECTS {
             (self.progress)("weighing the catalogue", 0.1 + 0.12 * round as f64);
+            fitted = self.reshape(fitted)?;
             let situation = self.situation(&fitted.train);
             let library = catalogue(&fitted.train.model, &situation);
             let Some((next, taken)) = self.round(&fitted, &library, true, MOST_REFUSALS)? else { break };
@@ -313,8 +348,20 @@ impl<'a> Search<'a> {
             }
             let mut model = fit.model.clone();
             model.effects.push(effect.clone());
-            match self.fit(&model, fitted, ROUNDS) {
-                Ok(next) if next.score < fitted.score - EVIDENCE && Self::helps(fitted, &next) => {
+            let trained = match self.train(&model, &fitted.train, &e.train, ROUNDS, None) {
+                Ok(trained) if trained.score < fitted.score - EVIDENCE => trained,
+                Ok(trained) => {
+                    let change = trained.score - fitted.score;
+                    self.note(&effect, "refused", change, "too little evidence after refinement");
+                    continue;
+                }
+                Err(_) => {
+                    self.note(&effect, "refused", f64::NAN, "it cannot be simulated");
+                    continue;
+                }
+            };
+            match self.verified(trained, fitted) {
+                Ok(next) if Self::helps(fitted, &next) => {
                     let delta_bic = next.score - fitted.score;
                     let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
                     self.note(&refined, "added", delta_bic, "");
@@ -324,14 +371,10 @@ impl<'a> Search<'a> {
                     return Ok(Some((next, Taken::new(rivals, delta_bic, null_test))));
                 }
                 Ok(next) => {
-                    let reason = if next.score < fitted.score - EVIDENCE {
-                        "it does not predict the held-out data better"
-                    } else {
-                        "too little evidence after refinement"
-                    };
-                    self.note(&effect, "refused", next.score - fitted.score, reason);
+                    let change = next.score - fitted.score;
+                    self.note(&effect, "refused", change, "it does not predict the held-out data better");
                 }
-                Err(_) => self.note(&effect, "refused", f64::NAN, "it cannot be simulated"),
+                Err(_) => self.note(&effect, "refused", f64::NAN, "it cannot be simulated on the held-out data"),
             }
         }
         if parsimony {
@@ -491,21 +534,33 @@ impl<'a> Search<'a> {
         Ok(fitted)
     }
 
-    /// Fits the rivals of effect `at` in its place; returns them with their scores, the best first.
-    pub(crate) fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<(EffectSpec, Fitted)> {
+    /// Fits the rivals of effect `at` in its place to the training data; the best first.
+    pub(crate) fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<(EffectSpec, Trained)> {
         let aim = fitted.train.minus_two_log_likelihood(&self.evidence.train, &fitted.train.randomness);
         let in_its_place = |rival: &EffectSpec| {
             let mut model = fitted.train.model.clone();
             model.effects[at] = extended_like(rival, &model.effects[at]);
             model.check().ok()?;
-            let start = self.loosened(&model, fitted).ok()?;
-            let other = self.fit_towards(&model, &start, ROUNDS, Some(aim)).ok()?;
-            Some((other.train.model.effects[at].clone(), other))
+            if is_friction(rival) {
+                // Far from a start, friction is found sooner on a part of the data.
+                let begun =
+                    self.loosened(&model, &fitted.train.begun(&self.beginnings).ok()?, &self.beginnings).ok()?;
+                model = self.train(&model, &begun, &self.beginnings, ROUNDS, None).ok()?.fit.model;
+            }
+            let start = self.loosened(&model, &fitted.train, &self.evidence.train).ok()?;
+            let other = self.train(&model, &start, &self.evidence.train, ROUNDS, Some(aim)).ok()?;
+            Some((other.fit.model.effects[at].clone(), other))
         };
         let mut out: Vec<_> = self.taken[at - self.given].rivals.par_iter().filter_map(in_its_place).collect();
         out.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
         out
     }
+}
+
+/// The first part of a trial.
+fn beginning(trial: &Trial) -> Trial {
+    let end = trial.time.iter().take_while(|t| **t - trial.time[0] <= BEGINNING).count();
+    trial.part(0..end, trial.name.clone())
 }
 
 /// Whether a candidate is a force that enters the model as it is, so that its signature says all of it.

@@ -17,8 +17,6 @@ use crate::estimate::{Fit, FitError};
 use crate::refine::refine;
 use crate::search::{Fitted, Search, Taken};
 
-/// Length of the beginnings of trials (s) by which laws are chosen for the whole.
-const BEGINNING: f64 = 30.0;
 /// Laws that go on to the whole.
 const FINALISTS: usize = 3;
 /// Gauss-Newton rounds on the beginnings, and on the whole.
@@ -67,11 +65,8 @@ impl Search<'_> {
         // All laws on the beginnings of the trials, the best of them on the whole; anew, for what is best for a beginning may
         // be a dead end.
         let trials = &self.evidence.train;
-        let beginnings: Vec<Trial> = trials.iter().map(beginning).collect();
-        let mut begun = Fit::new(&base.train.model, &beginnings, &base.train.randomness, None)?;
-        begun.smooth(&beginnings)?;
-        begun.smooth(&beginnings)?;
-        self.refine_all(&mut tried, &beginnings, &begun, FIRST_ROUNDS, 0.5);
+        let begun = base.train.begun(&self.beginnings)?;
+        self.refine_all(&mut tried, &self.beginnings, &begun, FIRST_ROUNDS, 0.5);
         tried.truncate(FINALISTS);
         self.refine_all(&mut tried, trials, &base.train, LAST_ROUNDS, 0.6);
         let Some(best) = tried.into_iter().next() else { return Ok(None) };
@@ -107,12 +102,6 @@ impl Search<'_> {
         });
         tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
     }
-}
-
-/// The first part of a trial.
-fn beginning(trial: &Trial) -> Trial {
-    let end = trial.time.iter().take_while(|t| **t - trial.time[0] <= BEGINNING).count();
-    trial.part(0..end, trial.name.clone())
 }
 
 /// A law under trial.

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::data::{Channel, Trial};
 use crate::kalman::Forcing;
+use crate::late::{comes_late, late_forcing};
 use crate::model::{Examined, LATENTS, disturb};
 use crate::path::{LinearTrial, Trajectory};
 
@@ -120,24 +121,28 @@ fn single(
 /// Whether a variation acts through the rates of the states the base plant has, so that its forcing over a step follows
 /// from the rates at both ends.
 fn acts_through_rates(id: &str) -> bool {
-    !matches!(id, "winch_lag" | "winch_delay" | "cable_creep" | "cable_elasticity" | "pose_sensor_delay")
+    !(comes_late(id) || matches!(id, "cable_elasticity" | "cable_transverse_mode"))
 }
 
 /// Whether a variation only changes what the sensors show.
 fn is_of_sensors(id: &str) -> bool {
-    matches!(id, "length_sensor_bias" | "length_sensor_scale" | "pose_sensor_bias")
+    matches!(id, "length_sensor_bias" | "length_sensor_scale" | "pose_sensor_bias" | "pose_sensor_delay")
 }
 
 /// Whether a variation changes what the sensors show of the same states.
 fn acts_on_sensors(id: &str, trial: &Trial, rigid: bool) -> bool {
-    let tension = trial.channels.iter().any(|c| matches!(c, Channel::Tension(_)));
     matches!(id, "anchor_offset" | "attachment_offset")
         || is_of_sensors(id)
-        || (tension && (rigid || id.starts_with("cable_")))
+        || (shows_tension(trial) && (rigid || id.starts_with("cable_")))
+}
+
+fn shows_tension(trial: &Trial) -> bool {
+    trial.channels.iter().any(|c| matches!(c, Channel::Tension(_)))
 }
 
 /// As [`single`], by the trapezoidal rule on the difference of rates: an order faster, good to a few per cent where the
-/// fastest mode turns by less than a radian in a sampling interval. For weighing candidates, not for estimates.
+/// fastest mode turns by less than a radian in a sampling interval. Own states of the variation follow by the same rule, so
+/// they must be slow. For weighing candidates, not for estimates.
 fn quick(
     base: &Examined,
     varied: &Examined,
@@ -149,15 +154,20 @@ fn quick(
 ) -> Option<Single> {
     let (n, m, w) = (base.states(), trial.channels.len(), linear.width());
     let mut out = Single { step: vec![0.0; (trial.len() - 1) * n], sensor: vec![0.0; trial.len() * m] };
-    let simulation = varied.simulation(trial, trajectory.states(0));
+    let map = state_map(base, varied)?;
+    let mut y = varied.first_states(trial);
+    start_effect_states(varied, trial, &mut y, base);
+    let own: Vec<usize> = (0..y.len()).filter(|at| !map.contains(at)).collect();
+    let simulation = varied.simulation(trial, &y);
     let mut shown = Vec::new();
-    let mut rates = vec![0.0; n];
+    let mut rates = [vec![0.0; y.len()], vec![0.0; y.len()]];
+    let take = |y: &mut [f64], k: usize| map.iter().zip(trajectory.states(k)).for_each(|(at, value)| y[*at] = *value);
     for k in 0..trial.len() {
         let (felt, slack) = (&reference.felt[k], reference.slack[k]);
+        take(&mut y, k);
         if sensors {
-            let y = trajectory.states(k);
-            let e = varied.plant.evaluate(trial.time[k], y, felt, slack);
-            varied.measure_at(&simulation, &e, y, &trial.channels, &mut shown);
+            let e = varied.plant.evaluate(trial.time[k], &y, felt, slack);
+            varied.measure_at(&simulation, &e, &y, &trial.channels, &mut shown);
             for j in 0..m {
                 out.sensor[k * m + j] = (shown[j] - reference.shown[k * m + j]) as f32;
             }
@@ -167,9 +177,9 @@ fn quick(
         }
         let half = 0.5 * linear.interval[k];
         let target = &mut out.step[k * n..(k + 1) * n];
-        varied.plant.rates(trial.time[k], trajectory.states(k), felt, slack, &mut rates);
+        varied.plant.rates(trial.time[k], &y, felt, slack, &mut rates[0]);
         for c in 3..n {
-            let difference = rates[c] - reference.rates[0][k * n + c];
+            let difference = rates[0][map[c]] - reference.rates[0][k * n + c];
             if difference != 0.0 {
                 let f = &linear.transition[k * n * w..(k + 1) * n * w];
                 for (r, slot) in target.iter_mut().enumerate() {
@@ -177,9 +187,12 @@ fn quick(
                 }
             }
         }
-        varied.plant.rates(trial.time[k + 1], trajectory.states(k + 1), felt, slack, &mut rates);
+        take(&mut y, k + 1);
+        own.iter().for_each(|at| y[*at] += 2.0 * half * rates[0][*at]);
+        varied.plant.rates(trial.time[k + 1], &y, felt, slack, &mut rates[1]);
+        own.iter().for_each(|at| y[*at] += half * (rates[1][*at] - rates[0][*at]));
         for (r, slot) in target.iter_mut().enumerate() {
-            *slot += (half * (rates[r] - reference.rates[1][k * n + r])) as f32;
+            *slot += (half * (rates[1][map[r]] - reference.rates[1][k * n + r])) as f32;
         }
     }
     out.step.iter().chain(&out.sensor).all(|v| v.is_finite()).then_some(out)
@@ -218,8 +231,13 @@ pub(crate) fn forcing(
         .map(|spec| {
             let mut varied = model.clone();
             varied.effects.push(spec.clone());
+            if comes_late(&spec.id) && !shows_tension(trial) {
+                let felt = |k: usize, cable: usize| reference.felt[k].winch_force[cable];
+                let step = late_forcing(spec, linear, trial, trajectory, felt);
+                return Some(Single { step, sensor: vec![0.0; len * m] });
+            }
             Examined::new(&varied).ok().and_then(|v| {
-                if acts_through_rates(&spec.id) && v.states() == base.states() {
+                if acts_through_rates(&spec.id) {
                     let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
                     let acts = [!is_of_sensors(&spec.id), sensors];
                     quick(base, &v, linear, trial, trajectory, &reference, acts)
