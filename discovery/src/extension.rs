@@ -83,7 +83,11 @@ fn with(model: &Model, at: usize, values: &[(&str, f64)]) -> Model {
 const FRICTION: [&str; 3] = ["winch_coulomb_friction", "winch_stribeck_friction", "pulley_capstan_loss"];
 
 pub(crate) fn is_friction(effect: &EffectSpec) -> bool {
-    FRICTION.contains(&effect.id.as_str())
+    is_friction_law(&effect.id)
+}
+
+pub(crate) fn is_friction_law(id: &str) -> bool {
+    FRICTION.contains(&id)
 }
 
 /// The other laws of friction at the place of `effect`, of its size, at a mean tension (N).

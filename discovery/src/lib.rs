@@ -21,6 +21,7 @@ mod kalman;
 mod late;
 mod model;
 mod null_test;
+mod pair;
 mod path;
 #[cfg(test)]
 mod recording;

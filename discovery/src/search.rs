@@ -33,7 +33,7 @@ pub(crate) const NOTHING_LEFT: f64 = 1.1;
 /// Most effects added.
 const MOST_EFFECTS: usize = 5;
 /// Most rivals of one effect that are fitted in full.
-const MOST_RIVALS: usize = 3;
+pub(crate) const MOST_RIVALS: usize = 3;
 /// Most moves of the trajectory on held-out data.
 const MOST_MOVES: usize = 30;
 /// Length of the beginnings of trials (s).
@@ -117,7 +117,7 @@ pub(crate) struct Search<'a> {
     pub(crate) progress: Progress<'a>,
     /// Random parts with the model as given.
     base_randomness: Option<Randomness>,
-    penalty: Penalty,
+    pub(crate) penalty: Penalty,
 }
 
 impl<'a> Search<'a> {
@@ -262,7 +262,7 @@ impl<'a> Search<'a> {
         if fitted.train.examined.plant.unstretched_index(0).is_none() {
             fitted = self.elasticity(fitted)?;
         }
-        fitted = self.rounds(fitted)?;
+        fitted = self.rounds(base, fitted)?;
         if (fitted.explains_little(base) || fitted.gap[0] > STRONG) && base.gap[0] > STRONG {
             // A term that explains all says more than a law that might hide.
             if let Some(explained) = self.single_term(base)? {
@@ -270,14 +270,15 @@ impl<'a> Search<'a> {
             }
             if let Some(other) = self.second_look(base, &fitted)? {
                 let other = self.extend(other, self.given)?;
-                fitted = self.rounds(other)?;
+                fitted = self.rounds(base, other)?;
             }
         }
         if self.taken.len() > 1 { self.settle_extensions(fitted) } else { Ok(fitted) }
     }
 
-    fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
-        for round in self.taken.len()..MOST_EFFECTS {
+    fn rounds(&mut self, base: &Fitted, mut fitted: Fitted) -> Result<Fitted, FitError> {
+        while self.taken.len() < MOST_EFFECTS {
+            let round = self.taken.len();
             (self.progress)("weighing the catalogue", 0.1 + 0.12 * round as f64);
             fitted = self.reshape(fitted)?;
             let situation = self.situation(&fitted.train);
@@ -285,12 +286,18 @@ impl<'a> Search<'a> {
             let Some((next, taken)) = self.round(&fitted, &library, true, MOST_REFUSALS)? else { break };
             self.taken.push(taken);
             fitted = self.extend(next, self.given + self.taken.len() - 1)?;
+            if round == 0
+                && fitted.gap[0] > NOTHING_LEFT
+                && let Some(pair) = self.pair(base, &fitted)?
+            {
+                fitted = self.settle_extensions(pair)?;
+            }
         }
         Ok(fitted)
     }
 
     /// What the candidates need to know of the data, with the spectral peaks of the latent forces.
-    fn situation(&self, fit: &Fit) -> Situation {
+    pub(crate) fn situation(&self, fit: &Fit) -> Situation {
         let mut situation = Situation::of(&self.evidence.train);
         situation.peaks = crate::spectrum::peaks(fit, &self.evidence.train);
         situation.waves = crate::spectrum::waves(fit, &self.evidence.train);
@@ -568,7 +575,7 @@ fn is_a_force(id: &str) -> bool {
     matches!(id, "expression" | "periodic_gust" | "steady_wind")
 }
 
-fn effect_of(library: &Library, scored: &Scored) -> Option<EffectSpec> {
+pub(crate) fn effect_of(library: &Library, scored: &Scored) -> Option<EffectSpec> {
     library.candidates[scored.candidate].effect(&scored.amplitudes)
 }
 

@@ -1,0 +1,170 @@
+//! Two effects at once: the pair of candidates that together explain the innovations best.
+//!
+//! One effect after the other is misled where two are missing: the first one found may be neither, but what does some of
+//! both. Where the first effect leaves a gap, all pairs of the best candidates are therefore weighed together, on the same
+//! whitened signatures, and the best pair is fitted in full.
+
+use cdpr::effect::EffectSpec;
+use rayon::prelude::*;
+
+use crate::candidates::{Candidate, Library, catalogue};
+use crate::data::Trial;
+use crate::estimate::{Fit, FitError, for_trial};
+use crate::extension::is_friction_law;
+use crate::kalman::{Forcing, Keep, Normal, filter, whiten};
+use crate::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
+use crate::search::{EVIDENCE, Fitted, MOST_RIVALS, ROUNDS, Search, Taken, effect_of, library_forcing};
+use crate::signature::combine;
+
+/// Candidates of which pairs are formed.
+const PAIRED: usize = 30;
+/// Share of what a member of the pair gains from which another candidate in its place is its rival.
+const RIVAL: f64 = 0.8;
+
+/// Two candidates, solved together.
+struct Pair {
+    members: [Scored; 2],
+    score: f64,
+}
+
+impl Search<'_> {
+    /// The best pair of effects from `base` on, if it explains the data better than what was `found`; in place of that.
+    pub(crate) fn pair(&mut self, base: &Fitted, found: &Fitted) -> Result<Option<Fitted>, FitError> {
+        (self.progress)("weighing pairs", 0.25);
+        let (fit, trials) = (&base.train, &self.evidence.train);
+        let library = catalogue(&fit.model, &self.situation(fit));
+        let pairs = weigh_pairs(fit, trials, &library, self.penalty);
+        let Some(best) = pairs.first() else { return Ok(None) };
+        let members = [0, 1].map(|k| effect_of(&library, &best.members[k]));
+        let [Some(first), Some(second)] = members else { return Ok(None) };
+        let mut model = fit.model.clone();
+        model.effects.extend([first, second]);
+        let Ok(trained) = self.train(&model, fit, trials, ROUNDS, None) else { return Ok(None) };
+        if trained.score >= found.score - EVIDENCE {
+            return Ok(None);
+        }
+        let next = self.verified(trained, base)?;
+        if !Self::helps(found, &next) {
+            return Ok(None);
+        }
+        let gain = next.score - base.score;
+        self.taken = (0..2).map(|k| Taken::new(rivals(&library, &pairs, k), 0.5 * gain, None)).collect();
+        for effect in &next.train.model.effects[self.given..] {
+            self.note(effect, "added", gain, "as one of a pair");
+        }
+        Ok(Some(next))
+    }
+}
+
+/// All pairs of the best candidates, the best first.
+fn weigh_pairs(fit: &Fit, trials: &[Trial], library: &Library, penalty: Penalty) -> Vec<Pair> {
+    let forcing = library_forcing(fit, trials, library);
+    let sizes = ladder(&fit.randomness);
+    let ranked = rank(library, &levels(fit, trials, &forcing, library, &sizes[..1]), Penalty::NONE);
+    // Of each effect on each cable the best variant.
+    let mut best: Vec<usize> = Vec::new();
+    for scored in ranked {
+        let candidate = &library.candidates[scored.candidate];
+        let same = |at: &usize| {
+            let other = &library.candidates[*at];
+            (other.id, other.cable) == (candidate.id, candidate.cable)
+        };
+        if best.len() < PAIRED && !best.iter().any(same) {
+            best.push(scored.candidate);
+        }
+    }
+    let mut columns: Vec<usize> = best.iter().flat_map(|c| library.candidates[*c].columns.clone()).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let picks: Vec<Vec<(usize, f64)>> = columns.iter().map(|c| vec![(*c, 1.0)]).collect();
+    let reduced: Vec<Forcing> = forcing.iter().map(|f| combine(f, &picks)).collect();
+    let joint: Vec<Level> = sizes
+        .iter()
+        .map(|size| {
+            let parts: Vec<Normal> = (0..trials.len())
+                .into_par_iter()
+                .map(|t| {
+                    let randomness = for_trial(size, &trials[t]);
+                    let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
+                    whiten(&fit.linear[t], &randomness, &filtered, &reduced[t], None)
+                })
+                .collect();
+            let mut normal = Normal::empty(columns.len());
+            parts.iter().for_each(|part| normal.add(part));
+            Level { normal }
+        })
+        .collect();
+    let place = |c: &usize| columns.binary_search(c).unwrap_or_default();
+    let all: Vec<(usize, usize)> = (0..best.len()).flat_map(|b| (0..b).map(move |a| (a, b))).collect();
+    let mut pairs: Vec<Pair> = all
+        .into_par_iter()
+        .filter_map(|(a, b)| {
+            let members = [best[a], best[b]];
+            let [one, other] = members.map(|at| &library.candidates[at]);
+            if exclude_each_other(one, other) {
+                return None;
+            }
+            let own: Vec<usize> = one.columns.iter().chain(&other.columns).map(place).collect();
+            solved(&joint, &own, members, [one, other], penalty)
+        })
+        .collect();
+    pairs.sort_by(|a, b| a.score.total_cmp(&b.score));
+    pairs
+}
+
+/// A pair at the size of latents at which it does best.
+fn solved(
+    levels: &[Level],
+    own: &[usize],
+    members: [usize; 2],
+    candidates: [&Candidate; 2],
+    penalty: Penalty,
+) -> Option<Pair> {
+    let cost: f64 = candidates.iter().map(|c| penalty.of(c.columns.len() + c.tried)).sum();
+    let cut = candidates[0].columns.len();
+    let mut best: Option<Pair> = None;
+    for (at_level, level) in levels.iter().enumerate() {
+        let Some(solved) = subset(&level.normal, own) else { continue };
+        let score = level.normal.minus_two_log_likelihood - solved.drop + cost;
+        let (first, second) = solved.amplitudes.split_at(cut);
+        let possible = candidates[0].effect(first).is_some() && candidates[1].effect(second).is_some();
+        if possible && best.as_ref().is_none_or(|b| score < b.score) {
+            let member = |k: usize, amplitudes: &[f64]| Scored {
+                candidate: members[k],
+                score,
+                amplitudes: amplitudes.to_vec(),
+                level: at_level,
+            };
+            best = Some(Pair { members: [member(0, first), member(1, second)], score });
+        }
+    }
+    best
+}
+
+/// Whether two candidates say the same of the same place: an effect on a cable and on all, two laws of friction.
+fn exclude_each_other(a: &Candidate, b: &Candidate) -> bool {
+    let together = a.cable.is_none() || b.cable.is_none() || a.cable == b.cable;
+    together && (a.id == b.id || is_friction_law(a.id) && is_friction_law(b.id))
+}
+
+/// What could stand in place of a member of the best pair, beside the other one.
+fn rivals(library: &Library, pairs: &[Pair], member: usize) -> Vec<EffectSpec> {
+    let own = &pairs[0].members[member];
+    let beside = pairs[0].members[1 - member].candidate;
+    let others = pairs.iter().skip(1).filter_map(|pair| {
+        let at = pair.members.iter().position(|m| m.candidate == beside)?;
+        Some((&pair.members[1 - at], pair.score))
+    });
+    // Without it the pair is not much better than the worst that stands beside the other one.
+    let worst = others.clone().map(|(_, score)| score).fold(pairs[0].score, f64::max);
+    let gain = worst - pairs[0].score;
+    let look_alikes: Vec<&str> = cdpr::effect::find(library.candidates[own.candidate].id)
+        .map_or(Vec::new(), |i| i.look_alikes.iter().map(|l| l.id).collect());
+    let cable = library.candidates[own.candidate].cable;
+    let wanted = others.filter(|(scored, score)| {
+        let c = &library.candidates[scored.candidate];
+        let share = (worst - score) / gain;
+        share > RIVAL || (look_alikes.contains(&c.id) && c.cable == cable && share > 0.5)
+    });
+    wanted.filter_map(|(scored, _)| effect_of(library, scored)).take(MOST_RIVALS).collect()
+}
