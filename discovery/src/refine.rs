@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
-use crate::extension::in_use;
+use crate::extension::{in_use, is_friction};
 use crate::kalman::{Keep, Normal, Randomness, filter, whiten};
 use crate::model::Examined;
 use crate::regression::ladder;
@@ -182,7 +182,8 @@ fn moved(
     let mut next = Fit::new(&model, trials, &proposal.randomness, Some(fit)).ok()?;
     // The trajectory gets better with the parameters, and the signatures with the trajectory.
     next.smooth(trials).ok()?;
-    if next.overshoots() {
+    if next.overshoots() && model.effects.iter().any(is_friction) {
+        // Else it is no likelihood yet.
         next.settle(trials, MOST_MOVES).ok()?;
     }
     Some(next)
