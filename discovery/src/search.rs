@@ -28,6 +28,8 @@ const SIMPLER: f64 = 0.93;
 const MOST_REFUSALS: usize = 4;
 /// Gap from which a missing law may be so strong that it hides itself.
 const STRONG: f64 = 5.0;
+/// Share of the gap that the first effects must leave for the search to look for such a law before it goes on.
+const HIDDEN: f64 = 0.9;
 /// Gap over the main horizon on held-out data up to which nothing is left to explain.
 pub(crate) const NOTHING_LEFT: f64 = 1.1;
 /// Most effects added.
@@ -84,6 +86,15 @@ pub(crate) struct Trained {
     pub(crate) estimate: Option<Estimate>,
     /// `-2 log L` on these data plus the penalty of the parameters.
     pub(crate) score: f64,
+}
+
+/// What a look for hidden laws brought.
+enum Look {
+    /// A term that explains all.
+    Explained(Fitted),
+    /// A law that explains more than what was found before.
+    Better(Fitted),
+    Nothing,
 }
 
 /// An effect that was taken up, with the rivals it had then.
@@ -262,38 +273,64 @@ impl<'a> Search<'a> {
         if fitted.train.examined.plant.unstretched_index(0).is_none() {
             fitted = self.elasticity(fitted)?;
         }
-        fitted = self.rounds(base, fitted)?;
+        if self.taken.is_empty() {
+            let Some(first) = self.one_more(&fitted)? else { return Ok(fitted) };
+            fitted = first;
+            if fitted.gap[0] > NOTHING_LEFT {
+                fitted = self.pair(base, &fitted)?.unwrap_or(fitted);
+            }
+            if base.gap[0] > STRONG && fitted.left() > HIDDEN * base.left() {
+                fitted = match self.look_again(base, &fitted)? {
+                    Look::Explained(explained) => return Ok(explained),
+                    Look::Better(better) => better,
+                    Look::Nothing => fitted,
+                };
+            }
+            if self.taken.len() > 1 {
+                fitted = self.settle_extensions(fitted)?;
+            }
+        }
+        fitted = self.rounds(fitted)?;
         if (fitted.explains_little(base) || fitted.gap[0] > STRONG) && base.gap[0] > STRONG {
-            // A term that explains all says more than a law that might hide.
-            if let Some(explained) = self.single_term(base)? {
-                return Ok(explained);
-            }
-            if let Some(other) = self.second_look(base, &fitted)? {
-                let other = self.extend(other, self.given)?;
-                fitted = self.rounds(base, other)?;
-            }
+            fitted = match self.look_again(base, &fitted)? {
+                Look::Explained(explained) => return Ok(explained),
+                Look::Better(better) => self.rounds(better)?,
+                Look::Nothing => fitted,
+            };
         }
         if self.taken.len() > 1 { self.settle_extensions(fitted) } else { Ok(fitted) }
     }
 
-    fn rounds(&mut self, base: &Fitted, mut fitted: Fitted) -> Result<Fitted, FitError> {
+    /// Where what was found explains little: a term that explains it all, which says more than a law that might hide, or
+    /// such a law.
+    fn look_again(&mut self, base: &Fitted, fitted: &Fitted) -> Result<Look, FitError> {
+        if let Some(explained) = self.single_term(base)? {
+            return Ok(Look::Explained(explained));
+        }
+        match self.second_look(base, fitted)? {
+            Some(better) => Ok(Look::Better(self.extend(better, self.given)?)),
+            None => Ok(Look::Nothing),
+        }
+    }
+
+    /// Effects of the catalogue, one after the other, as long as they earn their place.
+    fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
         while self.taken.len() < MOST_EFFECTS {
-            let round = self.taken.len();
-            (self.progress)("weighing the catalogue", 0.1 + 0.12 * round as f64);
             fitted = self.reshape(fitted)?;
-            let situation = self.situation(&fitted.train);
-            let library = catalogue(&fitted.train.model, &situation);
-            let Some((next, taken)) = self.round(&fitted, &library, true, MOST_REFUSALS)? else { break };
-            self.taken.push(taken);
-            fitted = self.extend(next, self.given + self.taken.len() - 1)?;
-            if round == 0
-                && fitted.gap[0] > NOTHING_LEFT
-                && let Some(pair) = self.pair(base, &fitted)?
-            {
-                fitted = self.settle_extensions(pair)?;
-            }
+            let Some(next) = self.one_more(&fitted)? else { break };
+            fitted = next;
         }
         Ok(fitted)
+    }
+
+    /// `fitted` with one more effect of the catalogue, if one earns its place.
+    fn one_more(&mut self, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+        (self.progress)("weighing the catalogue", 0.1 + 0.12 * self.taken.len() as f64);
+        let situation = self.situation(&fitted.train);
+        let library = catalogue(&fitted.train.model, &situation);
+        let Some((next, taken)) = self.round(fitted, &library, true, MOST_REFUSALS)? else { return Ok(None) };
+        self.taken.push(taken);
+        self.extend(next, self.given + self.taken.len() - 1).map(Some)
     }
 
     /// What the candidates need to know of the data, with the spectral peaks of the latent forces.
