@@ -10,12 +10,13 @@ use crate::clean::remove_outliers;
 use crate::data::Trial;
 use crate::estimate::{FitError, noise_of_data};
 use crate::extension::count_in_use;
+use crate::fitted::{Evidence, Fitted, Trained};
 use crate::gap::predict;
 use crate::outcome::{
     Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Stability, Verdict,
 };
 use crate::report::phrase;
-use crate::search::{Evidence, Fitted, NOTHING_LEFT, Progress, Search, Trained};
+use crate::search::{NOTHING_LEFT, Progress, Search};
 use crate::stability::stability;
 use crate::verify;
 use crate::write::{label, place};

@@ -379,3 +379,37 @@ pub(crate) fn first_randomness(model: &Model, noise: &[f64]) -> Randomness {
         noise: noise.to_vec(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+
+    use super::*;
+    use crate::recording::record;
+
+    /// Friction that turns its sign within a sample: whole moves would go back and forth for ever.
+    #[test]
+    fn a_trajectory_with_sharp_friction_settles() {
+        let friction = EffectSpec::new("winch_stribeck_friction", Some(2), &[100.0, 260.0, 0.12, 40.0]).unwrap();
+        let trials = [record(std::slice::from_ref(&friction), 40.0, 5)];
+        let model = Model { effects: vec![friction], ..Model::default() };
+        let randomness = first_randomness(&model, &noise_of_data(&trials));
+        let mut fit = Fit::new(&model, &trials, &randomness, None).unwrap();
+        fit.settle(&trials, 40).unwrap();
+        let settled = fit.smooth(&trials).unwrap();
+        let moved = fit.minus_two_log_likelihood(&trials, &randomness) - settled;
+        assert!(moved.abs() < SETTLED, "{moved}");
+        assert!(!fit.overshoots());
+    }
+
+    #[test]
+    fn a_beginning_has_the_trajectory_of_the_whole() {
+        let whole = [record(&[], 20.0, 6)];
+        let fit = crate::recording::fitted(&[], &whole);
+        let part = [whole[0].part(0..80, String::new())];
+        let begun = fit.begun(&part).unwrap();
+        assert_eq!(begun.linear[0].len, 80);
+        assert_eq!(begun.trajectories[0].values, fit.trajectories[0].values[..80 * fit.trajectories[0].width]);
+        assert_eq!(begun.linear[0].defect, fit.linear[0].defect[..79 * fit.linear[0].states]);
+    }
+}

@@ -1,8 +1,9 @@
-//! Extensions of a friction law that was found: how its force turns its sign, and presliding.
+//! The form of friction that was found: which law it is, how its force turns its sign, and presliding.
 //!
-//! A law is looked for in its plain form. Where it stands, each extension that the catalogue has for it is added, refined
-//! with everything else, and kept if the information criterion falls by what counts. Presliding makes the friction force a
-//! state of its own, and is tried only where something is left to explain.
+//! A law is looked for in its plain form. Where it stands, each shape that the catalogue has for it is added and kept if the
+//! information criterion falls; where something is left, the other laws of friction and presliding are tried, which makes
+//! the friction force a state of its own. All this on the beginnings of the trials, where it costs little; the form chosen
+//! is then fitted to the whole, and kept if the criterion falls by what counts.
 
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
@@ -10,7 +11,8 @@ use rayon::prelude::*;
 
 use crate::candidates::Situation;
 use crate::estimate::FitError;
-use crate::search::{EVIDENCE, Fitted, ROUNDS, Search, Trained};
+use crate::fitted::{Fitted, Trained};
+use crate::search::{EVIDENCE, ROUNDS, Search};
 use crate::verify;
 
 /// Rounds of a refinement by which a start is judged.
@@ -325,6 +327,27 @@ mod tests {
         assert_eq!(count_in_use(&effect(id, &[100.0, 0.01, 0.0, 0.0, 2e4])), 3);
         // A size of zero is a value, not an extension left out.
         assert_eq!(count_in_use(&effect("winch_stribeck_friction", &[100.0, 150.0, 0.1, 0.0])), 4);
+    }
+
+    #[test]
+    fn kin_have_the_same_force_at_the_same_place() {
+        let capstan = effect("pulley_capstan_loss", &[0.01, 0.02]);
+        let kin = kin_of(&capstan, 15e3);
+        let ids: Vec<&str> = kin.iter().map(|law| law.id.as_str()).collect();
+        assert_eq!(ids, ["winch_coulomb_friction", "winch_stribeck_friction"]);
+        assert!(kin.iter().all(|law| law.values[0] == 150.0 && law.cable == Some(2)), "{kin:?}");
+        assert_eq!(kin_of(&kin[0], 15e3)[1].values, capstan.values);
+        assert!(kin_of(&effect("winch_force_gain", &[0.01]), 15e3).is_empty());
+    }
+
+    #[test]
+    fn presliding_has_three_stages() {
+        let law =
+            |stiffness, damping| effect("winch_coulomb_friction", &[100.0, 0.01, 0.0, 0.0, stiffness, damping, 0.05]);
+        assert_eq!(stage(&law(0.0, 0.0)), Stage::Static);
+        assert_eq!(stage(&law(2e4, 0.0)), Stage::Undamped);
+        assert_eq!(stage(&law(2e4, 500.0)), Stage::Complete);
+        assert_eq!(stage(&effect("pulley_capstan_loss", &[0.01, 0.02])), Stage::Static);
     }
 
     #[test]

@@ -186,7 +186,7 @@ mod tests {
     use crate::candidates::{Situation, catalogue};
     use crate::recording::{fitted, noise, record};
     use crate::regression::levels;
-    use crate::search::library_forcing;
+    use crate::round::library_forcing;
 
     /// Calls `look` with the weighing of the catalogue on the default model.
     fn weigh<T>(trials: &[Trial], look: impl FnOnce(&Weighing<'_>) -> T) -> T {

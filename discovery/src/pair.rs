@@ -11,15 +11,15 @@ use crate::candidates::{Candidate, Library, catalogue};
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::extension::is_friction_law;
+use crate::fitted::Fitted;
 use crate::kalman::{Forcing, Keep, Normal, filter, whiten};
 use crate::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
-use crate::search::{EVIDENCE, Fitted, MOST_RIVALS, ROUNDS, Search, Taken, effect_of, library_forcing};
+use crate::round::{MOST_RIVALS, effect_of, is_rival, library_forcing};
+use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 use crate::signature::combine;
 
 /// Candidates of which pairs are formed.
 const PAIRED: usize = 30;
-/// Share of what a member of the pair gains from which another candidate in its place is its rival.
-const RIVAL: f64 = 0.8;
 
 /// Two candidates, solved together.
 struct Pair {
@@ -155,16 +155,50 @@ fn rivals(library: &Library, pairs: &[Pair], member: usize) -> Vec<EffectSpec> {
         let at = pair.members.iter().position(|m| m.candidate == beside)?;
         Some((&pair.members[1 - at], pair.score))
     });
-    // Without it the pair is not much better than the worst that stands beside the other one.
+    // What stands beside the other one and explains least is as good as nothing.
     let worst = others.clone().map(|(_, score)| score).fold(pairs[0].score, f64::max);
     let gain = worst - pairs[0].score;
-    let look_alikes: Vec<&str> = cdpr::effect::find(library.candidates[own.candidate].id)
-        .map_or(Vec::new(), |i| i.look_alikes.iter().map(|l| l.id).collect());
-    let cable = library.candidates[own.candidate].cable;
-    let wanted = others.filter(|(scored, score)| {
-        let c = &library.candidates[scored.candidate];
-        let share = (worst - score) / gain;
-        share > RIVAL || (look_alikes.contains(&c.id) && c.cable == cable && share > 0.5)
-    });
+    let own = &library.candidates[own.candidate];
+    let wanted =
+        others.filter(|(scored, score)| is_rival(own, &library.candidates[scored.candidate], (worst - score) / gain));
     wanted.filter_map(|(scored, _)| effect_of(library, scored)).take(MOST_RIVALS).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::candidates::Situation;
+    use crate::recording::{fitted, record};
+
+    /// A soft cable and a biased sensor at another: alone, each is explained better by something else.
+    #[test]
+    fn two_effects_are_found_where_one_would_mislead() {
+        let soft = EffectSpec::new("cable_stiffness", Some(2), &[-0.05]).unwrap();
+        let mut biased = EffectSpec::new("length_sensor_bias", Some(4), &[0.03]).unwrap();
+        biased.channel = Some("unstretched_length".to_owned());
+        let trials = [record(&[soft.clone(), biased.clone()], 40.0, 7), record(&[soft, biased], 40.0, 8)];
+        let fit = fitted(&[], &trials);
+        let library = catalogue(&fit.model, &Situation::of(&trials));
+        let pairs = weigh_pairs(&fit, &trials, &library, Penalty::new(5000));
+        let effects = [0, 1].map(|k| effect_of(&library, &pairs[0].members[k]).unwrap());
+        let size =
+            |id: &str, cable: usize| effects.iter().find(|e| e.id == id && e.cable == Some(cable)).map(|e| e.values[0]);
+        assert!((size("cable_stiffness", 2).unwrap() + 0.05).abs() < 0.005, "{effects:?}");
+        assert!((size("length_sensor_bias", 4).unwrap() - 0.03).abs() < 0.003, "{effects:?}");
+    }
+
+    #[test]
+    fn the_same_place_is_not_explained_twice() {
+        let trials = [record(&[], 20.0, 9)];
+        let library = catalogue(&cdpr::model_file::Model::default(), &Situation::of(&trials));
+        let find = |id: &str, cable: Option<usize>| {
+            library.candidates.iter().find(|c| c.id == id && c.cable == cable).unwrap()
+        };
+        let gain = find("winch_force_gain", Some(1));
+        assert!(exclude_each_other(gain, find("winch_force_gain", None)));
+        assert!(!exclude_each_other(gain, find("winch_force_gain", Some(2))));
+        let friction = find("winch_coulomb_friction", Some(1));
+        assert!(exclude_each_other(friction, find("pulley_capstan_loss", None)));
+        assert!(!exclude_each_other(friction, gain));
+    }
 }

@@ -14,8 +14,9 @@ use rayon::prelude::*;
 use crate::candidates::Situation;
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
+use crate::fitted::Fitted;
 use crate::refine::refine;
-use crate::search::{Fitted, Search, Taken};
+use crate::search::{Search, Taken};
 
 /// Laws that go on to the whole.
 const FINALISTS: usize = 3;

@@ -301,3 +301,36 @@ pub(crate) fn combine(forcing: &Forcing, combinations: &[Vec<(usize, f64)>]) -> 
     };
     Forcing { columns: combinations.len(), step: sum(&forcing.step), sensor: sum(&forcing.sensor) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{fitted, record};
+
+    /// Forcing without a simulation of its own, against the difference of two simulations.
+    #[test]
+    fn quick_forcing_is_that_of_a_simulation() {
+        let trials = [record(&[], 30.0, 3)];
+        let fit = fitted(&[], &trials);
+        let (base, trial, trajectory) = (&fit.examined, &trials[0], &fit.trajectories[0]);
+        let reference = reference(base, trial, trajectory).unwrap();
+        let late: [(&str, &[f64]); 4] = [
+            ("winch_lag", &[0.2]),
+            ("winch_delay", &[0.15]),
+            ("cable_creep", &[3e8, 2.0]),
+            ("cable_creep", &[3e8, 10.0]),
+        ];
+        for (id, values) in late {
+            let spec = EffectSpec::new(id, Some(2), values).unwrap();
+            let quick = forcing(&fit.model, base, std::slice::from_ref(&spec), &fit.linear[0], trial, trajectory);
+            let varied = Model { effects: vec![spec], ..fit.model.clone() };
+            let varied = Examined::new(&varied).unwrap();
+            let whole = single(base, &varied, trial, trajectory, &reference).unwrap();
+            let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
+            let (own, other) = (product(&quick.step, &quick.step), product(&whole.step, &whole.step));
+            let alike = product(&quick.step, &whole.step) / (own * other).sqrt();
+            assert!(alike > 0.97, "{id} {values:?}: correlation {alike}");
+            assert!((own / other).sqrt() > 0.9 && (own / other).sqrt() < 1.1, "{id} {values:?}: {own} {other}");
+        }
+    }
+}

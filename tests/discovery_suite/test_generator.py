@@ -1,6 +1,7 @@
 """The generator itself: its plant, its integrator, its sensors, its judge."""
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from .plant import (
     replay,
     winch_loss,
 )
+from .score import markdown, summary, truth_model
 from .strength import strength
 
 # Release from rest under 1000 N in each cable: t, x, y, phi, l1..l4, T1..T4, made elsewhere by a
@@ -399,6 +401,34 @@ def test_judge_merges_four_winches_and_turns_gusts():
     )
     errors = parameter_errors(_answer(turned), _truth(gust))
     assert max(abs(e["z"]) for e in errors) < 1e-9
+
+
+def test_the_truth_is_a_model_file_unless_it_is_outside_the_catalogue():
+    truth = _truth(
+        effect("winch_coulomb_friction", 3, force=250.0, transition_speed=0.01),
+        effect("platform_mass", mass=120.0),
+    )
+    model = tomllib.loads(truth_model(dict(truth, model="lumped_mass")))
+    assert model["cable_model"] == "lumped_mass"
+    friction, mass = model["effect"]
+    assert friction == {
+        "id": "winch_coulomb_friction",
+        "cable": 3,
+        "force": 250.0,
+        "transition_speed": 0.01,
+    }
+    assert mass == {"id": "platform_mass", "mass": 120.0}
+    outside = dict(truth, model="rigid", terms=[{"expression": "x"}])
+    assert truth_model(outside) is None
+
+
+def test_a_gap_counts_against_what_the_true_model_leaves():
+    row = judge(_answer(), _truth(), 1.0)
+    rows = [dict(row, gap_after=2.5, gap_truth=2.4), dict(row, gap_after=2.5, gap_truth=1.0)]
+    score = summary(rows)
+    assert score["gap_after_within_1.1"] == 0.0
+    assert score["gap_of_truth_within_1.1"] == 0.5
+    assert "| 2.5 (truth: 2.4) |" in markdown(score, rows)
 
 
 def test_moordyn_cables_carry_the_known_law_at_rest_and_differ_in_motion():

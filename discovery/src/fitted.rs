@@ -1,0 +1,170 @@
+//! Models fitted to the training data and, as they are, to held-out data.
+
+use cdpr::model_file::Model;
+
+use crate::data::Trial;
+use crate::estimate::{Fit, FitError};
+use crate::extension::count_in_use;
+use crate::gap::{gap, predict};
+use crate::kalman::Randomness;
+use crate::outcome::HORIZON;
+use crate::refine::{Estimate, refine};
+use crate::search::{EVIDENCE, Search};
+
+/// Share by which an effect must shrink the squared gap on held-out data.
+const EARNED: f64 = 0.005;
+/// Most moves of the trajectory on held-out data.
+const MOST_MOVES: usize = 30;
+
+/// The data of a search and what is known of its noise.
+pub(crate) struct Evidence {
+    pub(crate) train: Vec<Trial>,
+    pub(crate) holdout: Vec<Trial>,
+    /// Noise by channel of [`Channel::all`].
+    pub(crate) noise: Vec<f64>,
+}
+
+/// A model fitted to both sets.
+#[derive(Clone)]
+pub(crate) struct Fitted {
+    pub(crate) train: Fit,
+    pub(crate) holdout: Fit,
+    pub(crate) estimate: Option<Estimate>,
+    /// `-2 log L` on the training data plus the penalty of the parameters.
+    pub(crate) score: f64,
+    /// `-2 log L` on the held-out data.
+    pub(crate) holdout_score: f64,
+    /// Gap on held-out data over 5 s and 20 s.
+    pub(crate) gap: [f64; 2],
+}
+
+impl Fitted {
+    /// What is left of the gap over 5 s on held-out data, without the noise.
+    pub(crate) fn left(&self) -> f64 {
+        (self.gap[0].powi(2) - 1.0).max(0.0).sqrt()
+    }
+
+    /// Whether more than half of the gap of `base` is left, and enough to speak of.
+    pub(crate) fn explains_little(&self, base: &Self) -> bool {
+        self.left() > 0.5 * base.left() && self.gap[0] > 1.5
+    }
+}
+
+/// A model fitted to training data.
+pub(crate) struct Trained {
+    pub(crate) fit: Fit,
+    pub(crate) estimate: Option<Estimate>,
+    /// `-2 log L` on these data plus the penalty of the parameters.
+    pub(crate) score: f64,
+}
+
+impl Search<'_> {
+    /// Fits the model as given.
+    pub(crate) fn base(&mut self, model: &Model) -> Result<Fitted, FitError> {
+        let e = self.evidence;
+        let randomness = crate::estimate::first_randomness(model, &e.noise);
+        let mut train = Fit::new(model, &e.train, &randomness, None)?;
+        train.smooth(&e.train)?;
+        train.fit_randomness(&e.train, &e.noise, true);
+        train.smooth(&e.train)?;
+        self.base_randomness = Some(train.randomness.clone());
+        let mut holdout = Fit::new(model, &e.holdout, &train.randomness, None)?;
+        holdout.smooth(&e.holdout)?;
+        Ok(self.finish(train, holdout, None))
+    }
+
+    /// `-2 log L` on training data plus the penalty of the parameters.
+    pub(crate) fn score(&self, train: &Fit, trials: &[Trial]) -> f64 {
+        let cost: f64 = train.model.effects[self.given..].iter().map(|s| self.penalty.of(count_in_use(s).max(1))).sum();
+        train.minus_two_log_likelihood(trials, &train.randomness) + cost
+    }
+
+    fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
+        let e = self.evidence;
+        let score = self.score(&train, &e.train);
+        let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
+        let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
+        let gap = [gap_over(HORIZON), gap_over(20.0)];
+        Fitted { train, holdout, estimate, score, holdout_score, gap }
+    }
+
+    /// Fits `model`, starting from another fit, with its own effects' parameters refined.
+    pub(crate) fn fit(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
+        let trained = self.train(model, &from.train, &self.evidence.train, rounds, None)?;
+        self.verified(trained, from)
+    }
+
+    /// Fits `model` to `trials` alone, starting from another fit; given up where the `-2 log L` that is aimed at is out of
+    /// reach.
+    pub(crate) fn train(
+        &self,
+        model: &Model,
+        from: &Fit,
+        trials: &[Trial],
+        rounds: usize,
+        aim: Option<f64>,
+    ) -> Result<Trained, FitError> {
+        let noise = &self.evidence.noise;
+        let mut fit = self.started(model, from, trials)?;
+        let estimate = refine(&mut fit, trials, noise, self.given, rounds, aim)?;
+        fit.fit_randomness(trials, noise, false);
+        let score = self.score(&fit, trials);
+        Ok(Trained { fit, estimate: Some(estimate), score })
+    }
+
+    /// What was fitted to the training data, on held-out data.
+    pub(crate) fn verified(&self, trained: Trained, from: &Fitted) -> Result<Fitted, FitError> {
+        let (train, held) = (trained.fit, &self.evidence.holdout);
+        let mut holdout = Fit::new(&train.model, held, &train.randomness, Some(&from.holdout))?;
+        if holdout.settle(held, MOST_MOVES).is_err() || holdout.overshoots() {
+            // With small latents nothing but the model holds a trajectory that is still far off.
+            holdout = self.loosened(&train.model, &from.holdout, held)?;
+            holdout.settle(held, MOST_MOVES)?;
+            holdout.randomness = train.randomness.clone();
+            holdout.settle(held, MOST_MOVES)?;
+        }
+        Ok(self.finish(train, holdout, trained.estimate))
+    }
+
+    /// A fit of `model` on training data, starting from another one, with its parameters as they are.
+    pub(crate) fn started(&self, model: &Model, from: &Fit, trials: &[Trial]) -> Result<Fit, FitError> {
+        let mut fit = Fit::new(model, trials, &from.randomness, Some(from))?;
+        if fit.examined.states() != from.examined.states() {
+            fit.smooth(trials)?;
+            fit.fit_randomness(trials, &self.evidence.noise, true);
+        }
+        Ok(fit)
+    }
+
+    /// Fits a model without something that `from` has: what is left out is again for the latent forces to carry.
+    ///
+    /// The other effects' parameters adapt in `rounds` of refinement.
+    pub(crate) fn fit_without(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
+        let start = self.loosened(model, &from.train, &self.evidence.train)?;
+        let trained = self.train(model, &start, &self.evidence.train, rounds, None)?;
+        self.verified(trained, from)
+    }
+
+    /// A fit of `model` from which others can start: with latent forces as large as in the model as given.
+    pub(crate) fn loosened(&self, model: &Model, from: &Fit, trials: &[Trial]) -> Result<Fit, FitError> {
+        let noise = from.randomness.noise.clone();
+        let randomness = self.base_randomness.as_ref().map_or_else(|| from.randomness.clone(), |base| base.clone());
+        let mut start = Fit::new(model, trials, &Randomness { noise, ..randomness }, Some(from))?;
+        start.smooth(trials)?;
+        start.fit_randomness(trials, &self.evidence.noise, true);
+        Ok(start)
+    }
+
+    /// Whether `next` predicts the held-out data better, sample by sample. Among several missing effects one alone may
+    /// not shrink the gap of a free run, but it must do this.
+    pub(crate) fn helps(before: &Fitted, next: &Fitted) -> bool {
+        next.holdout_score < before.holdout_score - 0.5 * EVIDENCE
+    }
+
+    /// Whether `next` shrinks the gap on held-out data by what an effect must earn.
+    pub(crate) fn earns(before: &Fitted, next: &Fitted) -> bool {
+        let shrink = |k: usize| 1.0 - (next.gap[k] / before.gap[k]).powi(2);
+        let (short, long) = (shrink(0), shrink(1));
+        short.max(long) >= EARNED && short.min(long) > -2.0 * EARNED
+    }
+}

@@ -1,0 +1,195 @@
+//! One round of the search: all candidates weighed, the best fitted, its rivals kept.
+
+use cdpr::effect::EffectSpec;
+
+use crate::candidates::{Candidate, Library, Situation};
+use crate::data::Trial;
+use crate::estimate::{Fit, FitError, for_trial};
+use crate::fitted::Fitted;
+use crate::kalman::{Forcing, Keep, Randomness, filter, whiten};
+use crate::null_test::{Weighing, of_time_alone};
+use crate::regression::{Scored, baseline, ladder, levels, rank};
+use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
+use crate::signature;
+
+/// Share of the best candidate's gain at which a simpler one is preferred.
+const SIMPLER: f64 = 0.93;
+/// Most rivals of one effect that are fitted in full.
+pub(crate) const MOST_RIVALS: usize = 3;
+
+impl Search<'_> {
+    /// What the candidates need to know of the data, with the spectral peaks of the latent forces.
+    pub(crate) fn situation(&self, fit: &Fit) -> Situation {
+        let mut situation = Situation::of(&self.evidence.train);
+        situation.peaks = crate::spectrum::peaks(fit, &self.evidence.train);
+        situation.waves = crate::spectrum::waves(fit, &self.evidence.train);
+        situation
+    }
+
+    /// One round over a library: the best candidate, refined, if it earns its place.
+    pub(crate) fn round(
+        &mut self,
+        fitted: &Fitted,
+        library: &Library,
+        parsimony: bool,
+        most_refusals: usize,
+    ) -> Result<Option<(Fitted, Taken)>, FitError> {
+        let e = self.evidence;
+        let fit = &fitted.train;
+        self.candidates = self.candidates.max(library.candidates.len());
+        let forcing = library_forcing(fit, &e.train, library);
+        let sizes = ladder(&fit.randomness);
+        let levels = levels(fit, &e.train, &forcing, library, &sizes);
+        let weighing = Weighing {
+            fit,
+            trials: &e.train,
+            forcing: &forcing,
+            library,
+            level: &levels[0],
+            randomness: &sizes[0],
+            penalty: self.penalty,
+        };
+        let base = baseline(&levels);
+        let ranked = rank(library, &levels, self.penalty);
+        let mut refused: Vec<(&'static str, Option<usize>)> = Vec::new();
+        while refused.len() < most_refusals {
+            let left: Vec<Scored> = ranked
+                .iter()
+                .filter(|s| {
+                    let c = &library.candidates[s.candidate];
+                    c.id == "expression" || !refused.contains(&(c.id, c.cable))
+                })
+                .skip(if library.candidates.first().is_some_and(|c| c.id == "expression") { refused.len() } else { 0 })
+                .cloned()
+                .collect();
+            let Some(best) = left.first() else { break };
+            if base - best.score < EVIDENCE {
+                break;
+            }
+            // The simpler of two good explanations first; once one is refused, the better one.
+            let chosen = if parsimony && refused.is_empty() { simplest(library, &left, base) } else { best };
+            let candidate = &library.candidates[chosen.candidate];
+            refused.push((candidate.id, candidate.cable));
+            let Some(effect) = effect_of(library, chosen) else { continue };
+            if is_a_force(candidate.id) && self.foreseen(fitted, library, chosen, &sizes) > fitted.holdout_score {
+                self.note(&effect, "refused", chosen.score - base, "it would not predict the held-out data better");
+                continue;
+            }
+            let mut model = fit.model.clone();
+            model.effects.push(effect.clone());
+            let trained = match self.train(&model, &fitted.train, &e.train, ROUNDS, None) {
+                Ok(trained) if trained.score < fitted.score - EVIDENCE => trained,
+                Ok(trained) => {
+                    let change = trained.score - fitted.score;
+                    self.note(&effect, "refused", change, "too little evidence after refinement");
+                    continue;
+                }
+                Err(_) => {
+                    self.note(&effect, "refused", f64::NAN, "it cannot be simulated");
+                    continue;
+                }
+            };
+            match self.verified(trained, fitted) {
+                Ok(next) if Self::helps(fitted, &next) => {
+                    let delta_bic = next.score - fitted.score;
+                    let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
+                    self.note(&refined, "added", delta_bic, "");
+                    let rivals = rivals(library, &ranked, chosen, base);
+                    let tested = !of_time_alone(library, chosen.candidate);
+                    let null_test = tested.then(|| weighing.null_test(EVIDENCE)).flatten();
+                    return Ok(Some((next, Taken::new(rivals, delta_bic, null_test))));
+                }
+                Ok(next) => {
+                    let change = next.score - fitted.score;
+                    self.note(&effect, "refused", change, "it does not predict the held-out data better");
+                }
+                Err(_) => self.note(&effect, "refused", f64::NAN, "it cannot be simulated on the held-out data"),
+            }
+        }
+        if parsimony {
+            self.null_test = weighing.null_test(EVIDENCE);
+        }
+        Ok(None)
+    }
+
+    /// `-2 log L` of the held-out data with a candidate of these amplitudes, foreseen by its signature.
+    fn foreseen(&self, fitted: &Fitted, library: &Library, scored: &Scored, sizes: &[Randomness]) -> f64 {
+        let (fit, trials) = (&fitted.holdout, &self.evidence.holdout);
+        let forcing = library_forcing(fit, trials, &library.only(scored.candidate));
+        let parts = forcing.iter().enumerate().map(|(t, forcing)| {
+            let randomness = for_trial(&sizes[scored.level], &trials[t]);
+            let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
+            let normal = whiten(&fit.linear[t], &randomness, &filtered, forcing, None);
+            normal.minus_two_log_likelihood - normal.drop(&scored.amplitudes)
+        });
+        parts.sum()
+    }
+}
+
+/// Whether a candidate is a force that enters the model as it is, so that its signature says all of it.
+fn is_a_force(id: &str) -> bool {
+    matches!(id, "expression" | "periodic_gust" | "steady_wind")
+}
+
+pub(crate) fn effect_of(library: &Library, scored: &Scored) -> Option<EffectSpec> {
+    library.candidates[scored.candidate].effect(&scored.amplitudes)
+}
+
+/// The candidate with the fewest columns among those nearly as good as the best.
+fn simplest<'a>(library: &Library, ranked: &'a [Scored], base: f64) -> &'a Scored {
+    let enough = SIMPLER * (base - ranked[0].score);
+    let size = |s: &Scored| library.candidates[s.candidate].columns.len();
+    ranked
+        .iter()
+        .filter(|s| base - s.score >= enough)
+        .min_by(|a, b| size(a).cmp(&size(b)).then(a.score.total_cmp(&b.score)))
+        .unwrap_or(&ranked[0])
+}
+
+/// The best candidates that are another explanation than the one chosen, for a full comparison.
+fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64) -> Vec<EffectSpec> {
+    let own = &library.candidates[chosen.candidate];
+    let gain = base - chosen.score;
+    let mut out: Vec<EffectSpec> = Vec::new();
+    for scored in ranked {
+        let c = &library.candidates[scored.candidate];
+        if (c.id == own.id && c.cable == own.cable) || out.iter().any(|e| e.id == c.id && e.cable == c.cable) {
+            continue;
+        }
+        if is_rival(own, c, (base - scored.score) / gain)
+            && let Some(effect) = effect_of(library, scored)
+        {
+            out.push(effect);
+            if out.len() == MOST_RIVALS {
+                break;
+            }
+        }
+    }
+    out
+}
+
+/// Whether another candidate with a share of the gain of `own` is worth a full comparison.
+pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64) -> bool {
+    let look_alikes = cdpr::effect::find(own.id).map_or(&[][..], |info| info.look_alikes);
+    let alike = look_alikes.iter().any(|look_alike| look_alike.id == other.id) && other.cable == own.cable;
+    share > if alike { 0.5 } else { 0.8 }
+}
+
+/// Signatures of a library along the fit's trajectories.
+pub(crate) fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) -> Vec<Forcing> {
+    trials
+        .iter()
+        .enumerate()
+        .map(|(t, trial)| {
+            let raw = signature::forcing(
+                &fit.model,
+                &fit.examined,
+                &library.variations,
+                &fit.linear[t],
+                trial,
+                &fit.trajectories[t],
+            );
+            signature::combine(&raw, &library.columns)
+        })
+        .collect()
+}
