@@ -200,7 +200,7 @@ fn settle(
         fitted = search.prune(base, fitted)?;
         let (next, replaced) = compare(search, fitted, alternatives);
         let score = next.score;
-        fitted = if replaced { search.settle_extensions(next)? } else { next };
+        fitted = if replaced { search.settle_extensions(next) } else { next };
         if !replaced || (search.taken.len() == 1 && fitted.score == score) {
             break;
         }

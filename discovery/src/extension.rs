@@ -122,47 +122,42 @@ enum Stage {
 
 impl Search<'_> {
     /// `fitted` with effect `at`, if that is friction, as the law of friction and with the extensions that earn their place:
-    /// chosen by the beginnings of the trials, then fitted to the whole.
-    pub(crate) fn extend(&mut self, fitted: Fitted, at: usize) -> Result<Fitted, FitError> {
+    /// chosen by the beginnings of the trials, then fitted to the whole. As it is where that cannot be simulated.
+    pub(crate) fn extend(&mut self, fitted: Fitted, at: usize) -> Fitted {
         let effect = &fitted.train.model.effects[at];
         if !is_friction(effect) || stage(effect) == Stage::Complete {
-            return Ok(fitted);
+            return fitted;
         }
         (self.progress)("fitting the shape of friction", 0.2);
-        let mut begun = self.on_beginnings(&fitted)?;
-        if stage(effect) == Stage::Undamped {
-            begun = self.damped(begun, at)?;
-        } else {
-            begun = self.shaped(begun, at);
-            if self.something_left(&begun) {
-                if let Some(kin) = self.kin(&begun, at) {
-                    begun = self.shaped(kin, at);
-                }
-                if let Some(next) = self.presliding(&begun, at)? {
-                    begun = next;
-                }
-            }
-        }
+        let Ok(begun) = self.formed(&fitted, at) else { return fitted };
         self.as_begun(fitted, &begun, at)
     }
 
+    /// The form of friction `at` that the beginnings of the trials ask for.
+    fn formed(&self, fitted: &Fitted, at: usize) -> Result<Trained, FitError> {
+        let mut begun = self.on_beginnings(fitted)?;
+        if stage(&fitted.train.model.effects[at]) == Stage::Undamped {
+            return self.damped(begun, at);
+        }
+        begun = self.shaped(begun, at);
+        if self.something_left(&begun) {
+            if let Some(kin) = self.kin(&begun, at) {
+                begun = self.shaped(kin, at);
+            }
+            if let Ok(Some(next)) = self.presliding(&begun, at) {
+                begun = next;
+            }
+        }
+        Ok(begun)
+    }
+
     /// `fitted` with the law of effect `at` that was chosen by the beginnings of the trials, if it earns its place.
-    fn as_begun(&mut self, fitted: Fitted, begun: &Trained, at: usize) -> Result<Fitted, FitError> {
+    fn as_begun(&mut self, fitted: Fitted, begun: &Trained, at: usize) -> Fitted {
         let (old, new) = (fitted.train.model.effects[at].clone(), &begun.fit.model.effects[at]);
         if old.id == new.id && count_in_use(&old) == count_in_use(new) {
-            return Ok(fitted);
+            return fitted;
         }
-        // Where friction becomes a state, the trajectory must settle before anything is refined.
-        let mut start = self.started(&begun.fit.model, &fitted.train, &self.evidence.train)?;
-        start.settle(&self.evidence.train, SETTLING)?;
-        let trained = self.train(&begun.fit.model, &start, &self.evidence.train, ROUNDS, None)?;
-        if trained.score >= fitted.score - EVIDENCE {
-            return Ok(fitted);
-        }
-        let next = self.verified(trained, &fitted)?;
-        if !Self::helps(&fitted, &next) {
-            return Ok(fitted);
-        }
+        let Ok(Some(next)) = self.on_whole(&fitted, begun) else { return fitted };
         let change = next.score - fitted.score;
         let new = next.train.model.effects[at].clone();
         let taken = &mut self.taken[at - self.given];
@@ -175,46 +170,62 @@ impl Search<'_> {
             taken.rivals.insert(0, old);
             self.note(&new, "replaced", change, &reason);
         }
-        Ok(next)
+        next
+    }
+
+    /// The model that was chosen by the beginnings of the trials on the whole, if it is better than `fitted` by what counts.
+    fn on_whole(&self, fitted: &Fitted, begun: &Trained) -> Result<Option<Fitted>, FitError> {
+        // Where friction becomes a state, the trajectory must settle before anything is refined.
+        let mut start = self.started(&begun.fit.model, &fitted.train, &self.evidence.train)?;
+        start.settle(&self.evidence.train, SETTLING)?;
+        let trained = self.train(&begun.fit.model, &start, &self.evidence.train, ROUNDS, None)?;
+        if trained.score >= fitted.score - EVIDENCE {
+            return Ok(None);
+        }
+        self.verified(trained, fitted).map(|next| Self::helps(fitted, &next).then_some(next))
     }
 
     /// Shapes that friction found before needs once another effect stands beside it.
-    pub(crate) fn reshape(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+    pub(crate) fn reshape(&mut self, mut fitted: Fitted) -> Fitted {
         for at in self.given..fitted.train.model.effects.len() {
             let effect = &fitted.train.model.effects[at];
-            if is_friction(effect) && stage(effect) == Stage::Static {
-                let begun = self.shaped(self.on_beginnings(&fitted)?, at);
-                fitted = self.as_begun(fitted, &begun, at)?;
+            if is_friction(effect)
+                && stage(effect) == Stage::Static
+                && let Ok(begun) = self.on_beginnings(&fitted)
+            {
+                let begun = self.shaped(begun, at);
+                fitted = self.as_begun(fitted, &begun, at);
             }
         }
-        Ok(fitted)
+        fitted
     }
 
     /// Once all effects stand: extensions that were too much as long as other effects were missing, and no presliding that
     /// stood for one of these.
-    pub(crate) fn settle_extensions(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+    pub(crate) fn settle_extensions(&mut self, mut fitted: Fitted) -> Fitted {
         for at in self.given..fitted.train.model.effects.len() {
-            if stage(&fitted.train.model.effects[at]) != Stage::Static {
-                fitted = self.without_presliding(fitted, at)?;
+            if stage(&fitted.train.model.effects[at]) != Stage::Static
+                && let Ok(Some(next)) = self.without_presliding(&fitted, at)
+            {
+                self.note(&next.train.model.effects[at].clone(), "simplified", next.score - fitted.score, "");
+                fitted = next;
             }
-            fitted = self.extend(fitted, at)?;
+            fitted = self.extend(fitted, at);
         }
-        Ok(fitted)
+        fitted
     }
 
     /// `fitted` with effect `at` as a static law, if that is as good.
-    fn without_presliding(&mut self, fitted: Fitted, at: usize) -> Result<Fitted, FitError> {
-        let begun = self.on_beginnings(&fitted)?;
+    fn without_presliding(&self, fitted: &Fitted, at: usize) -> Result<Option<Fitted>, FitError> {
+        let begun = self.on_beginnings(fitted)?;
         let model = with(&begun.fit.model, at, &STATIC);
         let start = self.loosened(&model, &begun.fit, &self.beginnings)?;
-        let fixed = self.train(&model, &start, &self.beginnings, ROUNDS, None);
-        let Some(fixed) = fixed.ok().filter(|fixed| fixed.score < begun.score + EVIDENCE) else { return Ok(fitted) };
-        let next = self.fit_without(&fixed.fit.model, &fitted, ROUNDS)?;
-        if next.score >= fitted.score + EVIDENCE {
-            return Ok(fitted);
+        let fixed = self.train(&model, &start, &self.beginnings, ROUNDS, None)?;
+        if fixed.score >= begun.score + EVIDENCE {
+            return Ok(None);
         }
-        self.note(&next.train.model.effects[at].clone(), "simplified", next.score - fitted.score, "");
-        Ok(next)
+        let next = self.fit_without(&fixed.fit.model, fitted, ROUNDS)?;
+        Ok((next.score < fitted.score + EVIDENCE).then_some(next))
     }
 
     /// `fitted` on the beginnings of the trials, with its parameters fitted to them.

@@ -43,7 +43,7 @@ impl Search<'_> {
         if trained.score >= found.score - EVIDENCE {
             return Ok(None);
         }
-        let next = self.verified(trained, base)?;
+        let Ok(next) = self.verified(trained, base) else { return Ok(None) };
         if !Self::helps(found, &next) {
             return Ok(None);
         }

@@ -125,7 +125,7 @@ impl<'a> Search<'a> {
                 };
             }
             if self.taken.len() > 1 {
-                fitted = self.settle_extensions(fitted)?;
+                fitted = self.settle_extensions(fitted);
             }
         }
         if !self.taken.is_empty() {
@@ -138,7 +138,7 @@ impl<'a> Search<'a> {
                 Look::Nothing => fitted,
             };
         }
-        if self.taken.len() > 1 { self.settle_extensions(fitted) } else { Ok(fitted) }
+        Ok(if self.taken.len() > 1 { self.settle_extensions(fitted) } else { fitted })
     }
 
     /// Where what was found explains little: a term that explains it all, which says more than a law that might hide, or
@@ -148,7 +148,7 @@ impl<'a> Search<'a> {
             return Ok(Look::Explained(explained));
         }
         match self.second_look(base, fitted)? {
-            Some(better) => Ok(Look::Better(self.extend(better, self.given)?)),
+            Some(better) => Ok(Look::Better(self.extend(better, self.given))),
             None => Ok(Look::Nothing),
         }
     }
@@ -156,7 +156,7 @@ impl<'a> Search<'a> {
     /// Effects of the catalogue, one after the other, as long as they earn their place.
     fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
         while self.taken.len() < MOST_EFFECTS {
-            fitted = self.reshape(fitted)?;
+            fitted = self.reshape(fitted);
             let Some(next) = self.one_more(&fitted)? else { break };
             fitted = next;
         }
@@ -170,7 +170,7 @@ impl<'a> Search<'a> {
         let library = catalogue(&fitted.train.model, &situation);
         let Some((next, taken)) = self.round(fitted, &library, true, MOST_REFUSALS)? else { return Ok(None) };
         self.taken.push(taken);
-        self.extend(next, self.given + self.taken.len() - 1).map(Some)
+        Ok(Some(self.extend(next, self.given + self.taken.len() - 1)))
     }
 
     /// Whether a single term outside the catalogue explains the data from `base` on; in place of all found.
@@ -203,7 +203,10 @@ impl<'a> Search<'a> {
         };
         let mut model = fitted.train.model.clone();
         model.effects.push(effect.clone());
-        let next = self.fit(&model, &fitted, ROUNDS)?;
+        let Ok(next) = self.fit(&model, &fitted, ROUNDS) else {
+            self.note(&effect, "refused", f64::NAN, "it cannot be simulated");
+            return Ok(fitted);
+        };
         if next.score < fitted.score - EVIDENCE && Self::helps(&fitted, &next) {
             let delta_bic = next.score - fitted.score;
             let refined = next.train.model.effects.last().cloned().unwrap_or(effect);

@@ -16,7 +16,7 @@ use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
 use crate::fitted::Fitted;
 use crate::refine::refine;
-use crate::search::{Search, Taken};
+use crate::search::{ROUNDS, Search, Taken};
 
 /// Laws that go on to the whole.
 const FINALISTS: usize = 3;
@@ -74,7 +74,7 @@ impl Search<'_> {
         let Some((fit, _)) = best.reached else { return Ok(None) };
         let mut start = base.clone();
         start.train = fit;
-        let next = self.fit(&start.train.model.clone(), &start, crate::search::ROUNDS)?;
+        let Ok(next) = self.fit(&start.train.model.clone(), &start, ROUNDS) else { return Ok(None) };
         let better = next.left() < found.left() && next.score < found.score;
         if next.left() > 0.5 * base.left() || !better || !Self::helps(base, &next) {
             return Ok(None);
