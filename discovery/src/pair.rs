@@ -2,7 +2,8 @@
 //!
 //! One effect after the other is misled where two are missing: the first one found may be neither, but what does some of
 //! both. Where the first effect leaves a gap, all pairs of the best candidates are therefore weighed together, on the same
-//! whitened signatures, and the best pair is fitted in full.
+//! whitened signatures. If the best pair leaves nothing to the latent forces, it is fitted in full, and taken if nothing is
+//! left to explain.
 
 use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
@@ -15,7 +16,7 @@ use crate::fitted::Fitted;
 use crate::kalman::{Forcing, Keep, Normal, filter, whiten};
 use crate::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
 use crate::round::{MOST_RIVALS, effect_of, is_rival, library_forcing};
-use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
+use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search, Taken};
 use crate::signature::combine;
 
 /// Candidates of which pairs are formed.
@@ -28,13 +29,15 @@ struct Pair {
 }
 
 impl Search<'_> {
-    /// The best pair of effects from `base` on, if it explains the data better than what was `found`; in place of that.
+    /// The best pair of effects from `base` on, if it explains all that what was `found` does not; in place of that.
     pub(crate) fn pair(&mut self, base: &Fitted, found: &Fitted) -> Result<Option<Fitted>, FitError> {
         (self.progress)("weighing pairs", 0.25);
         let (fit, trials) = (&base.train, &self.evidence.train);
         let library = catalogue(&fit.model, &self.situation(fit));
         let pairs = weigh_pairs(fit, trials, &library, self.penalty);
-        let Some(best) = pairs.first() else { return Ok(None) };
+        // A pair that leaves work to the latent forces only does some of what is missing.
+        let last = ladder(&fit.randomness).len() - 1;
+        let Some(best) = pairs.first().filter(|pair| pair.members[0].level == last) else { return Ok(None) };
         let members = [0, 1].map(|k| effect_of(&library, &best.members[k]));
         let [Some(first), Some(second)] = members else { return Ok(None) };
         let mut model = fit.model.clone();
@@ -44,7 +47,7 @@ impl Search<'_> {
             return Ok(None);
         }
         let Ok(next) = self.verified(trained, base) else { return Ok(None) };
-        if !Self::helps(found, &next) {
+        if next.gap[0] > NOTHING_LEFT || !Self::helps(found, &next) {
             return Ok(None);
         }
         let gain = next.score - base.score;

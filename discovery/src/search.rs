@@ -20,7 +20,7 @@ pub(crate) const EVIDENCE: f64 = 10.0;
 const MOST_REFUSALS: usize = 4;
 /// Gap from which a missing law may be so strong that it hides itself.
 const STRONG: f64 = 5.0;
-/// Share of the gap that the first effects must leave for the search to look for such a law before it goes on.
+/// Share of the gap that the first two effects must leave for the search to look for such a law before it goes on.
 const HIDDEN: f64 = 0.9;
 /// Gap over the main horizon on held-out data up to which nothing is left to explain.
 pub(crate) const NOTHING_LEFT: f64 = 1.1;
@@ -117,15 +117,15 @@ impl<'a> Search<'a> {
             if fitted.gap[0] > NOTHING_LEFT {
                 fitted = self.pair(base, &fitted)?.unwrap_or(fitted);
             }
+            if self.taken.len() == 1 {
+                fitted = self.one_more(&fitted)?.unwrap_or(fitted);
+            }
             if base.gap[0] > STRONG && fitted.left() > HIDDEN * base.left() {
                 fitted = match self.look_again(base, &fitted)? {
                     Look::Explained(explained) => return Ok(explained),
                     Look::Better(better) => better,
                     Look::Nothing => fitted,
                 };
-            }
-            if self.taken.len() > 1 {
-                fitted = self.settle_extensions(fitted);
             }
         }
         if !self.taken.is_empty() {
