@@ -330,7 +330,8 @@ mod tests {
             let (own, other) = (product(&quick.step, &quick.step), product(&whole.step, &whole.step));
             let alike = product(&quick.step, &whole.step) / (own * other).sqrt();
             assert!(alike > 0.97, "{id} {values:?}: correlation {alike}");
-            assert!((own / other).sqrt() > 0.9 && (own / other).sqrt() < 1.1, "{id} {values:?}: {own} {other}");
+            // At this sampling rate the fastest mode turns by more than a radian in an interval.
+            assert!((0.8..1.25).contains(&(own / other).sqrt()), "{id} {values:?}: {own} {other}");
         }
     }
 }
