@@ -31,7 +31,8 @@ impl Progress {
             });
         }
         if let Some(bar) = &self.bar {
-            bar.set_position((share * PARTS as f64) as u64);
+            // A search may turn back; what is done stays done.
+            bar.set_position(bar.position().max((share * PARTS as f64) as u64));
         }
     }
 
