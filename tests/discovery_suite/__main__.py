@@ -27,10 +27,13 @@ def main(argv=None):
     for sub in (make, listing, measure, scoring):
         sub.add_argument("--case", nargs="+", metavar="NAME", help="only these cases")
         sub.add_argument("--small", action="store_true", help="the small subset")
+        sub.add_argument(
+            "--redraw", type=int, default=0, metavar="N", help="other paths, wind and noise"
+        )
     make.add_argument("--out", required=True, metavar="DIR")
     args = parser.parse_args(argv)
     try:
-        cases = suite.select(args.case, args.small)
+        cases = suite.select(args.case, args.small, args.redraw)
     except ValueError as error:
         print(f"discovery_suite: {error}", file=sys.stderr)
         return 2

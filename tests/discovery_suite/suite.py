@@ -1,5 +1,7 @@
 """The whole suite in one list, and its small subset."""
 
+from dataclasses import replace
+
 from .cases_hard import ELASTICITY, LOOK_ALIKES, MOORDYN, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
 from .cases_pair import PAIRS, TRIPLES
 from .cases_single import SINGLES
@@ -20,8 +22,23 @@ if len(_BY_NAME) != len(SUITE):
     raise ValueError("the suite holds two cases of one name")
 
 
-def select(names=None, small=False):
-    """The cases of these names, the small subset, or all."""
+def select(names=None, small=False, redraw=0):
+    """The cases of these names, the small subset, or all.
+
+    With `redraw` the same effects are hidden in other trials: all seeds move by that much, so
+    paths, wind, noise, gaps and outliers are others.
+    """
+    return [_redrawn(case, redraw) for case in _selected(names, small)]
+
+
+def _redrawn(case, by):
+    def moved(settings):
+        return settings.but(seed=settings.seed + by)
+
+    return replace(case, train=tuple(map(moved, case.train)), holdout=moved(case.holdout))
+
+
+def _selected(names, small):
     if small:
         names = SMALL
     if not names:

@@ -403,6 +403,15 @@ def test_judge_merges_four_winches_and_turns_gusts():
     assert max(abs(e["z"]) for e in errors) < 1e-9
 
 
+def test_a_case_redrawn_hides_the_same_in_another_trial():
+    (case,), (other,) = suite.select(["quadratic_drag"]), suite.select(["quadratic_drag"], redraw=1)
+    assert other.effects == case.effects
+    assert other.holdout == case.holdout.but(seed=case.holdout.seed + 1)
+    short = [c.train[0].but(duration=2.0) for c in (case, other)]
+    first, second = (trial.run(settings, case.effects) for settings in short)
+    assert np.abs(first.states[:, :2] - second.states[:, :2]).max() > 0.01
+
+
 def test_the_truth_is_a_model_file_unless_it_is_outside_the_catalogue():
     truth = _truth(
         effect("winch_coulomb_friction", 3, force=250.0, transition_speed=0.01),
