@@ -110,16 +110,17 @@ impl<'a> Search<'a> {
         if fitted.train.examined.plant.unstretched_index(0).is_none() {
             fitted = self.elasticity(fitted)?;
         }
-        if self.taken.is_empty()
-            && let Some(first) = self.one_more(&fitted)?
-        {
-            fitted = first;
+        if self.taken.is_empty() {
+            fitted = self.one_more(&fitted)?.unwrap_or(fitted);
+            // Also where none was taken: alone, one of two may not predict the held-out data better.
             if fitted.gap[0] > NOTHING_LEFT {
                 fitted = self.pair(base, &fitted)?.unwrap_or(fitted);
             }
             if self.taken.len() == 1 {
                 fitted = self.one_more(&fitted)?.unwrap_or(fitted);
             }
+        }
+        if !self.taken.is_empty() {
             if base.gap[0] > STRONG && fitted.left() > HIDDEN * base.left() {
                 fitted = match self.look_again(base, &fitted)? {
                     Look::Explained(explained) => return Ok(explained),
@@ -127,8 +128,6 @@ impl<'a> Search<'a> {
                     Look::Nothing => fitted,
                 };
             }
-        }
-        if !self.taken.is_empty() {
             fitted = self.rounds(fitted)?;
         }
         if (fitted.explains_little(base) || fitted.gap[0] > STRONG) && base.gap[0] > STRONG {
