@@ -1,8 +1,8 @@
 //! Two effects at once: the pair of candidates that together explain the innovations best.
 //!
 //! One effect after the other is misled where two are missing: the first one found may be neither, but what does some of
-//! both. Where the first effect leaves a gap, all pairs of the best candidates are therefore weighed together, on the same
-//! whitened signatures. If the best pair leaves nothing to the latent forces, it is fitted in full, and taken if nothing is
+//! both. Where the first effect leaves a gap, or none was taken, all pairs of the best candidates are therefore weighed
+//! together, on the same whitened signatures. If the best pair leaves nothing to the latent forces, it is fitted in full, and taken if nothing is
 //! left to explain.
 
 use cdpr::effect::EffectSpec;
