@@ -9,14 +9,14 @@ use crate::alike::likeness;
 use crate::clean::remove_outliers;
 use crate::data::Trial;
 use crate::estimate::{FitError, noise_of_data};
-use crate::extension::count_in_use;
+use crate::extension::{containing, count_in_use};
 use crate::fitted::{Evidence, Fitted, Trained};
 use crate::gap::predict;
 use crate::outcome::{
     Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Stability, Verdict,
 };
 use crate::report::phrase;
-use crate::search::{NOTHING_LEFT, Progress, Search};
+use crate::search::{NOTHING_LEFT, Progress, Search, Taken};
 use crate::stability::stability;
 use crate::verify;
 use crate::write::{label, place};
@@ -239,19 +239,24 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
             search.taken[k].delta_bic += other.score - fitted.score;
             search.taken[k].rivals.retain(|rival| rival.id != effect_id);
             search.taken[k].rivals.push(old.clone());
-            search.taken.iter_mut().for_each(|taken| taken.without = None);
+            search.taken.iter_mut().for_each(Taken::changed);
             let before = std::mem::replace(&mut fitted, other);
             others.push((old, Trained { fit: before.train, estimate: before.estimate, score: before.score }));
             replaced = true;
         }
         let limit = weight(search.taken[k].delta_bic);
+        // What contains the law that stands and is no better with what it has more, is that law.
+        let standing = &fitted.train.model.effects[at];
+        let needless = |effect: &EffectSpec, delta_bic: f64| {
+            delta_bic > 0.0 && effect.cable == standing.cable && containing(&effect.id, standing).is_some()
+        };
         let mut list: Vec<Alternative> = others
             .into_iter()
             .map(|(effect, other)| {
                 let delta_bic = other.score - fitted.score;
                 Alternative {
                     separate_by: separate_by(&fitted.train.model.effects[at], &effect),
-                    indistinguishable: delta_bic < limit && !degenerate(&effect),
+                    indistinguishable: delta_bic < limit && !degenerate(&effect) && !needless(&effect, delta_bic),
                     effect,
                     delta_bic,
                     correlation: None,

@@ -30,12 +30,24 @@ pub(crate) struct Fit {
     pace: Vec<f64>,
 }
 
+/// A run of the filter.
+pub(crate) struct Look {
+    randomness: Randomness,
+    filtered: Vec<Filtered>,
+    /// `-2 log L`.
+    pub(crate) value: f64,
+}
+
 /// Share of a move that a trajectory takes where whole moves overshoot: where friction turns its sign within a sample.
 const SLOW: f64 = 0.7;
 /// Share of the defects that a move may leave.
 const LEFT: f64 = 0.6;
 /// Defect of a sample, relative to the size of its state, that is rounding and discretisation.
 const NO_DEFECT: f64 = 1e-6;
+/// Mean defect of a sample where a trajectory goes back and forth about one that the model can make.
+const SMALL_DEFECT: f64 = 3e-4;
+/// Moves that may leave most of the defects before a trajectory is left as it is.
+const PATIENCE: usize = 3;
 /// Change of `-2 log L` by a move below which a trajectory has settled.
 const SETTLED: f64 = 1.0;
 
@@ -251,17 +263,30 @@ impl Fit {
         Ok(moves.iter().map(|(_, value)| value).sum())
     }
 
-    /// Moves the trajectories until they stay, at most so often.
+    /// Moves the trajectories until they stay or their defects no longer shrink, at most so often.
     pub(crate) fn settle(&mut self, trials: &[Trial], most: usize) -> Result<(), FitError> {
-        let mut last = f64::INFINITY;
+        let (mut last, mut least, mut idle) = (f64::INFINITY, self.defect(), 0);
         for _ in 0..most {
             let value = self.smooth(trials)?;
-            if (last - value).abs() < SETTLED {
+            let defect = self.defect();
+            (least, idle) = if defect < LEFT * least { (defect, 0) } else { (least, idle + 1) };
+            if (last - value).abs() < SETTLED || idle == PATIENCE {
                 break;
             }
             last = value;
         }
         Ok(())
+    }
+
+    /// Mean defect of a sample, relative to the size of its state.
+    fn defect(&self) -> f64 {
+        let samples: usize = self.linear.iter().map(|linear| linear.len).sum();
+        self.linear.iter().map(LinearTrial::total_defect).sum::<f64>() / samples as f64
+    }
+
+    /// Whether the trajectories are near ones that the model can make.
+    pub(crate) fn has_settled(&self) -> bool {
+        self.defect() < SMALL_DEFECT
     }
 
     /// Whether the last move of a trajectory left most of its defects.
@@ -290,49 +315,63 @@ impl Fit {
         self.filter(trials, randomness, Keep::Likelihood).iter().map(|f| f.minus_two_log_likelihood).sum()
     }
 
+    /// The filter's run at other sizes of the random parts.
+    pub(crate) fn look(&self, trials: &[Trial], randomness: Randomness) -> Look {
+        let filtered = self.filter(trials, &randomness, Keep::Likelihood);
+        let value = filtered.iter().map(|f| f.minus_two_log_likelihood).sum();
+        Look { randomness, filtered, value }
+    }
+
     /// Sizes of latent forces (and noise) by maximum likelihood: none at all if that is better, else a coordinate search
     /// on a logarithmic grid.
     pub(crate) fn fit_randomness(&mut self, trials: &[Trial], noise: &[f64], coarse: bool) {
-        let look = |randomness: Randomness| {
-            let filtered = self.filter(trials, &randomness, Keep::Likelihood);
-            let value: f64 = filtered.iter().map(|f| f.minus_two_log_likelihood).sum();
-            (randomness, filtered, value)
-        };
-        let mut best = look(self.randomness.clone());
+        let mut best = self.look(trials, self.randomness.clone());
         let nothing = Randomness { force: SMALLEST_LATENT, winch: SMALLEST_LATENT, ..self.randomness.clone() };
-        if !best.0.same_latents(&nothing) {
-            let at_nothing = look(nothing.clone());
-            if at_nothing.2 < best.2 {
+        if !best.randomness.same_latents(&nothing) {
+            let at_nothing = self.look(trials, nothing.clone());
+            if at_nothing.value < best.value {
                 best = at_nothing;
             }
         }
         // From nothing, one step up on each axis tells whether there is anything.
         let factors: &[f64] = if coarse { &[10.0, 3.0] } else { &[3.0] };
         for &factor in factors {
-            for axis in 0..2 {
-                for direction in [1.0 / factor, factor] {
-                    loop {
-                        let mut next = best.0.clone();
-                        let slot = if axis == 0 { &mut next.force } else { &mut next.winch };
-                        *slot = (*slot * direction).clamp(SMALLEST_LATENT, 1e5);
-                        if next.same_latents(&best.0) {
-                            break;
-                        }
-                        let candidate = look(next);
-                        if candidate.2 >= best.2 - 0.5 {
-                            break;
-                        }
-                        best = candidate;
-                    }
-                }
-            }
-            if best.0.same_latents(&nothing) {
+            best = self.search_latents(trials, best, &[1.0 / factor, factor]);
+            if best.randomness.same_latents(&nothing) {
                 break;
             }
         }
-        let (randomness, filtered, _) = best;
-        self.randomness = randomness;
-        self.fit_noise(trials, noise, &filtered);
+        self.randomness = best.randomness;
+        self.fit_noise(trials, noise, &best.filtered);
+    }
+
+    /// As [`Fit::fit_randomness`] where the latent forces have been chosen but for being too small, with a run at these.
+    pub(crate) fn enlarge_randomness(&mut self, trials: &[Trial], noise: &[f64], run: Look) {
+        let best = self.search_latents(trials, run, &[3.0]);
+        self.randomness = best.randomness;
+        self.fit_noise(trials, noise, &best.filtered);
+    }
+
+    /// The best sizes of latent forces that are reached from a run by steps of these factors.
+    fn search_latents(&self, trials: &[Trial], mut best: Look, factors: &[f64]) -> Look {
+        for axis in 0..2 {
+            for factor in factors {
+                loop {
+                    let mut next = best.randomness.clone();
+                    let slot = if axis == 0 { &mut next.force } else { &mut next.winch };
+                    *slot = (*slot * factor).clamp(SMALLEST_LATENT, 1e5);
+                    if next.same_latents(&best.randomness) {
+                        break;
+                    }
+                    let candidate = self.look(trials, next);
+                    if candidate.value >= best.value - 0.5 {
+                        break;
+                    }
+                    best = candidate;
+                }
+            }
+        }
+        best
     }
 
     /// Noise by maximum likelihood, held near what the data alone say: differences see too much where the signal itself

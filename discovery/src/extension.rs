@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::candidates::Situation;
 use crate::estimate::FitError;
 use crate::fitted::{Fitted, Trained};
-use crate::search::{EVIDENCE, ROUNDS, Search};
+use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 use crate::verify;
 
 /// Rounds of a refinement by which a start is judged.
@@ -60,6 +60,17 @@ pub(crate) fn extended_like(law: &EffectSpec, other: &EffectSpec) -> EffectSpec 
         }
     }
     extended
+}
+
+/// The law of friction `id` where it contains the law `standing`, from where it can show that it is more.
+pub(crate) fn containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
+    let plain = ["tail", "algebraic"].iter().all(|shape| value_of(standing, shape) == Some(0.0));
+    if id != "winch_stribeck_friction" || standing.id != "winch_coulomb_friction" || !plain {
+        return None;
+    }
+    let (force, transition) = (value_of(standing, "force")?, value_of(standing, "transition_speed")?);
+    let law = EffectSpec::new(id, standing.cable, &[force, 1.05 * force, 0.1, 0.0, transition]).ok()?;
+    Some(extended_like(&law, standing))
 }
 
 fn index_of(spec: &EffectSpec, name: &str) -> Option<usize> {
@@ -128,6 +139,10 @@ impl Search<'_> {
         if !is_friction(effect) || stage(effect) == Stage::Complete {
             return fitted;
         }
+        let among = fitted.train.model.effects.len();
+        if self.taken[at - self.given].formed_among.replace(among) == Some(among) {
+            return fitted;
+        }
         (self.progress)("fitting the shape of friction", 0.2);
         let Ok(begun) = self.formed(&fitted, at) else { return fitted };
         self.as_begun(fitted, &begun, at)
@@ -141,12 +156,14 @@ impl Search<'_> {
         }
         begun = self.shaped(begun, at);
         if self.something_left(&begun) {
-            if let Some(kin) = self.kin(&begun, at) {
-                begun = self.shaped(kin, at);
-            }
-            if let Ok(Some(next)) = self.presliding(&begun, at) {
-                begun = next;
-            }
+            let mut laws = self.kin(begun, at);
+            // Presliding of the best law that knows it, even where a law without it is better as long as there is none.
+            let preslides = |law: &&Trained| index_of(&law.fit.model.effects[at], "presliding_stiffness").is_some();
+            let presliding = laws.iter().find(preslides).and_then(|law| self.presliding(law, at).ok().flatten());
+            begun = match presliding {
+                Some(next) if next.score < laws[0].score => next,
+                _ => laws.swap_remove(0),
+            };
         }
         Ok(begun)
     }
@@ -158,6 +175,8 @@ impl Search<'_> {
             return fitted;
         }
         let Ok(Some(next)) = self.on_whole(&fitted, begun) else { return fitted };
+        self.taken.iter_mut().for_each(Taken::changed);
+        self.taken[at - self.given].formed_among = Some(next.train.model.effects.len());
         let change = next.score - fitted.score;
         let new = next.train.model.effects[at].clone();
         let taken = &mut self.taken[at - self.given];
@@ -185,17 +204,10 @@ impl Search<'_> {
         self.verified(trained, fitted).map(|next| Self::helps(fitted, &next).then_some(next))
     }
 
-    /// Shapes that friction found before needs once another effect stands beside it.
-    pub(crate) fn reshape(&mut self, mut fitted: Fitted) -> Fitted {
+    /// The form that friction found before needs once another effect stands beside it.
+    pub(crate) fn form(&mut self, mut fitted: Fitted) -> Fitted {
         for at in self.given..fitted.train.model.effects.len() {
-            let effect = &fitted.train.model.effects[at];
-            if is_friction(effect)
-                && stage(effect) == Stage::Static
-                && let Ok(begun) = self.on_beginnings(&fitted)
-            {
-                let begun = self.shaped(begun, at);
-                fitted = self.as_begun(fitted, &begun, at);
-            }
+            fitted = self.extend(fitted, at);
         }
         fitted
     }
@@ -240,8 +252,12 @@ impl Search<'_> {
         verify::whiteness(&begun.fit, &self.beginnings, noise).iter().any(|w| w.statistic > w.limit)
     }
 
-    /// The law of effect `at` with the shapes that it needs on the beginnings of the trials.
-    fn shaped(&self, mut begun: Trained, at: usize) -> Trained {
+    /// The law of effect `at` with the shapes that it needs on the beginnings of the trials; as it is where it has presliding
+    /// or is none of friction.
+    pub(crate) fn shaped(&self, mut begun: Trained, at: usize) -> Trained {
+        if stage(&begun.fit.model.effects[at]) != Stage::Static {
+            return begun;
+        }
         for (name, value) in SHAPES {
             let effect = &begun.fit.model.effects[at];
             if index_of(effect, name).is_none_or(|k| in_use(effect, k)) {
@@ -255,17 +271,26 @@ impl Search<'_> {
         begun
     }
 
-    /// The other law of friction that explains the beginnings of the trials better than effect `at`, if any does.
-    fn kin(&self, begun: &Trained, at: usize) -> Option<Trained> {
+    /// The laws of friction, each in the shape it needs on the beginnings of the trials, in place of effect `at`; the best
+    /// first. A richer law than that effect must be better by what counts.
+    fn kin(&self, begun: Trained, at: usize) -> Vec<Trained> {
         let laws = kin_of(&begun.fit.model.effects[at], Situation::of(&self.beginnings).mean_tension);
+        let own = count_in_use(&begun.fit.model.effects[at]);
+        let handicap = |law: &Trained| {
+            let richer = count_in_use(&law.fit.model.effects[at]) > own;
+            law.score + if richer { 2.0 * EVIDENCE } else { 0.0 }
+        };
         let tried = laws.into_par_iter().filter_map(|law| {
             let mut model = begun.fit.model.clone();
             model.effects[at] = law;
             let start = self.loosened(&model, &begun.fit, &self.beginnings).ok()?;
-            self.train(&model, &start, &self.beginnings, ROUNDS, None).ok()
+            let law = self.train(&model, &start, &self.beginnings, ROUNDS, None).ok()?;
+            Some(self.shaped(law, at))
         });
-        let best = tried.min_by(|a, b| a.score.total_cmp(&b.score))?;
-        (best.score < begun.score - 2.0 * EVIDENCE).then_some(best)
+        let mut all: Vec<Trained> = tried.collect();
+        all.push(begun);
+        all.sort_by(|a, b| handicap(a).total_cmp(&handicap(b)));
+        all
     }
 
     /// The law of effect `at` with presliding, first without damping, in place of the shapes of a static law; on the

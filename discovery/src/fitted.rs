@@ -116,7 +116,7 @@ impl Search<'_> {
     pub(crate) fn verified(&self, trained: Trained, from: &Fitted) -> Result<Fitted, FitError> {
         let (train, held) = (trained.fit, &self.evidence.holdout);
         let mut holdout = Fit::new(&train.model, held, &train.randomness, Some(&from.holdout))?;
-        if holdout.settle(held, MOST_MOVES).is_err() || holdout.overshoots() {
+        if holdout.settle(held, MOST_MOVES).is_err() || !holdout.has_settled() {
             // With small latents nothing but the model holds a trajectory that is still far off.
             holdout = self.loosened(&train.model, &from.holdout, held)?;
             holdout.settle(held, MOST_MOVES)?;

@@ -52,8 +52,13 @@ pub(crate) struct LinearTrial {
     pub(crate) latents: Vec<f64>,
     /// `∂h/∂x`, `channels × states` a sample.
     pub(crate) sensor: Vec<f64>,
-    /// Measured minus what the sensors would show on the trajectory, `channels` a sample; `NAN` is a gap.
+    /// What the sensors would show on the trajectory, `channels` a sample.
+    pub(crate) shown: Vec<f64>,
+    /// Measured minus that; `NAN` is a gap.
     pub(crate) residual: Vec<f64>,
+    /// Inputs as the plant feels them, and slack cables, at each sample.
+    pub(crate) felt: Vec<Inputs>,
+    pub(crate) slack: Vec<[bool; CABLES]>,
     /// Prior guess of the first states minus the trajectory's.
     pub(crate) prior: Vec<f64>,
     /// Standard deviation of that guess.
@@ -63,6 +68,15 @@ pub(crate) struct LinearTrial {
 impl LinearTrial {
     pub(crate) fn width(&self) -> usize {
         self.states + LATENTS
+    }
+
+    /// Step `k` of the model from a trajectory with these `states` at its beginning; writes to `end` where it goes from there,
+    /// given the trajectory's states at its end.
+    pub(crate) fn step<'a>(&self, k: usize, time: f64, from: &'a [f64], to: &[f64], end: &'a mut [f64]) -> Step<'a> {
+        for ((slot, state), defect) in end.iter_mut().zip(to).zip(&self.defect[k * self.states..]) {
+            *slot = state + defect;
+        }
+        Step { time, interval: self.interval[k], from, to: end, felt: self.felt[k], slack: self.slack[k] }
     }
 
     /// Sum of all defects, each relative to the typical size of its state.
@@ -137,7 +151,9 @@ pub(crate) fn linearise(
     let mut transition = vec![0.0; (len - 1) * n * width];
     let mut sensor = vec![0.0; len * m * n];
     let mut defect = vec![0.0; (len - 1) * n];
+    let mut all_shown = vec![0.0; len * m];
     let mut residual = vec![0.0; len * m];
+    let (mut all_felt, mut all_slack) = (Vec::with_capacity(len), Vec::with_capacity(len));
     let mut simulation = model.simulation(trial, trajectory.states(0));
     let mut sensors = SensorSlopes::new(model, trial);
     let mut shown = Vec::new();
@@ -152,6 +168,9 @@ pub(crate) fn linearise(
         for j in 0..m {
             residual[k * m + j] = trial.measured[k][j] - shown[j];
         }
+        all_shown[k * m..(k + 1) * m].copy_from_slice(&shown);
+        all_felt.push(felt);
+        all_slack.push(slack);
         sensors.at(&simulation, x, &felt, slack, &shown, &mut sensor[k * m * n..(k + 1) * m * n]);
         if k + 1 == len {
             break;
@@ -178,7 +197,10 @@ pub(crate) fn linearise(
         defect,
         latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
         sensor,
+        shown: all_shown,
         residual,
+        felt: all_felt,
+        slack: all_slack,
         prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
         prior_deviation: prior_deviation(model),
     })

@@ -6,12 +6,12 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::estimate::{Fit, FitError, for_trial};
+use crate::estimate::{Fit, FitError, Look, for_trial};
 use crate::extension::{in_use, is_friction};
 use crate::kalman::{Keep, Normal, Randomness, filter, whiten};
 use crate::model::Examined;
 use crate::regression::ladder;
-use crate::signature;
+use crate::signature::{Varied, sensitivities};
 
 /// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
 const SETTLED: f64 = 0.1;
@@ -57,7 +57,7 @@ fn parameter_step(model: &Model, free: Free) -> f64 {
 }
 
 /// Models with each free parameter moved by its step, away from its bounds.
-pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<(Examined, f64)>> {
+pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<Varied>> {
     free.iter()
         .map(|f| {
             let step = parameter_step(model, *f);
@@ -65,7 +65,8 @@ pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<(Examine
                 let mut varied = model.clone();
                 varied.effects[f.effect].values[f.parameter] += step;
                 varied.effects[f.effect].check().ok()?;
-                Some((Examined::new(&varied).ok()?, step))
+                let effect = varied.effects[f.effect].id.clone();
+                Some(Varied { examined: Examined::new(&varied).ok()?, effect, size: step })
             })
         })
         .collect()
@@ -85,11 +86,11 @@ struct Proposal {
 fn proposals(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -> (Vec<Proposal>, Vec<usize>) {
     let varied = varied_models(&fit.model, free);
     let usable: Vec<usize> = (0..free.len()).filter(|i| varied[*i].is_some()).collect();
-    let varied: Vec<(Examined, f64)> = varied.into_iter().flatten().collect();
+    let varied: Vec<Varied> = varied.into_iter().flatten().collect();
     let parts: Vec<Vec<Normal>> = (0..trials.len())
         .into_par_iter()
         .map(|t| {
-            let forcing = signature::difference(&fit.examined, &varied, &trials[t], &fit.trajectories[t]);
+            let forcing = sensitivities(&fit.examined, &varied, &fit.linear[t], &trials[t], &fit.trajectories[t]);
             let whitened = sizes.par_iter().map(|randomness| {
                 let randomness = for_trial(randomness, &trials[t]);
                 let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
@@ -135,14 +136,15 @@ pub(crate) fn refine(
             return Ok(estimate);
         }
         let last = proposals.iter().position(|p| p.randomness.same_latents(&fit.randomness)).unwrap_or(0);
-        let mut best: Option<(f64, Fit)> = None;
+        let mut best: Option<(Look, Fit)> = None;
         'tries: for proposal in &proposals[..=last] {
             for damping in [1.0, 0.3, 0.09] {
                 let Some(next) = moved(fit, trials, &free, &usable, proposal, damping) else { continue };
-                let reached = next.minus_two_log_likelihood(trials, &next.randomness);
+                let look = next.look(trials, next.randomness.clone());
+                let reached = look.value;
                 let kept = start - reached >= KEPT_PROMISE * (start - proposal.promise);
-                if reached < best.as_ref().map_or(start, |b| b.0) {
-                    best = Some((reached, next));
+                if reached < best.as_ref().map_or(start, |b| b.0.value) {
+                    best = Some((look, next));
                 }
                 // A proposal far off what it promises is not linear enough; one with larger latents is.
                 if kept {
@@ -153,9 +155,11 @@ pub(crate) fn refine(
                 }
             }
         }
-        let Some((reached, next)) = best else { return Ok(estimate) };
+        let Some((look, next)) = best else { return Ok(estimate) };
+        let reached = look.value;
         *fit = next;
-        fit.fit_randomness(trials, noise, false);
+        // Smaller latents are among the proposals.
+        fit.enlarge_randomness(trials, noise, look);
         // The last step of a refinement that has settled: its estimate is that of the next look.
         let settled = start - reached < SETTLED;
         // The first rounds gain little where the trajectory is still another law's.

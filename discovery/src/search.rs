@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use crate::candidates::{catalogue, dictionary};
 use crate::data::{Channel, Trial};
-use crate::estimate::FitError;
-use crate::extension::{extended_like, is_friction};
+use crate::estimate::{FitError, for_trial};
+use crate::extension::{containing, extended_like};
 use crate::fitted::{Evidence, Fitted, Trained};
 use crate::kalman::Randomness;
 use crate::outcome::{NullTest, SearchStep};
@@ -20,14 +20,16 @@ pub(crate) const EVIDENCE: f64 = 10.0;
 const MOST_REFUSALS: usize = 4;
 /// Gap from which a missing law may be so strong that it hides itself.
 const STRONG: f64 = 5.0;
-/// Share of the gap that the first two effects must leave for the search to look for such a law before it goes on.
-const HIDDEN: f64 = 0.9;
+/// Share of the evidence that an effect must explain; below it such a law is looked for before the search goes on.
+const HIDDEN: f64 = 0.05;
 /// Gap over the main horizon on held-out data up to which nothing is left to explain.
 pub(crate) const NOTHING_LEFT: f64 = 1.1;
 /// Most effects added.
 const MOST_EFFECTS: usize = 5;
 /// Length of the beginnings of trials (s).
 const BEGINNING: f64 = 30.0;
+/// What the criterion must rise on the beginnings for an explanation to be far off.
+pub(crate) const FAR_OFF: f64 = 100.0;
 /// Gauss-Newton rounds of a refinement.
 pub(crate) const ROUNDS: usize = 10;
 
@@ -52,11 +54,18 @@ pub(crate) struct Taken {
     pub(crate) null_test: Option<NullTest>,
     /// The model with all effects but this, where it was fitted since the last change of them.
     pub(crate) without: Option<Arc<Fitted>>,
+    /// The number of effects among which its form was chosen last.
+    pub(crate) formed_among: Option<usize>,
 }
 
 impl Taken {
     pub(crate) fn new(rivals: Vec<EffectSpec>, delta_bic: f64, null_test: Option<NullTest>) -> Self {
-        Self { rivals, delta_bic, null_test, without: None }
+        Self { rivals, delta_bic, null_test, without: None, formed_among: None }
+    }
+
+    /// Forgets what is no longer so once another effect has changed.
+    pub(crate) fn changed(&mut self) {
+        (self.without, self.formed_among) = (None, None);
     }
 }
 
@@ -107,6 +116,7 @@ impl<'a> Search<'a> {
     /// Adds effects of the catalogue as long as they earn their place.
     pub(crate) fn catalogue_rounds(&mut self, base: &Fitted) -> Result<Fitted, FitError> {
         let mut fitted = base.clone();
+        let mut looked = false;
         if fitted.train.examined.plant.unstretched_index(0).is_none() {
             fitted = self.elasticity(fitted)?;
         }
@@ -116,12 +126,10 @@ impl<'a> Search<'a> {
             if fitted.gap[0] > NOTHING_LEFT {
                 fitted = self.pair(base, &fitted)?.unwrap_or(fitted);
             }
-            if self.taken.len() == 1 {
-                fitted = self.one_more(&fitted)?.unwrap_or(fitted);
-            }
         }
         if !self.taken.is_empty() {
-            if base.gap[0] > STRONG && fitted.left() > HIDDEN * base.left() {
+            if base.gap[0] > STRONG && self.explained(base, &fitted) < HIDDEN {
+                looked = true;
                 fitted = match self.look_again(base, &fitted)? {
                     Look::Explained(explained) => return Ok(explained),
                     Look::Better(better) => better,
@@ -130,7 +138,7 @@ impl<'a> Search<'a> {
             }
             fitted = self.rounds(fitted)?;
         }
-        if (fitted.explains_little(base) || fitted.gap[0] > STRONG) && base.gap[0] > STRONG {
+        if !looked && (fitted.explains_little(base) || fitted.gap[0] > STRONG) && base.gap[0] > STRONG {
             fitted = match self.look_again(base, &fitted)? {
                 Look::Explained(explained) => return Ok(explained),
                 Look::Better(better) => self.rounds(better)?,
@@ -138,6 +146,28 @@ impl<'a> Search<'a> {
             };
         }
         Ok(if self.taken.len() > 1 { self.settle_extensions(fitted) } else { fitted })
+    }
+
+    /// The share of all evidence against `base` that `fitted` explains: one where nothing but the noise is left.
+    fn explained(&self, base: &Fitted, fitted: &Fitted) -> f64 {
+        let noise_alone: f64 = self
+            .evidence
+            .train
+            .iter()
+            .flat_map(|trial| {
+                let noise = for_trial(&base.train.randomness, trial).noise;
+                trial.measured.iter().flat_map(move |row| {
+                    let measured: Vec<f64> = row
+                        .iter()
+                        .zip(&noise)
+                        .filter(|(v, _)| v.is_finite())
+                        .map(|(_, n)| 1.0 + 2.0 * n.ln())
+                        .collect();
+                    measured
+                })
+            })
+            .sum();
+        (base.score - fitted.score) / (base.score - noise_alone)
     }
 
     /// Where what was found explains little: a term that explains it all, which says more than a law that might hide, or
@@ -155,7 +185,7 @@ impl<'a> Search<'a> {
     /// Effects of the catalogue, one after the other, as long as they earn their place.
     fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
         while self.taken.len() < MOST_EFFECTS {
-            fitted = self.reshape(fitted);
+            fitted = self.form(fitted);
             let Some(next) = self.one_more(&fitted)? else { break };
             fitted = next;
         }
@@ -289,7 +319,7 @@ impl<'a> Search<'a> {
                 Ok(without) if without.score < fitted.score + EVIDENCE || !Self::earns(&without, &fitted) => {
                     self.note(&effect, "removed", fitted.score - without.score, "the model is as good without it");
                     self.taken.remove(at - self.given);
-                    self.taken.iter_mut().for_each(|taken| taken.without = None);
+                    self.taken.iter_mut().for_each(Taken::changed);
                     fitted = without;
                 }
                 Ok(without) => {
@@ -313,21 +343,26 @@ impl<'a> Search<'a> {
         Ok(fitted)
     }
 
-    /// Fits the rivals of effect `at` in its place to the training data; the best first.
+    /// Fits the rivals of effect `at` in its place to the training data, those that are far off on its beginnings to these;
+    /// the best first.
     pub(crate) fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<(EffectSpec, Trained)> {
         let aim = fitted.train.minus_two_log_likelihood(&self.evidence.train, &fitted.train.randomness);
+        let Ok(standing) = fitted.train.begun(&self.beginnings) else { return Vec::new() };
+        let limit = self.score(&standing, &self.beginnings) + FAR_OFF;
         let in_its_place = |rival: &EffectSpec| {
             let mut model = fitted.train.model.clone();
-            model.effects[at] = extended_like(rival, &model.effects[at]);
+            let standing_law = &model.effects[at];
+            model.effects[at] =
+                containing(&rival.id, standing_law).unwrap_or_else(|| extended_like(rival, standing_law));
             model.check().ok()?;
-            if is_friction(rival) {
-                // Far from a start, friction is found sooner on a part of the data.
-                let begun =
-                    self.loosened(&model, &fitted.train.begun(&self.beginnings).ok()?, &self.beginnings).ok()?;
-                model = self.train(&model, &begun, &self.beginnings, ROUNDS, None).ok()?.fit.model;
-            }
-            let start = self.loosened(&model, &fitted.train, &self.evidence.train).ok()?;
-            let other = self.train(&model, &start, &self.evidence.train, ROUNDS, Some(aim)).ok()?;
+            // Far from a start, a law is found sooner on a part of the data, and most are seen there to be far off.
+            let begun = self.loosened(&model, &standing, &self.beginnings).ok()?;
+            let begun = self.train(&model, &begun, &self.beginnings, ROUNDS, None).ok()?;
+            let begun = self.shaped(begun, at);
+            let model = &begun.fit.model;
+            let start = self.loosened(model, &fitted.train, &self.evidence.train).ok()?;
+            let rounds = if begun.score > limit { 1 } else { ROUNDS };
+            let other = self.train(model, &start, &self.evidence.train, rounds, Some(aim)).ok()?;
             Some((other.fit.model.effects[at].clone(), other))
         };
         let mut out: Vec<_> = self.taken[at - self.given].rivals.par_iter().filter_map(in_its_place).collect();

@@ -1,6 +1,5 @@
 //! Signatures: what a variation of the model would add to the states at each step and to the sensors at each sample.
 
-use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 use rayon::prelude::*;
@@ -10,6 +9,7 @@ use crate::kalman::Forcing;
 use crate::late::{comes_late, late_forcing};
 use crate::model::{Examined, LATENTS, disturb};
 use crate::path::{LinearTrial, Trajectory};
+use crate::variation::{Forced, Variation};
 
 /// What one variation adds: `states` numbers a step, `channels` a sample. `None` when it cannot be simulated.
 struct Single {
@@ -30,61 +30,25 @@ fn state_map(base: &Examined, varied: &Examined) -> Option<Vec<usize>> {
     (map.len() == base.states()).then_some(map)
 }
 
-/// Where the base plant, at each point of the trajectory, goes in one step, what its sensors show, its inputs as felt, and
-/// its rates at both ends of each step.
-struct Reference {
-    next: Vec<f64>,
-    shown: Vec<f64>,
-    felt: Vec<Inputs>,
-    slack: Vec<[bool; 4]>,
-    rates: [Vec<f64>; 2],
-}
-
-/// Inputs felt during step `k`, and slack cables at its beginning.
-fn conditions(simulation: &cdpr::simulation::Simulation) -> (Inputs, [bool; 4]) {
-    let felt = simulation.inputs_at_plant();
-    let slack = simulation.plant().slack_cables(simulation.time(), simulation.states(), &felt);
-    (felt, slack)
-}
-
-fn reference(model: &Examined, trial: &Trial, trajectory: &Trajectory) -> Option<Reference> {
-    let (n, m) = (model.states(), trial.channels.len());
-    let steps = trial.len() - 1;
-    let mut out = Reference {
-        next: vec![0.0; steps * n],
-        shown: vec![0.0; trial.len() * m],
-        felt: Vec::with_capacity(trial.len()),
-        slack: Vec::with_capacity(trial.len()),
-        rates: [vec![0.0; steps * n], vec![0.0; steps * n]],
-    };
-    let mut simulation = model.simulation(trial, trajectory.states(0));
-    let mut shown = Vec::new();
-    for k in 0..trial.len() {
-        simulation.nudge_states(trajectory.states(k));
-        disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
-        model.measure(&simulation, &trial.channels, &mut shown);
-        out.shown[k * m..(k + 1) * m].copy_from_slice(&shown);
-        let (felt, slack) = conditions(&simulation);
-        out.felt.push(felt);
-        out.slack.push(slack);
-        if k + 1 < trial.len() {
-            for (end, rates) in out.rates.iter_mut().enumerate() {
-                let (time, y) = (trial.time[k + end], trajectory.states(k + end));
-                model.plant.rates(time, y, &felt, slack, &mut rates[k * n..(k + 1) * n]);
-            }
-            simulation.advance(trial.time[k + 1] - trial.time[k]).ok()?;
-            out.next[k * n..(k + 1) * n].copy_from_slice(simulation.states());
+/// Rates of the base plant at both ends of each step.
+fn end_rates(model: &Examined, linear: &LinearTrial, trial: &Trial, trajectory: &Trajectory) -> [Vec<f64>; 2] {
+    let n = model.states();
+    [0, 1].map(|end| {
+        let mut rates = vec![0.0; (trial.len() - 1) * n];
+        for (k, rates) in rates.chunks_exact_mut(n).enumerate() {
+            let (time, y) = (trial.time[k + end], trajectory.states(k + end));
+            model.plant.rates(time, y, &linear.felt[k], linear.slack[k], rates);
         }
-    }
-    Some(out)
+        rates
+    })
 }
 
 fn single(
     base: &Examined,
     varied: &Examined,
+    linear: &LinearTrial,
     trial: &Trial,
     trajectory: &Trajectory,
-    reference: &Reference,
 ) -> Option<Single> {
     let map = state_map(base, varied)?;
     let (n, m) = (base.states(), trial.channels.len());
@@ -106,12 +70,13 @@ fn single(
         disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
         varied.measure(&simulation, &trial.channels, &mut shown);
         for j in 0..m {
-            out.sensor[k * m + j] = (shown[j] - reference.shown[k * m + j]) as f32;
+            out.sensor[k * m + j] = (shown[j] - linear.shown[k * m + j]) as f32;
         }
         if k + 1 < trial.len() {
+            let aim = trajectory.states(k + 1);
             simulation.advance(trial.time[k + 1] - trial.time[k]).ok()?;
             for (r, at) in map.iter().enumerate() {
-                out.step[k * n + r] = (simulation.states()[*at] - reference.next[k * n + r]) as f32;
+                out.step[k * n + r] = (simulation.states()[*at] - aim[r] - linear.defect[k * n + r]) as f32;
             }
         }
     }
@@ -149,7 +114,7 @@ fn quick(
     linear: &LinearTrial,
     trial: &Trial,
     trajectory: &Trajectory,
-    reference: &Reference,
+    base_rates: &[Vec<f64>; 2],
     [plant, sensors]: [bool; 2],
 ) -> Option<Single> {
     let (n, m, w) = (base.states(), trial.channels.len(), linear.width());
@@ -163,13 +128,13 @@ fn quick(
     let mut rates = [vec![0.0; y.len()], vec![0.0; y.len()]];
     let take = |y: &mut [f64], k: usize| map.iter().zip(trajectory.states(k)).for_each(|(at, value)| y[*at] = *value);
     for k in 0..trial.len() {
-        let (felt, slack) = (&reference.felt[k], reference.slack[k]);
+        let (felt, slack) = (&linear.felt[k], linear.slack[k]);
         take(&mut y, k);
         if sensors {
             let e = varied.plant.evaluate(trial.time[k], &y, felt, slack);
             varied.measure_at(&simulation, &e, &y, &trial.channels, &mut shown);
             for j in 0..m {
-                out.sensor[k * m + j] = (shown[j] - reference.shown[k * m + j]) as f32;
+                out.sensor[k * m + j] = (shown[j] - linear.shown[k * m + j]) as f32;
             }
         }
         if !plant || k + 1 == trial.len() {
@@ -179,7 +144,7 @@ fn quick(
         let target = &mut out.step[k * n..(k + 1) * n];
         varied.plant.rates(trial.time[k], &y, felt, slack, &mut rates[0]);
         for c in 3..n {
-            let difference = rates[0][map[c]] - reference.rates[0][k * n + c];
+            let difference = rates[0][map[c]] - base_rates[0][k * n + c];
             if difference != 0.0 {
                 let f = &linear.transition[k * n * w..(k + 1) * n * w];
                 for (r, slot) in target.iter_mut().enumerate() {
@@ -192,7 +157,7 @@ fn quick(
         varied.plant.rates(trial.time[k + 1], &y, felt, slack, &mut rates[1]);
         own.iter().for_each(|at| y[*at] += half * (rates[1][*at] - rates[0][*at]));
         for (r, slot) in target.iter_mut().enumerate() {
-            *slot += (half * (rates[1][map[r]] - reference.rates[1][k * n + r])) as f32;
+            *slot += (half * (rates[1][map[r]] - base_rates[1][k * n + r])) as f32;
         }
     }
     out.step.iter().chain(&out.sensor).all(|v| v.is_finite()).then_some(out)
@@ -225,14 +190,14 @@ pub(crate) fn forcing(
     debug_assert_eq!(trajectory.width, n + LATENTS);
     let mut forcing =
         Forcing { columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
-    let Some(reference) = reference(base, trial, trajectory) else { return forcing };
+    let base_rates = end_rates(base, linear, trial, trajectory);
     let singles: Vec<Option<Single>> = variations
         .par_iter()
         .map(|spec| {
             let mut varied = model.clone();
             varied.effects.push(spec.clone());
             if comes_late(&spec.id) && !shows_tension(trial) {
-                let felt = |k: usize, cable: usize| reference.felt[k].winch_force[cable];
+                let felt = |k: usize, cable: usize| linear.felt[k].winch_force[cable];
                 let step = late_forcing(spec, linear, trial, trajectory, felt);
                 return Some(Single { step, sensor: vec![0.0; len * m] });
             }
@@ -240,9 +205,9 @@ pub(crate) fn forcing(
                 if acts_through_rates(&spec.id) {
                     let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
                     let acts = [!is_of_sensors(&spec.id), sensors];
-                    quick(base, &v, linear, trial, trajectory, &reference, acts)
+                    quick(base, &v, linear, trial, trajectory, &base_rates, acts)
                 } else {
-                    single(base, &v, trial, trajectory, &reference)
+                    single(base, &v, linear, trial, trajectory)
                 }
             })
         })
@@ -259,30 +224,114 @@ pub(crate) fn forcing(
     forcing
 }
 
-/// The forcing of a change from one model to another with the same states, scaled by `1/size`: a parameter's sensitivity.
-pub(crate) fn difference(
+/// A model moved in one parameter.
+pub(crate) struct Varied {
+    pub(crate) examined: Examined,
+    /// The effect that the parameter belongs to.
+    pub(crate) effect: String,
+    /// How far it was moved.
+    pub(crate) size: f64,
+}
+
+/// Whether an effect is not in the equations of the plant but in when its inputs come.
+fn is_dead_time(id: &str) -> bool {
+    id == "winch_delay"
+}
+
+/// Steps that are done one after the other, side by side with others.
+const STRETCH: usize = 500;
+
+/// The sensitivities to parameters: the forcing of a move to each of `varied`, models with the same states, over its size.
+///
+/// By the variational equation with the parameters as inputs; a dead time, which is none in it, by simulation.
+pub(crate) fn sensitivities(
     base: &Examined,
-    varied: &[(Examined, f64)],
+    varied: &[Varied],
+    linear: &LinearTrial,
     trial: &Trial,
     trajectory: &Trajectory,
 ) -> Forcing {
     let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), varied.len());
     let mut forcing =
         Forcing { columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
-    let Some(reference) = reference(base, trial, trajectory) else { return forcing };
-    let singles: Vec<Option<Single>> =
-        varied.par_iter().map(|(v, _)| single(base, v, trial, trajectory, &reference)).collect();
-    for (c, (single, (_, size))) in singles.iter().zip(varied).enumerate() {
-        let Some(single) = single else { continue };
-        let scale = (1.0 / size) as f32;
-        for (at, value) in single.step.iter().enumerate() {
-            forcing.step[at * columns + c] = value * scale;
-        }
-        for (at, value) in single.sensor.iter().enumerate() {
-            forcing.sensor[at * columns + c] = value * scale;
+    if columns == 0 {
+        return forcing;
+    }
+    let stretches = forcing.step.par_chunks_mut(STRETCH * n * columns).enumerate();
+    stretches.for_each(|(at, steps)| respond(base, varied, linear, trial, trajectory, at * STRETCH, steps));
+    let rigid = base.plant.unstretched_index(0).is_none();
+    for (c, varied) in varied.iter().enumerate() {
+        let scale = 1.0 / varied.size;
+        if is_dead_time(&varied.effect) {
+            let Some(single) = single(base, &varied.examined, linear, trial, trajectory) else { continue };
+            for (at, value) in single.step.iter().enumerate() {
+                forcing.step[at * columns + c] = value * scale as f32;
+            }
+            for (at, value) in single.sensor.iter().enumerate() {
+                forcing.sensor[at * columns + c] = value * scale as f32;
+            }
+        } else if acts_on_sensors(&varied.effect, trial, rigid) {
+            let simulation = varied.examined.simulation(trial, trajectory.states(0));
+            let mut shown = Vec::new();
+            for k in 0..len {
+                let y = trajectory.states(k);
+                let e = varied.examined.plant.evaluate(trial.time[k], y, &linear.felt[k], linear.slack[k]);
+                varied.examined.measure_at(&simulation, &e, y, &trial.channels, &mut shown);
+                for (j, value) in shown.iter().enumerate() {
+                    let at = k * m + j;
+                    forcing.sensor[at * columns + c] = ((value - linear.shown[at]) * scale) as f32;
+                }
+            }
         }
     }
     forcing
+}
+
+/// Writes the response to each of `varied` over the steps from `first` on.
+fn respond(
+    base: &Examined,
+    varied: &[Varied],
+    linear: &LinearTrial,
+    trial: &Trial,
+    trajectory: &Trajectory,
+    first: usize,
+    steps: &mut [f32],
+) {
+    let (n, columns) = (base.states(), varied.len());
+    let acting: Vec<usize> =
+        (0..columns).filter(|c| !is_of_sensors(&varied[*c].effect) && !is_dead_time(&varied[*c].effect)).collect();
+    if acting.is_empty() {
+        return;
+    }
+    let mut variation = Variation::new(base);
+    let (mut point, mut end) = (vec![0.0; n], vec![0.0; n]);
+    let (mut own, mut moved) = (vec![0.0; n], vec![0.0; n]);
+    let width = acting.len();
+    let mut forced = [vec![0.0; n * width], vec![0.0; n * width]];
+    let mut response = vec![0.0; n * width];
+    for (k, target) in steps.chunks_exact_mut(n * columns).enumerate() {
+        let k = first + k;
+        let step = linear.step(k, trial.time[k], trajectory.states(k), trajectory.states(k + 1), &mut end);
+        step.inner_point(&mut point);
+        let places = [(step.inner_time(), &point[..]), (step.end_time(), step.to)];
+        for ((time, y), forced) in places.into_iter().zip(&mut forced) {
+            base.plant.rates(time, y, &step.felt, step.slack, &mut own);
+            for (c, at) in acting.iter().enumerate() {
+                let Varied { examined, size, .. } = &varied[*at];
+                examined.plant.rates(time, y, &step.felt, step.slack, &mut moved);
+                for (r, (moved, own)) in moved.iter().zip(&own).enumerate() {
+                    forced[r * width + c] = (moved - own) / size;
+                }
+            }
+        }
+        let [inner, at_end] = &forced;
+        variation.response(&step, &Forced { inner, end: at_end, columns: width }, &mut response);
+        for (row, target) in response.chunks_exact(width).zip(target.chunks_exact_mut(columns)) {
+            for (at, value) in acting.iter().zip(row) {
+                target[*at] = *value as f32;
+            }
+        }
+    }
 }
 
 /// Columns as weighted sums of variations.
@@ -313,7 +362,6 @@ mod tests {
         let trials = [record(&[], 30.0, 3)];
         let fit = fitted(&[], &trials);
         let (base, trial, trajectory) = (&fit.examined, &trials[0], &fit.trajectories[0]);
-        let reference = reference(base, trial, trajectory).unwrap();
         let late: [(&str, &[f64]); 4] = [
             ("winch_lag", &[0.2]),
             ("winch_delay", &[0.15]),
@@ -325,7 +373,7 @@ mod tests {
             let quick = forcing(&fit.model, base, std::slice::from_ref(&spec), &fit.linear[0], trial, trajectory);
             let varied = Model { effects: vec![spec], ..fit.model.clone() };
             let varied = Examined::new(&varied).unwrap();
-            let whole = single(base, &varied, trial, trajectory, &reference).unwrap();
+            let whole = single(base, &varied, &fit.linear[0], trial, trajectory).unwrap();
             let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
             let (own, other) = (product(&quick.step, &quick.step), product(&whole.step, &whole.step));
             let alike = product(&quick.step, &whole.step) / (own * other).sqrt();

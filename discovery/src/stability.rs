@@ -15,7 +15,7 @@ use crate::kalman::{Forcing, Keep, Normal, filter, whitened_rows};
 use crate::model::Examined;
 use crate::outcome::{Block, Stability};
 use crate::refine::{Free, free_parameters, varied_models};
-use crate::signature;
+use crate::signature::{Varied, sensitivities};
 
 /// Blocks of time over all trials, as far as they are long enough.
 const BLOCKS: f64 = 8.0;
@@ -50,7 +50,7 @@ pub(crate) fn stability(fit: &Fit, trials: &[Trial], first: usize) -> Vec<Option
     let parts: Vec<Vec<Normal>> = (0..trials.len())
         .into_par_iter()
         .map(|t| {
-            let forcing = signature::difference(&fit.examined, &varied, &trials[t], &fit.trajectories[t]);
+            let forcing = sensitivities(&fit.examined, &varied, &fit.linear[t], &trials[t], &fit.trajectories[t]);
             by_block(fit, t, &trials[t], &forcing, &blocks[t])
         })
         .collect();
@@ -60,7 +60,7 @@ pub(crate) fn stability(fit: &Fit, trials: &[Trial], first: usize) -> Vec<Option
 }
 
 /// The columns and their varied models.
-fn derivatives(fit: &Fit, first: usize) -> (Vec<Column>, Vec<(Examined, f64)>) {
+fn derivatives(fit: &Fit, first: usize) -> (Vec<Column>, Vec<Varied>) {
     let free = free_parameters(&fit.model, first);
     let parameters = free.iter().zip(varied_models(&fit.model, &free));
     let parameters = parameters.filter_map(|(free, varied)| Some((Column::Parameter(*free), varied?)));
@@ -69,7 +69,9 @@ fn derivatives(fit: &Fit, first: usize) -> (Vec<Column>, Vec<(Examined, f64)>) {
         let text = format!("{}*({})", 1.0 + EXPRESSION_STEP, spec.expression.as_ref()?);
         let mut model = fit.model.clone();
         model.effects[at] = EffectSpec::expression(spec.target.as_ref()?, &text).ok()?;
-        Some((Column::Expression(at), (Examined::new(&model).ok()?, EXPRESSION_STEP)))
+        let examined = Examined::new(&model).ok()?;
+        let varied = Varied { examined, effect: model.effects[at].id.clone(), size: EXPRESSION_STEP };
+        Some((Column::Expression(at), varied))
     });
     parameters.chain(expressions).unzip()
 }
