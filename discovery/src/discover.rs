@@ -281,7 +281,7 @@ fn beyond_catalogue(
 ) -> Result<Fitted, FitError> {
     let found = search.taken.clone();
     let mut best = fitted;
-    if let Some(with_terms) = search.dictionary_rounds(&best)? {
+    if let Some(with_terms) = search.dictionary_rounds(&best, None)? {
         best = search.prune(base, with_terms)?;
         if search.taken.len() <= found.len() {
             alternatives.clear();
@@ -292,7 +292,7 @@ fn beyond_catalogue(
     }
     // Perhaps what was found only stood for what is outside the catalogue.
     let kept = std::mem::take(&mut search.taken);
-    if let Some(instead) = search.dictionary_rounds(base)? {
+    if let Some(instead) = search.dictionary_rounds(base, Some(best.score))? {
         let instead = search.prune(base, instead)?;
         if instead.score < best.score && instead.gap[0] < best.gap[0] {
             alternatives.clear();

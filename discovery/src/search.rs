@@ -22,12 +22,18 @@ const MOST_REFUSALS: usize = 4;
 const STRONG: f64 = 5.0;
 /// Share of the evidence that an effect must explain; below it such a law is looked for before the search goes on.
 const HIDDEN: f64 = 0.05;
+/// Share of the evidence from which an effect found first is most of what is missing, so that its form shows.
+const MOST: f64 = 0.5;
 /// Gap over the main horizon on held-out data up to which nothing is left to explain.
 pub(crate) const NOTHING_LEFT: f64 = 1.1;
 /// Most effects added.
 const MOST_EFFECTS: usize = 5;
+/// Most terms outside the catalogue that are added one after the other.
+const MOST_TERMS: usize = 3;
 /// Length of the beginnings of trials (s).
 const BEGINNING: f64 = 30.0;
+/// Rounds of a refinement that starts near its end.
+const FEW_ROUNDS: usize = 4;
 /// What the criterion must rise on the beginnings for an explanation to be far off.
 pub(crate) const FAR_OFF: f64 = 100.0;
 /// Gauss-Newton rounds of a refinement.
@@ -122,6 +128,9 @@ impl<'a> Search<'a> {
         }
         if self.taken.is_empty() {
             fitted = self.one_more(&fitted)?.unwrap_or(fitted);
+            if self.explained(base, &fitted) > MOST {
+                fitted = self.form(fitted);
+            }
             // Also where none was taken: alone, one of two may not predict the held-out data better.
             if fitted.gap[0] > NOTHING_LEFT {
                 fitted = self.pair(base, &fitted)?.unwrap_or(fitted);
@@ -177,17 +186,21 @@ impl<'a> Search<'a> {
             return Ok(Look::Explained(explained));
         }
         match self.second_look(base, fitted)? {
-            Some(better) => Ok(Look::Better(self.extend(better, self.given))),
+            Some(better) => Ok(Look::Better(self.form(better))),
             None => Ok(Look::Nothing),
         }
     }
 
-    /// Effects of the catalogue, one after the other, as long as they earn their place.
+    /// Effects of the catalogue, one after the other, as long as they earn their place, and after each the form of friction.
     fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
         while self.taken.len() < MOST_EFFECTS {
-            fitted = self.form(fitted);
-            let Some(next) = self.one_more(&fitted)? else { break };
-            fitted = next;
+            let next = self.one_more(&fitted)?;
+            let found = next.is_some();
+            let score = fitted.score;
+            fitted = self.form(next.unwrap_or(fitted));
+            if !found && fitted.score == score {
+                break;
+            }
         }
         Ok(fitted)
     }
@@ -199,7 +212,7 @@ impl<'a> Search<'a> {
         let library = catalogue(&fitted.train.model, &situation);
         let Some((next, taken)) = self.round(fitted, &library, true, MOST_REFUSALS)? else { return Ok(None) };
         self.taken.push(taken);
-        Ok(Some(self.extend(next, self.given + self.taken.len() - 1)))
+        Ok(Some(next))
     }
 
     /// Whether a single term outside the catalogue explains the data from `base` on; in place of all found.
@@ -269,18 +282,20 @@ impl<'a> Search<'a> {
         (guess.is_finite() && guess > 1e4 && guess < 1e10).then_some(guess)
     }
 
-    /// Terms outside the catalogue; kept only when together they at least halve what is left of the gap.
-    pub(crate) fn dictionary_rounds(&mut self, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+    /// Terms outside the catalogue; kept only when together they at least halve what is left of the gap. Given a score to be
+    /// `aimed` at, they are given up where the first is too small a part of it.
+    pub(crate) fn dictionary_rounds(&mut self, fitted: &Fitted, aim: Option<f64>) -> Result<Option<Fitted>, FitError> {
         let (steps, taken) = (self.steps.len(), self.taken.len());
         let mut current = fitted.clone();
-        for round in 0..3 {
+        for round in 0..MOST_TERMS {
             (self.progress)("looking for terms outside the catalogue", 0.7 + 0.05 * round as f64);
             let library = dictionary(&self.situation(&current.train));
             let Some((next, mut term)) = self.round(&current, &library, false, MOST_REFUSALS)? else { break };
             term.rivals.clear();
             self.taken.push(term);
             current = next;
-            if current.gap[0] < 1.05 {
+            let too_little = |aim: f64| (fitted.score - current.score) * (MOST_TERMS as f64) < fitted.score - aim;
+            if current.gap[0] < 1.05 || round == 0 && aim.is_some_and(too_little) {
                 break;
             }
         }
@@ -352,9 +367,17 @@ impl<'a> Search<'a> {
         let in_its_place = |rival: &EffectSpec| {
             let mut model = fitted.train.model.clone();
             let standing_law = &model.effects[at];
-            model.effects[at] =
-                containing(&rival.id, standing_law).unwrap_or_else(|| extended_like(rival, standing_law));
+            let wider = containing(&rival.id, standing_law);
+            let is_wider = wider.is_some();
+            model.effects[at] = wider.unwrap_or_else(|| extended_like(rival, standing_law));
             model.check().ok()?;
+            if is_wider {
+                // It is at its best where it is the law that stands, or near.
+                let begun = self.train(&model, &standing, &self.beginnings, FEW_ROUNDS, None).ok()?;
+                let rounds = if begun.score > limit - FAR_OFF { 1 } else { ROUNDS };
+                let other = self.train(&begun.fit.model, &fitted.train, &self.evidence.train, rounds, None).ok()?;
+                return Some((other.fit.model.effects[at].clone(), other));
+            }
             // Far from a start, a law is found sooner on a part of the data, and most are seen there to be far off.
             let begun = self.loosened(&model, &standing, &self.beginnings).ok()?;
             let begun = self.train(&model, &begun, &self.beginnings, ROUNDS, None).ok()?;

@@ -16,7 +16,7 @@ use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
 use crate::fitted::Fitted;
 use crate::refine::refine;
-use crate::search::{FAR_OFF, ROUNDS, Search, Taken};
+use crate::search::{EVIDENCE, FAR_OFF, ROUNDS, Search, Taken};
 
 /// Laws that go on to the whole.
 const FINALISTS: usize = 3;
@@ -68,6 +68,8 @@ impl Search<'_> {
         let trials = &self.evidence.train;
         let begun = base.train.begun(&self.beginnings)?;
         self.refine_all(&mut tried, &self.beginnings, &begun, FIRST_ROUNDS, 0.5);
+        let nothing = self.score(&begun, &self.beginnings);
+        tried.retain(|law| law.score() < nothing - EVIDENCE);
         let clear = tried.get(1).is_none_or(|second| tried[0].score() < second.score() - FAR_OFF);
         tried.truncate(if clear { 1 } else { FINALISTS });
         self.refine_all(&mut tried, trials, &base.train, LAST_ROUNDS, 0.6);
