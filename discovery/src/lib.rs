@@ -17,6 +17,7 @@ mod discover;
 mod estimate;
 mod extension;
 mod fitted;
+mod form;
 mod gap;
 mod kalman;
 mod late;

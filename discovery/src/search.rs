@@ -22,7 +22,8 @@ const MOST_REFUSALS: usize = 4;
 const STRONG: f64 = 5.0;
 /// Share of the evidence that an effect must explain; below it such a law is looked for before the search goes on.
 const HIDDEN: f64 = 0.05;
-/// Share of the evidence from which an effect found first is most of what is missing, so that its form shows.
+/// Share of the evidence from which an effect found first is most of what is missing, so that its form shows; and of what
+/// is left then, that the form must explain.
 const MOST: f64 = 0.5;
 /// Gap over the main horizon on held-out data up to which nothing is left to explain.
 pub(crate) const NOTHING_LEFT: f64 = 1.1;
@@ -129,7 +130,7 @@ impl<'a> Search<'a> {
         if self.taken.is_empty() {
             fitted = self.one_more(&fitted)?.unwrap_or(fitted);
             if self.explained(base, &fitted) > MOST {
-                fitted = self.form(fitted);
+                fitted = self.form_if(fitted, MOST);
             }
             // Also where none was taken: alone, one of two may not predict the held-out data better.
             if fitted.gap[0] > NOTHING_LEFT {
@@ -159,24 +160,21 @@ impl<'a> Search<'a> {
 
     /// The share of all evidence against `base` that `fitted` explains: one where nothing but the noise is left.
     fn explained(&self, base: &Fitted, fitted: &Fitted) -> f64 {
-        let noise_alone: f64 = self
-            .evidence
-            .train
+        self.share(base.score, fitted.score, &self.evidence.train)
+    }
+
+    /// The share of all evidence that a score of a model on `trials` leaves, by which another score is better.
+    pub(crate) fn share(&self, from: f64, to: f64, trials: &[Trial]) -> f64 {
+        let Some(randomness) = &self.base_randomness else { return 0.0 };
+        let noise_alone: f64 = trials
             .iter()
-            .flat_map(|trial| {
-                let noise = for_trial(&base.train.randomness, trial).noise;
-                trial.measured.iter().flat_map(move |row| {
-                    let measured: Vec<f64> = row
-                        .iter()
-                        .zip(&noise)
-                        .filter(|(v, _)| v.is_finite())
-                        .map(|(_, n)| 1.0 + 2.0 * n.ln())
-                        .collect();
-                    measured
-                })
+            .map(|trial| {
+                let noise = for_trial(randomness, trial).noise;
+                let count = |j: usize| trial.measured.iter().filter(|row| row[j].is_finite()).count() as f64;
+                noise.iter().enumerate().map(|(j, noise)| count(j) * (1.0 + 2.0 * noise.ln())).sum::<f64>()
             })
             .sum();
-        (base.score - fitted.score) / (base.score - noise_alone)
+        (from - to) / (from - noise_alone)
     }
 
     /// Where what was found explains little: a term that explains it all, which says more than a law that might hide, or

@@ -1,0 +1,292 @@
+//! How the form of friction is found: its law, how its force turns its sign, and presliding.
+//!
+//! A law is looked for in its plain form. Where it stands, each shape that the catalogue has for it is added and kept if the
+//! information criterion falls; where something is left, the other laws of friction and presliding are tried, which makes
+//! the friction force a state of its own. All this on the beginnings of the trials, where it costs little; the form chosen
+//! is then fitted to the whole, and kept if the criterion falls by what counts. Presliding is tried on all friction at once:
+//! one machine has one kind of it, and as long as one winch lacks it, it does not show on another.
+
+use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
+use rayon::prelude::*;
+
+use crate::candidates::Situation;
+use crate::estimate::FitError;
+use crate::extension::{Stage, count_in_use, force_of, in_use, index_of, is_friction, kin_of, stage, value_of, with};
+use crate::fitted::{Fitted, Trained};
+use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
+use crate::verify;
+
+/// Rounds of a refinement by which a start is judged.
+const FIRST_ROUNDS: usize = 3;
+/// Moves by which a trajectory settles where friction has become a state.
+const SETTLING: usize = 3;
+/// Most refinements one after the other.
+const MOST_REFINEMENTS: usize = 3;
+/// Deflections (m) at which friction may begin to slide.
+const DEFLECTIONS: [f64; 2] = [1e-3, 2e-2];
+/// Ratio of damping and stiffness (s) before sliding from which the search starts.
+const DAMPING_TIME: f64 = 0.03;
+/// Speeds (m/s) at which that damping may fade.
+const DAMPING_SPEEDS: [f64; 2] = [0.02, 0.1];
+/// Transition speed (m/s) of a law that no longer has to stand for presliding.
+const SHARP: f64 = 1e-3;
+
+/// A law without presliding, from where it is refined.
+const STATIC: [(&str, f64); 4] =
+    [("presliding_stiffness", 0.0), ("presliding_damping", 0.0), ("damping_speed", 0.0), ("transition_speed", 0.01)];
+
+/// Parameters that shape how friction turns its sign, with the value from which each is refined.
+const SHAPES: [(&str, f64); 3] = [("transition_speed", 0.01), ("tail", 0.2), ("algebraic", 0.2)];
+
+impl Search<'_> {
+    /// `fitted` with all friction in the form that it needs beside the effects that stand.
+    pub(crate) fn form(&mut self, fitted: Fitted) -> Fitted {
+        self.form_if(fitted, f64::NEG_INFINITY)
+    }
+
+    /// As [`Search::form`], if that explains more than this share of the evidence that is left.
+    pub(crate) fn form_if(&mut self, fitted: Fitted, share: f64) -> Fitted {
+        let among = fitted.train.model.effects.len();
+        let wanting: Vec<usize> = (self.given..among)
+            .filter(|at| {
+                let effect = &fitted.train.model.effects[*at];
+                let formed = self.taken[at - self.given].formed_among == Some(among);
+                is_friction(effect) && stage(effect) != Stage::Complete && !formed
+            })
+            .collect();
+        if wanting.is_empty() {
+            return fitted;
+        }
+        (self.progress)("fitting the shape of friction", 0.2);
+        let Ok(begun) = self.on_beginnings(&fitted) else { return fitted };
+        let before = begun.score;
+        let Ok(begun) = self.formed(begun, &wanting) else { return fitted };
+        if self.share(before, begun.score, &self.beginnings) < share {
+            return fitted;
+        }
+        for at in wanting {
+            self.taken[at - self.given].formed_among = Some(among);
+        }
+        self.as_begun(fitted, &begun)
+    }
+
+    /// The form of friction at some places that the beginnings of the trials ask for.
+    fn formed(&self, mut begun: Trained, places: &[usize]) -> Result<Trained, FitError> {
+        let mut able: Vec<(usize, EffectSpec)> = Vec::new();
+        let mut undamped = false;
+        for &at in places {
+            if stage(&begun.fit.model.effects[at]) == Stage::Undamped {
+                undamped = true;
+                continue;
+            }
+            begun = self.shaped(begun, at);
+            if self.something_left(&begun) {
+                let mut laws = self.kin(begun, at);
+                // The best law that knows presliding, even where another one is better as long as there is none.
+                let law = laws.iter().map(|law| &law.fit.model.effects[at]);
+                let law = law.into_iter().find(|law| index_of(law, "presliding_stiffness").is_some());
+                able.extend(law.map(|law| (at, law.clone())));
+                begun = laws.swap_remove(0);
+            }
+        }
+        let presliding = match (able.is_empty(), undamped) {
+            (true, false) => return Ok(begun),
+            (true, true) => return self.damped(begun),
+            (false, _) => self.presliding(&begun, &able)?,
+        };
+        Ok(presliding.filter(|next| next.score < begun.score).unwrap_or(begun))
+    }
+
+    /// `fitted` with the form of friction that was chosen by the beginnings of the trials, if it earns its place.
+    fn as_begun(&mut self, fitted: Fitted, begun: &Trained) -> Fitted {
+        let old = fitted.train.model.effects.clone();
+        let new = &begun.fit.model.effects;
+        let changed: Vec<usize> = (self.given..old.len())
+            .filter(|at| old[*at].id != new[*at].id || count_in_use(&old[*at]) != count_in_use(&new[*at]))
+            .collect();
+        if changed.is_empty() {
+            return fitted;
+        }
+        let Ok(Some(next)) = self.on_whole(&fitted, begun) else { return fitted };
+        let among = self.taken.iter().map(|taken| taken.formed_among).collect::<Vec<_>>();
+        self.taken.iter_mut().for_each(Taken::changed);
+        let change = next.score - fitted.score;
+        for at in changed {
+            let (old, new) = (old[at].clone(), next.train.model.effects[at].clone());
+            let taken = &mut self.taken[at - self.given];
+            taken.formed_among = among[at - self.given];
+            taken.delta_bic += change;
+            taken.rivals.retain(|rival| rival.id != new.id);
+            if old.id == new.id {
+                self.note(&new, "extended", change, "");
+            } else {
+                let reason = format!("in place of {}", old.id);
+                taken.rivals.insert(0, old);
+                self.note(&new, "replaced", change, &reason);
+            }
+        }
+        next
+    }
+
+    /// The model that was chosen by the beginnings of the trials on the whole, if it is better than `fitted` by what counts.
+    fn on_whole(&self, fitted: &Fitted, begun: &Trained) -> Result<Option<Fitted>, FitError> {
+        // Where friction becomes a state, the trajectory must settle before anything is refined.
+        let mut start = self.started(&begun.fit.model, &fitted.train, &self.evidence.train)?;
+        start.settle(&self.evidence.train, SETTLING)?;
+        let trained = self.train(&begun.fit.model, &start, &self.evidence.train, ROUNDS, None)?;
+        if trained.score >= fitted.score - EVIDENCE {
+            return Ok(None);
+        }
+        self.verified(trained, fitted).map(|next| Self::helps(fitted, &next).then_some(next))
+    }
+
+    /// Once all effects stand: extensions that were too much as long as other effects were missing, and no presliding that
+    /// stood for one of these.
+    pub(crate) fn settle_extensions(&mut self, mut fitted: Fitted) -> Fitted {
+        for at in self.given..fitted.train.model.effects.len() {
+            if stage(&fitted.train.model.effects[at]) != Stage::Static
+                && let Ok(Some(next)) = self.without_presliding(&fitted, at)
+            {
+                self.note(&next.train.model.effects[at].clone(), "simplified", next.score - fitted.score, "");
+                fitted = next;
+            }
+        }
+        self.form(fitted)
+    }
+
+    /// `fitted` with effect `at` as a static law, if that is as good.
+    fn without_presliding(&self, fitted: &Fitted, at: usize) -> Result<Option<Fitted>, FitError> {
+        let begun = self.on_beginnings(fitted)?;
+        let model = with(&begun.fit.model, at, &STATIC);
+        let start = self.loosened(&model, &begun.fit, &self.beginnings)?;
+        let fixed = self.train(&model, &start, &self.beginnings, ROUNDS, None)?;
+        if fixed.score >= begun.score + EVIDENCE {
+            return Ok(None);
+        }
+        let next = self.fit_without(&fixed.fit.model, fitted, ROUNDS)?;
+        Ok((next.score < fitted.score + EVIDENCE).then_some(next))
+    }
+
+    /// `fitted` on the beginnings of the trials, with its parameters fitted to them.
+    fn on_beginnings(&self, fitted: &Fitted) -> Result<Trained, FitError> {
+        let begun = fitted.train.begun(&self.beginnings)?;
+        self.train(&fitted.train.model, &begun, &self.beginnings, FIRST_ROUNDS, None)
+    }
+
+    /// Whether the model leaves residuals on the beginnings of the trials that are not white.
+    fn something_left(&self, begun: &Trained) -> bool {
+        let noise = &begun.fit.randomness.noise;
+        verify::whiteness(&begun.fit, &self.beginnings, noise).iter().any(|w| w.statistic > w.limit)
+    }
+
+    /// The law of effect `at` with the shapes that it needs on the beginnings of the trials; as it is where it has presliding
+    /// or is none of friction.
+    pub(crate) fn shaped(&self, mut begun: Trained, at: usize) -> Trained {
+        if stage(&begun.fit.model.effects[at]) != Stage::Static {
+            return begun;
+        }
+        for (name, value) in SHAPES {
+            let effect = &begun.fit.model.effects[at];
+            if index_of(effect, name).is_none_or(|k| in_use(effect, k)) {
+                continue;
+            }
+            let model = with(&begun.fit.model, at, &[(name, value)]);
+            let next = self.train(&model, &begun.fit, &self.beginnings, ROUNDS, None);
+            let Some(next) = next.ok().filter(|next| next.score < begun.score) else { break };
+            begun = next;
+        }
+        begun
+    }
+
+    /// The laws of friction, each in the shape it needs on the beginnings of the trials, in place of effect `at`; the best
+    /// first. A richer law than that effect must be better by what counts.
+    fn kin(&self, begun: Trained, at: usize) -> Vec<Trained> {
+        let laws = kin_of(&begun.fit.model.effects[at], Situation::of(&self.beginnings).mean_tension);
+        let own = count_in_use(&begun.fit.model.effects[at]);
+        let handicap = |law: &Trained| {
+            let richer = count_in_use(&law.fit.model.effects[at]) > own;
+            law.score + if richer { 2.0 * EVIDENCE } else { 0.0 }
+        };
+        let tried = laws.into_par_iter().filter_map(|law| {
+            let mut model = begun.fit.model.clone();
+            model.effects[at] = law;
+            let start = self.loosened(&model, &begun.fit, &self.beginnings).ok()?;
+            let law = self.train(&model, &start, &self.beginnings, ROUNDS, None).ok()?;
+            Some(self.shaped(law, at))
+        });
+        let mut all: Vec<Trained> = tried.collect();
+        all.push(begun);
+        all.sort_by(|a, b| handicap(a).total_cmp(&handicap(b)));
+        all
+    }
+
+    /// Presliding of the `able` laws, first without damping, in place of the shapes of static ones; on the beginnings of the
+    /// trials, where it is better.
+    fn presliding(&self, begun: &Trained, able: &[(usize, EffectSpec)]) -> Result<Option<Trained>, FitError> {
+        let starts = DEFLECTIONS.map(|deflection| {
+            let mut model = begun.fit.model.clone();
+            for (at, law) in able {
+                model.effects[*at] = law.clone();
+                let stiffness = force_of(law).unwrap_or_default() / deflection;
+                let sharp = [("transition_speed", SHARP), ("tail", 0.0), ("algebraic", 0.0)];
+                model = with(&model, *at, &sharp);
+                model = with(&model, *at, &[("presliding_stiffness", stiffness)]);
+            }
+            model
+        });
+        let Some(dahl) = self.tried(&starts, begun) else { return Ok(None) };
+        self.damped(self.refined_once(&dahl)?).map(Some)
+    }
+
+    /// Presliding with the damping that it needs on the beginnings of the trials, wherever it has none.
+    fn damped(&self, dahl: Trained) -> Result<Trained, FitError> {
+        let starts = DAMPING_SPEEDS.map(|speed| {
+            let mut model = dahl.fit.model.clone();
+            for at in self.given..model.effects.len() {
+                let effect = &model.effects[at];
+                if is_friction(effect) && stage(effect) == Stage::Undamped {
+                    let damping = DAMPING_TIME * value_of(effect, "presliding_stiffness").unwrap_or_default();
+                    let values =
+                        [("transition_speed", 0.1 * SHARP), ("presliding_damping", damping), ("damping_speed", speed)];
+                    model = with(&model, at, &values);
+                }
+            }
+            model
+        });
+        let damped = self.tried(&starts, &dahl);
+        self.refined(damped.unwrap_or(dahl))
+    }
+
+    /// The best of several starts, as far as a few rounds bring them, if better than `from`.
+    fn tried(&self, starts: &[Model], from: &Trained) -> Option<Trained> {
+        let tried = starts
+            .par_iter()
+            .filter_map(|start| self.train(start, &from.fit, &self.beginnings, FIRST_ROUNDS, None).ok());
+        let best = tried.min_by(|a, b| a.score.total_cmp(&b.score))?;
+        (best.score < from.score - EVIDENCE).then_some(best)
+    }
+
+    /// `begun` refined until nothing is gained.
+    fn refined(&self, mut begun: Trained) -> Result<Trained, FitError> {
+        for _ in 0..MOST_REFINEMENTS {
+            let next = self.refined_once(&begun)?;
+            let gained = begun.score - next.score;
+            if gained > 0.0 {
+                begun = next;
+            }
+            if gained < EVIDENCE {
+                break;
+            }
+        }
+        Ok(begun)
+    }
+
+    /// `begun` refined from a trajectory that has settled: where friction has just become a state, one round of smoothing
+    /// is too little, and steps from there fail.
+    fn refined_once(&self, begun: &Trained) -> Result<Trained, FitError> {
+        let mut start = begun.fit.clone();
+        start.settle(&self.beginnings, SETTLING)?;
+        self.train(&begun.fit.model, &start, &self.beginnings, ROUNDS, None)
+    }
+}
