@@ -51,6 +51,7 @@ impl Fitted {
 }
 
 /// A model fitted to training data.
+#[derive(Clone)]
 pub(crate) struct Trained {
     pub(crate) fit: Fit,
     pub(crate) estimate: Option<Estimate>,

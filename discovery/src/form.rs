@@ -45,7 +45,7 @@ impl Search<'_> {
         self.form_if(fitted, f64::NEG_INFINITY)
     }
 
-    /// As [`Search::form`], if that explains more than this share of the evidence that is left.
+    /// As [`Search::form`], but law and presliding only if they explain more than this share of the evidence that is left.
     pub(crate) fn form_if(&mut self, fitted: Fitted, share: f64) -> Fitted {
         let among = fitted.train.model.effects.len();
         let wanting: Vec<usize> = (self.given..among)
@@ -60,32 +60,30 @@ impl Search<'_> {
         }
         (self.progress)("fitting the shape of friction", 0.2);
         let Ok(begun) = self.on_beginnings(&fitted) else { return fitted };
-        let before = begun.score;
-        let Ok(begun) = self.formed(begun, &wanting) else { return fitted };
-        if self.share(before, begun.score, &self.beginnings) < share {
-            return fitted;
+        let shaped = wanting.iter().fold(begun, |begun, at| self.shaped(begun, *at));
+        let Ok(formed) = self.formed(&shaped, &wanting) else { return fitted };
+        if self.share(shaped.score, formed.score, &self.beginnings) < share {
+            return self.as_begun(fitted, &shaped);
         }
         for at in wanting {
             self.taken[at - self.given].formed_among = Some(among);
         }
-        self.as_begun(fitted, &begun)
+        self.as_begun(fitted, &formed)
     }
 
-    /// The form of friction at some places that the beginnings of the trials ask for.
-    fn formed(&self, mut begun: Trained, places: &[usize]) -> Result<Trained, FitError> {
+    /// The law and the presliding of friction at some places that the beginnings of the trials ask for.
+    fn formed(&self, shaped: &Trained, places: &[usize]) -> Result<Trained, FitError> {
+        let mut begun = shaped.clone();
         let mut able: Vec<(usize, EffectSpec)> = Vec::new();
         let mut undamped = false;
         for &at in places {
             if stage(&begun.fit.model.effects[at]) == Stage::Undamped {
                 undamped = true;
-                continue;
-            }
-            begun = self.shaped(begun, at);
-            if self.something_left(&begun) {
+            } else if self.something_left(&begun) {
                 let mut laws = self.kin(begun, at);
                 // The best law that knows presliding, even where another one is better as long as there is none.
-                let law = laws.iter().map(|law| &law.fit.model.effects[at]);
-                let law = law.into_iter().find(|law| index_of(law, "presliding_stiffness").is_some());
+                let mut effects = laws.iter().map(|law| &law.fit.model.effects[at]);
+                let law = effects.find(|law| index_of(law, "presliding_stiffness").is_some());
                 able.extend(law.map(|law| (at, law.clone())));
                 begun = laws.swap_remove(0);
             }
