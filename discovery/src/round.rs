@@ -9,7 +9,7 @@ use crate::fitted::Fitted;
 use crate::kalman::{Forcing, Keep, Randomness, filter, whiten};
 use crate::null_test::{Weighing, of_time_alone};
 use crate::regression::{Scored, baseline, ladder, levels, rank};
-use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
+use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search, Taken};
 use crate::signature;
 
 /// Share of the best candidate's gain at which a simpler one is preferred.
@@ -91,10 +91,11 @@ impl Search<'_> {
             };
             match self.verified(trained, fitted) {
                 Ok(next) if Self::helps(fitted, &next) => {
+                    let mut rivals = rivals(library, &ranked, chosen, base);
+                    let next = if parsimony { self.or_runner_up(fitted, next, &mut rivals) } else { next };
                     let delta_bic = next.score - fitted.score;
                     let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
                     self.note(&refined, "added", delta_bic, "");
-                    let rivals = rivals(library, &ranked, chosen, base);
                     let tested = !of_time_alone(library, chosen.candidate);
                     let null_test = tested.then(|| weighing.null_test(EVIDENCE)).flatten();
                     return Ok(Some((next, Taken::new(rivals, delta_bic, null_test))));
@@ -110,6 +111,25 @@ impl Search<'_> {
             self.null_test = weighing.null_test(EVIDENCE);
         }
         Ok(None)
+    }
+
+    /// `next`, or the model with the best of its last effect's rivals in its place if that is better: where a gap is left, the
+    /// effects that still miss can make a look-alike weigh more.
+    fn or_runner_up(&self, fitted: &Fitted, next: Fitted, rivals: &mut [EffectSpec]) -> Fitted {
+        let Some(rival) = rivals.first_mut().filter(|_| next.gap[0] > NOTHING_LEFT) else { return next };
+        let mut model = fitted.train.model.clone();
+        model.effects.push(rival.clone());
+        let Ok(other) = self.train(&model, &fitted.train, &self.evidence.train, ROUNDS, None) else { return next };
+        if other.score >= next.score {
+            return next;
+        }
+        match self.verified(other, fitted) {
+            Ok(other) if Self::helps(&next, &other) => {
+                rival.clone_from(&next.train.model.effects[model.effects.len() - 1]);
+                other
+            }
+            _ => next,
+        }
     }
 
     /// `-2 log L` of the held-out data with a candidate of these amplitudes, foreseen by its signature.
