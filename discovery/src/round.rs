@@ -1,6 +1,7 @@
 //! One round of the search: all candidates weighed, the best fitted, its rivals kept.
 
 use cdpr::effect::EffectSpec;
+use rayon::prelude::*;
 
 use crate::candidates::{Candidate, Library, Situation};
 use crate::data::Trial;
@@ -92,7 +93,10 @@ impl Search<'_> {
             match self.verified(trained, fitted) {
                 Ok(next) if Self::helps(fitted, &next) => {
                     let mut rivals = rivals(library, &ranked, chosen, base);
-                    let next = if parsimony { self.or_runner_up(fitted, next, &mut rivals) } else { next };
+                    let next = match parsimony {
+                        true => self.or_rival(fitted, next.clone(), &mut rivals).unwrap_or(next),
+                        false => next,
+                    };
                     let delta_bic = next.score - fitted.score;
                     let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
                     self.note(&refined, "added", delta_bic, "");
@@ -113,23 +117,31 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// `next`, or the model with the best of its last effect's rivals in its place if that is better: where a gap is left, the
-    /// effects that still miss can make a look-alike weigh more.
-    fn or_runner_up(&self, fitted: &Fitted, next: Fitted, rivals: &mut [EffectSpec]) -> Fitted {
-        let Some(rival) = rivals.first_mut().filter(|_| next.gap[0] > NOTHING_LEFT) else { return next };
-        let mut model = fitted.train.model.clone();
-        model.effects.push(rival.clone());
-        let Ok(other) = self.train(&model, &fitted.train, &self.evidence.train, ROUNDS, None) else { return next };
+    /// `next`, or the model with one of its last effect's rivals in its place if that is better: where a gap is left, what
+    /// still misses can make a look-alike weigh more. Rivals are tried on the beginnings of the trials first.
+    fn or_rival(&self, fitted: &Fitted, next: Fitted, rivals: &mut [EffectSpec]) -> Result<Fitted, FitError> {
+        if next.gap[0] <= NOTHING_LEFT || rivals.is_empty() {
+            return Ok(next);
+        }
+        let begun = fitted.train.begun(&self.beginnings)?;
+        let limit = self.score(&next.train.begun(&self.beginnings)?, &self.beginnings) - EVIDENCE;
+        let tried = rivals.par_iter().enumerate().filter_map(|(at, rival)| {
+            let mut model = fitted.train.model.clone();
+            model.effects.push(rival.clone());
+            let tried = self.train(&model, &begun, &self.beginnings, ROUNDS, None).ok()?;
+            (tried.score < limit).then_some((at, tried))
+        });
+        let Some((at, better)) = tried.min_by(|a, b| a.1.score.total_cmp(&b.1.score)) else { return Ok(next) };
+        let other = self.train(&better.fit.model, &fitted.train, &self.evidence.train, ROUNDS, None)?;
         if other.score >= next.score {
-            return next;
+            return Ok(next);
         }
-        match self.verified(other, fitted) {
-            Ok(other) if Self::helps(&next, &other) => {
-                rival.clone_from(&next.train.model.effects[model.effects.len() - 1]);
-                other
-            }
-            _ => next,
+        let other = self.verified(other, fitted)?;
+        if !Self::helps(&next, &other) {
+            return Ok(next);
         }
+        rivals[at].clone_from(&next.train.model.effects[fitted.train.model.effects.len()]);
+        Ok(other)
     }
 
     /// `-2 log L` of the held-out data with a candidate of these amplitudes, foreseen by its signature.
