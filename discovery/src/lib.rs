@@ -29,6 +29,7 @@ mod path;
 mod recording;
 mod refine;
 mod regression;
+mod rivals;
 mod round;
 mod search;
 mod second_look;

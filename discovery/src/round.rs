@@ -1,8 +1,5 @@
 //! One round of the search: all candidates weighed, the best fitted, its rivals kept.
 
-use cdpr::effect::EffectSpec;
-use rayon::prelude::*;
-
 use crate::candidates::{Candidate, Library, Situation};
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
@@ -10,8 +7,9 @@ use crate::fitted::Fitted;
 use crate::kalman::{Forcing, Keep, Randomness, filter, whiten};
 use crate::null_test::{Weighing, of_time_alone};
 use crate::regression::{Scored, baseline, ladder, levels, rank};
-use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search, Taken};
+use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 use crate::signature;
+use cdpr::effect::EffectSpec;
 
 /// Share of the best candidate's gain at which a simpler one is preferred.
 const SIMPLER: f64 = 0.93;
@@ -115,33 +113,6 @@ impl Search<'_> {
             self.null_test = weighing.null_test(EVIDENCE);
         }
         Ok(None)
-    }
-
-    /// `next`, or the model with one of its last effect's rivals in its place if that is better: where a gap is left, what
-    /// still misses can make a look-alike weigh more. Rivals are tried on the beginnings of the trials first.
-    fn or_rival(&self, fitted: &Fitted, next: Fitted, rivals: &mut [EffectSpec]) -> Result<Fitted, FitError> {
-        if next.gap[0] <= NOTHING_LEFT || rivals.is_empty() {
-            return Ok(next);
-        }
-        let begun = fitted.train.begun(&self.beginnings)?;
-        let limit = self.score(&next.train.begun(&self.beginnings)?, &self.beginnings) - EVIDENCE;
-        let tried = rivals.par_iter().enumerate().filter_map(|(at, rival)| {
-            let mut model = fitted.train.model.clone();
-            model.effects.push(rival.clone());
-            let tried = self.train(&model, &begun, &self.beginnings, ROUNDS, None).ok()?;
-            (tried.score < limit).then_some((at, tried))
-        });
-        let Some((at, better)) = tried.min_by(|a, b| a.1.score.total_cmp(&b.1.score)) else { return Ok(next) };
-        let other = self.train(&better.fit.model, &fitted.train, &self.evidence.train, ROUNDS, None)?;
-        if other.score >= next.score {
-            return Ok(next);
-        }
-        let other = self.verified(other, fitted)?;
-        if !Self::helps(&next, &other) {
-            return Ok(next);
-        }
-        rivals[at].clone_from(&next.train.model.effects[fitted.train.model.effects.len()]);
-        Ok(other)
     }
 
     /// `-2 log L` of the held-out data with a candidate of these amplitudes, foreseen by its signature.

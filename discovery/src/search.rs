@@ -3,13 +3,11 @@
 use std::sync::Arc;
 
 use cdpr::effect::EffectSpec;
-use rayon::prelude::*;
 
 use crate::candidates::{catalogue, dictionary};
 use crate::data::{Channel, Trial};
 use crate::estimate::{FitError, for_trial};
-use crate::extension::{containing, extended_like};
-use crate::fitted::{Evidence, Fitted, Trained};
+use crate::fitted::{Evidence, Fitted};
 use crate::kalman::Randomness;
 use crate::outcome::{NullTest, SearchStep};
 use crate::regression::Penalty;
@@ -33,8 +31,6 @@ const MOST_EFFECTS: usize = 5;
 const MOST_TERMS: usize = 3;
 /// Length of the beginnings of trials (s).
 const BEGINNING: f64 = 30.0;
-/// Rounds of a refinement that starts near its end.
-const FEW_ROUNDS: usize = 4;
 /// What the criterion must rise on the beginnings for an explanation to be far off.
 pub(crate) const FAR_OFF: f64 = 100.0;
 /// Gauss-Newton rounds of a refinement.
@@ -354,41 +350,6 @@ impl<'a> Search<'a> {
             }
         }
         Ok(fitted)
-    }
-
-    /// Fits the rivals of effect `at` in its place to the training data, those that are far off on its beginnings to these;
-    /// the best first.
-    pub(crate) fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<(EffectSpec, Trained)> {
-        let aim = fitted.train.minus_two_log_likelihood(&self.evidence.train, &fitted.train.randomness);
-        let Ok(standing) = fitted.train.begun(&self.beginnings) else { return Vec::new() };
-        let limit = self.score(&standing, &self.beginnings) + FAR_OFF;
-        let in_its_place = |rival: &EffectSpec| {
-            let mut model = fitted.train.model.clone();
-            let standing_law = &model.effects[at];
-            let wider = containing(&rival.id, standing_law);
-            let is_wider = wider.is_some();
-            model.effects[at] = wider.unwrap_or_else(|| extended_like(rival, standing_law));
-            model.check().ok()?;
-            if is_wider {
-                // It is at its best where it is the law that stands, or near.
-                let begun = self.train(&model, &standing, &self.beginnings, FEW_ROUNDS, None).ok()?;
-                let rounds = if begun.score > limit - FAR_OFF { 1 } else { ROUNDS };
-                let other = self.train(&begun.fit.model, &fitted.train, &self.evidence.train, rounds, None).ok()?;
-                return Some((other.fit.model.effects[at].clone(), other));
-            }
-            // Far from a start, a law is found sooner on a part of the data, and most are seen there to be far off.
-            let begun = self.loosened(&model, &standing, &self.beginnings).ok()?;
-            let begun = self.train(&model, &begun, &self.beginnings, ROUNDS, None).ok()?;
-            let begun = self.shaped(begun, at);
-            let model = &begun.fit.model;
-            let start = self.loosened(model, &fitted.train, &self.evidence.train).ok()?;
-            let rounds = if begun.score > limit { 1 } else { ROUNDS };
-            let other = self.train(model, &start, &self.evidence.train, rounds, Some(aim)).ok()?;
-            Some((other.fit.model.effects[at].clone(), other))
-        };
-        let mut out: Vec<_> = self.taken[at - self.given].rivals.par_iter().filter_map(in_its_place).collect();
-        out.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
-        out
     }
 }
 
