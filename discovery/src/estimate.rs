@@ -46,8 +46,10 @@ const LEFT: f64 = 0.6;
 const NO_DEFECT: f64 = 1e-6;
 /// Mean defect of a sample where a trajectory goes back and forth about one that the model can make.
 const SMALL_DEFECT: f64 = 3e-4;
-/// Moves that may leave most of the defects before a trajectory is left as it is.
-const PATIENCE: usize = 3;
+/// Share of the least defects so far below which they have shrunk.
+const SHRUNK: f64 = 0.9;
+/// Moves in which they may not shrink before a trajectory is left as it is.
+const PATIENCE: usize = 4;
 /// Change of `-2 log L` by a move below which a trajectory has settled.
 const SETTLED: f64 = 1.0;
 
@@ -269,7 +271,7 @@ impl Fit {
         for _ in 0..most {
             let value = self.smooth(trials)?;
             let defect = self.defect();
-            (least, idle) = if defect < LEFT * least { (defect, 0) } else { (least, idle + 1) };
+            (least, idle) = if defect < SHRUNK * least { (defect, 0) } else { (least, idle + 1) };
             if (last - value).abs() < SETTLED || idle == PATIENCE {
                 break;
             }
