@@ -15,6 +15,8 @@ use crate::signature::{Varied, sensitivities};
 
 /// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
 const SETTLED: f64 = 0.1;
+/// Most moves of a trajectory of friction before its parameters are moved.
+const FIRST_MOVES: usize = 3;
 /// Most further moves of a trajectory that overshoots.
 const MOST_MOVES: usize = 8;
 /// Share of its promise that a proposal must keep to be taken without looking at others.
@@ -124,6 +126,10 @@ pub(crate) fn refine(
     aim: Option<f64>,
 ) -> Result<Estimate, FitError> {
     let free = free_parameters(&fit.model, first);
+    if !fit.has_settled() && fit.model.effects.iter().any(is_friction) {
+        // Else it is no likelihood yet, and better than any to come.
+        fit.settle(trials, FIRST_MOVES)?;
+    }
     let mut round = 1;
     loop {
         let (mut proposals, usable) = proposals(fit, trials, &free, &ladder(&fit.randomness));
