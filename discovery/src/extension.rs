@@ -133,6 +133,19 @@ mod tests {
     }
 
     #[test]
+    fn stribeck_friction_contains_coulomb_friction_with_the_same_turn() {
+        let coulomb = effect("winch_coulomb_friction", &[100.0, 0.01, 0.0, 0.0, 2e4]);
+        let wider = containing("winch_stribeck_friction", &coulomb).unwrap();
+        assert_eq!(wider.values[..5], [100.0, 105.0, 0.1, 0.0, 0.01]);
+        assert_eq!((value_of(&wider, "presliding_stiffness"), wider.cable), (Some(2e4), Some(2)));
+        // It has no such turn.
+        let algebraic = effect("winch_coulomb_friction", &[100.0, 0.01, 0.0, 0.3]);
+        assert!(containing("winch_stribeck_friction", &algebraic).is_none());
+        assert!(containing("pulley_capstan_loss", &coulomb).is_none());
+        assert!(containing("winch_coulomb_friction", &wider).is_none());
+    }
+
+    #[test]
     fn presliding_has_three_stages() {
         let law =
             |stiffness, damping| effect("winch_coulomb_friction", &[100.0, 0.01, 0.0, 0.0, stiffness, damping, 0.05]);

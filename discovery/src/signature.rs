@@ -355,6 +355,41 @@ pub(crate) fn combine(forcing: &Forcing, combinations: &[Vec<(usize, f64)>]) -> 
 mod tests {
     use super::*;
     use crate::recording::{fitted, record};
+    use crate::refine::{free_parameters, varied_models};
+
+    /// Sensitivities by the variational equation, against differences of simulations.
+    #[test]
+    fn sensitivities_are_those_of_simulations() {
+        let effect = |id: &str, cable, values: &[f64]| EffectSpec::new(id, cable, values).unwrap();
+        let effects = [
+            effect("platform_linear_drag", None, &[60.0]),
+            effect("winch_coulomb_friction", Some(1), &[80.0, 0.05]),
+            effect("winch_force_gain", Some(3), &[0.01]),
+            effect("winch_lag", None, &[0.1]),
+            effect("cable_stiffness", Some(2), &[-0.02]),
+            effect("winch_delay", Some(4), &[0.05]),
+            effect("length_sensor_scale", Some(4), &[1e-5]),
+        ];
+        let trials = [record(&effects, 30.0, 4)];
+        let fit = fitted(&effects, &trials);
+        let (base, linear, trial, trajectory) = (&fit.examined, &fit.linear[0], &trials[0], &fit.trajectories[0]);
+        let varied: Vec<Varied> =
+            varied_models(&fit.model, &free_parameters(&fit.model, 0)).into_iter().flatten().collect();
+        assert_eq!(varied.len(), 8, "friction has two parameters in use");
+        let all = sensitivities(base, &varied, linear, trial, trajectory);
+        for (c, varied) in varied.iter().enumerate() {
+            let whole = single(base, &varied.examined, linear, trial, trajectory).unwrap();
+            let column = |values: &[f32]| values.iter().skip(c).step_by(all.columns).copied().collect::<Vec<f32>>();
+            let own = [column(&all.step), column(&all.sensor)].concat();
+            let other: Vec<f32> = whole.step.iter().chain(&whole.sensor).map(|v| v / varied.size as f32).collect();
+            let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
+            let (size, whole_size) = (product(&own, &own), product(&other, &other));
+            let alike = product(&own, &other) / (size * whole_size).sqrt();
+            let ratio = (size / whole_size).sqrt();
+            assert!(alike > 0.95, "{} (parameter {c}): correlation {alike}", varied.effect);
+            assert!((0.85..1.15).contains(&ratio), "{} (parameter {c}): {ratio}", varied.effect);
+        }
+    }
 
     /// Forcing without a simulation of its own, against the difference of two simulations.
     #[test]
