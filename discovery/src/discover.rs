@@ -184,6 +184,8 @@ fn hold_out(train: &mut [Trial], holdout: &mut Vec<Trial>) -> Result<String, Dis
     Ok(name)
 }
 
+/// Share of the gap of what was named that terms in its place may leave.
+const CLEARLY: f64 = 0.8;
 /// Most replacements of one effect by another.
 const MOST_REPLACEMENTS: usize = 4;
 
@@ -294,7 +296,7 @@ fn beyond_catalogue(
     let kept = std::mem::take(&mut search.taken);
     if let Some(instead) = search.dictionary_rounds(base, Some(best.score))? {
         let instead = search.prune(base, instead)?;
-        if instead.score < best.score && instead.gap[0] < best.gap[0] {
+        if instead.score < best.score && instead.left() < CLEARLY * best.left() {
             alternatives.clear();
             return Ok(instead);
         }
