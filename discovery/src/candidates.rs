@@ -310,10 +310,7 @@ fn platform(lib: &mut Library, situation: &Situation) {
     lib.whole("platform_linear_drag", &[vec![20.0]], 0, proportional(20.0));
     lib.whole("platform_quadratic_drag", &[vec![20.0, 0.0, 0.0]], 0, |a| Some(vec![20.0 * a[0], 0.0, 0.0]));
     for direction in 0..8 {
-        let angle = f64::from(direction) * PI / 4.0;
-        let wind = [6.0 * angle.cos(), 6.0 * angle.sin()];
-        let build = move |a: &[f64]| (a[0] > 0.0).then(|| vec![5.0 * a[0], wind[0], wind[1]]);
-        lib.whole("platform_quadratic_drag", &[vec![5.0, wind[0], wind[1]]], 2, build);
+        drag_in_wind(lib, 6.0, f64::from(direction) * PI / 4.0);
     }
     lib.whole("platform_rotational_damping", &[vec![5e3]], 0, proportional(5e3));
     let wind = [vec![20.0, 0.0, 0.0], vec![0.0, 20.0, 0.0], vec![0.0, 0.0, 200.0]];
@@ -347,6 +344,29 @@ fn gust(a: &[f64], frequency: f64) -> Vec<f64> {
     let (u, v) = (svd.u.unwrap_or_default(), svd.v_t.unwrap_or_default());
     let (direction, phase) = (u[(1, k)].atan2(u[(0, k)]), v[(k, 1)].atan2(v[(k, 0)]));
     vec![svd.singular_values[k], frequency, phase, direction]
+}
+
+/// Drag in a wind of a speed (m/s) and a direction (rad), and what changes with the wind, along it and across.
+fn drag_in_wind(lib: &mut Library, speed: f64, angle: f64) {
+    const ID: &str = "platform_quadratic_drag";
+    const STEP: f64 = 1.5;
+    let along = [angle.cos(), angle.sin()];
+    let wind = move |more: f64, across: f64| {
+        [(speed + more) * along[0] - across * along[1], (speed + more) * along[1] + across * along[0]]
+    };
+    let [still, stronger, turned] =
+        [wind(0.0, 0.0), wind(STEP, 0.0), wind(0.0, STEP)].map(|w| lib.vary(ID, None, &[5.0, w[0], w[1]]));
+    let columns = vec![
+        lib.column(vec![(still, 1.0)]),
+        lib.column(vec![(stronger, 1.0), (still, -1.0)]),
+        lib.column(vec![(turned, 1.0), (still, -1.0)]),
+    ];
+    let build = move |a: &[f64]| {
+        let [more, across] = [a[1], a[2]].map(|change| (STEP * change / a[0]).clamp(-0.8 * speed, 0.8 * speed));
+        let w = wind(more, across);
+        (a[0] > 0.0).then(|| EffectSpec::new(ID, None, &[5.0 * a[0], w[0], w[1]]).ok()).flatten()
+    };
+    lib.candidate(ID, None, columns, 0, Box::new(build));
 }
 
 fn sensors(lib: &mut Library, situation: &Situation) {
