@@ -268,6 +268,11 @@ impl Plant {
         })
     }
 
+    /// Factors by which the sensors of `cable` (0 to 3) show its length and its unstretched length.
+    pub fn length_sensor_factors(&self, cable: usize) -> [f64; 2] {
+        [self.cable[cable].length_sensor.0, self.cable[cable].unstretched_sensor.0]
+    }
+
     /// Index of the unstretched length of `cable` (0 to 3) among the states; `None` for a rigid cable.
     pub fn unstretched_index(&self, cable: usize) -> Option<usize> {
         (axial_states(self.data.cables[cable].model) > 0).then(|| self.offset[cable])

@@ -3,6 +3,7 @@
 use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 
+use crate::candidates::Combination;
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::kalman::{Keep, Normal, Randomness, filter, whiten};
@@ -22,12 +23,14 @@ pub(crate) fn likeness(
         return Vec::new();
     }
     let variations: Vec<EffectSpec> = [effect].into_iter().chain(others).cloned().collect();
+    let columns: Vec<Combination> = (0..variations.len()).map(|at| vec![(at, 1.0)]).collect();
     let parts: Vec<Normal> = trials
         .par_iter()
         .enumerate()
         .map(|(t, trial)| {
             let (linear, trajectory) = (&fit.linear[t], &fit.trajectories[t]);
-            let forcing = signature::forcing(&fit.model, &fit.examined, &variations, linear, trial, trajectory);
+            let forcing =
+                signature::forcing(&fit.model, &fit.examined, &variations, &columns, linear, trial, trajectory);
             let randomness = for_trial(randomness, trial);
             let filtered = filter(linear, &randomness, Keep::Innovations);
             whiten(linear, &randomness, &filtered, &forcing, None)

@@ -12,19 +12,13 @@ use crate::estimate::{FitError, noise_of_data};
 use crate::extension::{containing, count_in_use};
 use crate::fitted::{Evidence, Fitted, Trained};
 use crate::gap::predict;
-use crate::outcome::{
-    Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, SearchStep, Stability, Verdict,
-};
+use crate::outcome::{Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, Stability, Verdict};
 use crate::report::phrase;
+use crate::rivals::{Rival, told_apart_from};
 use crate::search::{NOTHING_LEFT, Progress, Search, Taken};
 use crate::stability::stability;
 use crate::verify;
 use crate::write::{label, place};
-
-/// Difference of the information criterion up to which two explanations are not told apart.
-const INDISTINGUISHABLE: f64 = 10.0;
-/// The same as a share of what the effect explains: no law is known to be exact beyond this.
-const INDISTINGUISHABLE_SHARE: f64 = 0.01;
 
 /// Why there is no verdict.
 #[derive(Debug, thiserror::Error)]
@@ -212,66 +206,62 @@ fn settle(
 
 /// Compares every effect with its rivals; stops where several effects stand and a better one replaced one of them.
 fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<Vec<Alternative>>) -> (Fitted, bool) {
-    let mut replaced = false;
+    let mut any = false;
     alternatives.clear();
-    for k in 0..search.taken.len() {
+    for (k, mut rivals) in search.all_rivals(&fitted).into_iter().enumerate() {
         let at = search.given + k;
-        let mut others = search.rivals_of(&fitted, at);
-        let weight = |delta: f64| INDISTINGUISHABLE.max(INDISTINGUISHABLE_SHARE * delta.abs());
-        let better = others.first().is_some_and(|(effect, other)| {
-            if degenerate(effect) {
-                return false;
-            }
+        let replaced = rivals.first().is_some_and(|rival| {
             // A richer law must be better by what counts; one as simple, at all.
-            let richer = count_in_use(effect) > count_in_use(&fitted.train.model.effects[at]);
-            other.score < fitted.score - if richer { 2.0 * weight(search.taken[k].delta_bic) } else { 0.0 }
+            let richer = count_in_use(&rival.effect) > count_in_use(&fitted.train.model.effects[at]);
+            let limit = if richer { 2.0 * told_apart_from(search.taken[k].delta_bic) } else { 0.0 };
+            rival.delta_bic < -limit && !degenerate(&rival.effect)
         });
-        let better = if better { Some(others.remove(0)) } else { None };
-        if let Some((effect, other)) = better
-            && let Ok(other) = search.verified(other, &fitted)
-        {
-            let effect_id = effect.id.clone();
-            let old = fitted.train.model.effects[at].clone();
-            search.steps.push(SearchStep {
-                effect,
-                outcome: "replaced".to_owned(),
-                delta_bic: other.score - fitted.score,
-                reason: format!("in place of {}", old.id),
-            });
-            search.taken[k].delta_bic += other.score - fitted.score;
-            search.taken[k].rivals.retain(|rival| rival.id != effect_id);
-            search.taken[k].rivals.push(old.clone());
-            search.taken.iter_mut().for_each(Taken::changed);
-            let before = std::mem::replace(&mut fitted, other);
-            others.push((old, Trained { fit: before.train, estimate: before.estimate, score: before.score }));
-            replaced = true;
-        }
-        let limit = weight(search.taken[k].delta_bic);
+        let replaced = replaced && take_up(search, &mut fitted, at, &mut rivals);
+        let limit = told_apart_from(search.taken[k].delta_bic);
         // What contains the law that stands and is no better with what it has more, is that law.
         let standing = &fitted.train.model.effects[at];
-        let needless = |effect: &EffectSpec, delta_bic: f64| {
-            delta_bic > 0.0 && effect.cable == standing.cable && containing(&effect.id, standing).is_some()
+        let needless = |rival: &Rival| {
+            let containing = containing(&rival.effect.id, standing).is_some();
+            rival.delta_bic > 0.0 && rival.effect.cable == standing.cable && containing
         };
-        let mut list: Vec<Alternative> = others
-            .into_iter()
-            .map(|(effect, other)| {
-                let delta_bic = other.score - fitted.score;
-                Alternative {
-                    separate_by: separate_by(&fitted.train.model.effects[at], &effect),
-                    indistinguishable: delta_bic < limit && !degenerate(&effect) && !needless(&effect, delta_bic),
-                    effect,
-                    delta_bic,
-                    correlation: None,
-                }
-            })
-            .collect();
+        let to_alternative = |rival: Rival| Alternative {
+            separate_by: separate_by(standing, &rival.effect),
+            indistinguishable: rival.whole.is_some()
+                && rival.delta_bic < limit
+                && !degenerate(&rival.effect)
+                && !needless(&rival),
+            effect: rival.effect,
+            delta_bic: rival.delta_bic,
+            correlation: None,
+        };
+        let mut list: Vec<Alternative> = rivals.into_iter().map(to_alternative).collect();
         list.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
         alternatives.push(list);
         if replaced && search.taken.len() > 1 {
-            break;
+            return (fitted, true);
         }
+        any |= replaced;
     }
-    (fitted, replaced)
+    (fitted, any)
+}
+
+/// Puts the best of the `rivals` of effect `at` in its place, and the effect among the rivals; whether that could be done.
+fn take_up(search: &mut Search<'_>, fitted: &mut Fitted, at: usize, rivals: &mut Vec<Rival>) -> bool {
+    let Rival { effect, delta_bic, whole: Some(whole) } = rivals.remove(0) else { return false };
+    let Ok(better) = search.verified(whole, fitted) else { return false };
+    let before = std::mem::replace(fitted, better);
+    let old = before.train.model.effects[at].clone();
+    let reason = format!("in place of {}", old.id);
+    search.note(&effect, "replaced", delta_bic, &reason);
+    let taken = &mut search.taken[at - search.given];
+    taken.delta_bic += delta_bic;
+    taken.rivals.retain(|rival| rival.id != effect.id);
+    taken.rivals.push(old.clone());
+    search.taken.iter_mut().for_each(Taken::changed);
+    rivals.iter_mut().for_each(|rival| rival.delta_bic -= delta_bic);
+    let whole = Trained { fit: before.train, estimate: before.estimate, score: before.score };
+    rivals.push(Rival { effect: old, delta_bic: -delta_bic, whole: Some(whole) });
+    true
 }
 
 /// Terms outside the catalogue: on top of what was found, or instead of it, whichever explains more.

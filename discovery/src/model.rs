@@ -14,7 +14,7 @@ use crate::data::{Channel, Trial};
 pub(crate) const LATENTS: usize = 7;
 
 /// Relative tolerance of the simulations of one sample: far below any measurement noise.
-const TOLERANCE: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-6;
 
 /// A plant with what the sensors add to it.
 #[derive(Clone, Debug)]
@@ -49,18 +49,32 @@ impl Examined {
         Simulation::from_states(self.plant.clone(), trial.time[0], y.to_vec(), trial.inputs[0], TOLERANCE)
     }
 
-    /// States that the sensors can show, in groups of which no channel shows more than one: with lengths and poses alone
-    /// neither rates nor effect states, and of every unstretched length its own channel at most.
-    pub(crate) fn shown_states(&self, channels: &[Channel]) -> Vec<Vec<usize>> {
+    /// Writes `∂h/∂y`, channels by rows, where it is plain: poses and lengths that are shown without delay. Else returns false.
+    pub(crate) fn sensor_slopes(&self, e: &Evaluation, channels: &[Channel], slopes: &mut [f64]) -> bool {
         if self.pose_delay != 0.0 || channels.iter().any(|c| matches!(c, Channel::Tension(_))) {
-            return (0..self.states()).map(|c| vec![c]).collect();
+            return false;
         }
-        let unstretched: Vec<usize> = (0..4).filter_map(|i| self.plant.unstretched_index(i)).collect();
-        let mut groups = vec![vec![0], vec![1], vec![2]];
-        if !unstretched.is_empty() {
-            groups.push(unstretched);
+        for (channel, slopes) in channels.iter().zip(slopes.chunks_exact_mut(self.states())) {
+            slopes.fill(0.0);
+            let (cable, sensor) = match *channel {
+                Channel::CableLength(i) => (i, 0),
+                Channel::UnstretchedLength(i) => (i, 1),
+                Channel::Pose(k) => {
+                    slopes[k] = 1.0;
+                    continue;
+                }
+                Channel::Tension(_) => unreachable!("tensions were left to others"),
+            };
+            let factor = self.plant.length_sensor_factors(cable)[sensor];
+            match self.plant.unstretched_index(cable).filter(|_| sensor == 1) {
+                Some(at) => slopes[at] = factor,
+                None => {
+                    let row = e.kinematics[cable].jacobian_row();
+                    slopes.iter_mut().zip(row).for_each(|(slope, by)| *slope = factor * by);
+                }
+            }
         }
-        groups
+        true
     }
 
     /// What the sensors show of the simulation's present state, in the order of `channels`.

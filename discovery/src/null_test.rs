@@ -186,13 +186,13 @@ mod tests {
     use crate::candidates::{Situation, catalogue};
     use crate::recording::{fitted, noise, record};
     use crate::regression::levels;
-    use crate::round::library_forcing;
+    use crate::round::Signatures;
 
     /// Calls `look` with the weighing of the catalogue on the default model.
     fn weigh<T>(trials: &[Trial], look: impl FnOnce(&Weighing<'_>) -> T) -> T {
         let fit = fitted(&[], trials);
         let library = catalogue(&fit.model, &Situation::of(trials));
-        let forcing = library_forcing(&fit, trials, &library);
+        let Signatures { library, forcing } = Signatures::new(&fit, trials, library);
         let randomness = &fit.randomness;
         let levels = levels(&fit, trials, &forcing, &library, std::slice::from_ref(randomness));
         let (level, penalty) = (&levels[0], Penalty::new(levels[0].normal.count));

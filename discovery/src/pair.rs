@@ -2,22 +2,22 @@
 //!
 //! One effect after the other is misled where two are missing: the first one found may be neither, but what does some of
 //! both. Where the first effect leaves a gap, or none was taken, all pairs of the best candidates are therefore weighed
-//! together, on the same whitened signatures. If the best pair leaves nothing to the latent forces, it is fitted in full, and taken if nothing is
-//! left to explain.
+//! together, on the signatures along the model as given. If the best pair leaves nothing to the latent forces, it is fitted
+//! in full, and taken if nothing is left to explain.
 
 use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 
-use crate::candidates::{Candidate, Library, catalogue};
+use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::extension::is_friction_law;
 use crate::fitted::Fitted;
 use crate::kalman::{Forcing, Keep, Normal, filter, whiten};
 use crate::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
-use crate::round::{MOST_RIVALS, effect_of, is_rival, library_forcing};
+use crate::round::{MOST_RIVALS, Signatures, effect_of, is_rival};
 use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search, Taken};
-use crate::signature::combine;
+use crate::signature::picked;
 
 /// Candidates of which pairs are formed.
 const PAIRED: usize = 30;
@@ -30,15 +30,20 @@ struct Pair {
 
 impl Search<'_> {
     /// The best pair of effects from `base` on, if it explains all that what was `found` does not; in place of that.
-    pub(crate) fn pair(&mut self, base: &Fitted, found: &Fitted) -> Result<Option<Fitted>, FitError> {
+    pub(crate) fn pair(
+        &mut self,
+        base: &Fitted,
+        signatures: &Signatures,
+        found: &Fitted,
+    ) -> Result<Option<Fitted>, FitError> {
         (self.progress)("weighing pairs", 0.25);
         let (fit, trials) = (&base.train, &self.evidence.train);
-        let library = catalogue(&fit.model, &self.situation(fit));
-        let pairs = weigh_pairs(fit, trials, &library, self.penalty);
+        let library = &signatures.library;
+        let pairs = weigh_pairs(fit, trials, signatures, self.penalty);
         // A pair that leaves work to the latent forces only does some of what is missing.
         let last = ladder(&fit.randomness).len() - 1;
         let Some(best) = pairs.first().filter(|pair| pair.members[0].level == last) else { return Ok(None) };
-        let members = [0, 1].map(|k| effect_of(&library, &best.members[k]));
+        let members = [0, 1].map(|k| effect_of(library, &best.members[k]));
         let [Some(first), Some(second)] = members else { return Ok(None) };
         let mut model = fit.model.clone();
         model.effects.extend([first, second]);
@@ -51,7 +56,7 @@ impl Search<'_> {
             return Ok(None);
         }
         let gain = next.score - base.score;
-        self.taken = (0..2).map(|k| Taken::new(rivals(&library, &pairs, k), 0.5 * gain, None)).collect();
+        self.taken = (0..2).map(|k| Taken::new(rivals(library, &pairs, k), 0.5 * gain, None)).collect();
         for effect in &next.train.model.effects[self.given..] {
             self.note(effect, "added", gain, "as one of a pair");
         }
@@ -60,10 +65,10 @@ impl Search<'_> {
 }
 
 /// All pairs of the best candidates, the best first.
-fn weigh_pairs(fit: &Fit, trials: &[Trial], library: &Library, penalty: Penalty) -> Vec<Pair> {
-    let forcing = library_forcing(fit, trials, library);
+fn weigh_pairs(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty) -> Vec<Pair> {
+    let Signatures { library, forcing } = signatures;
     let sizes = ladder(&fit.randomness);
-    let ranked = rank(library, &levels(fit, trials, &forcing, library, &sizes[..1]), Penalty::NONE);
+    let ranked = rank(library, &levels(fit, trials, forcing, library, &sizes[..1]), Penalty::NONE);
     // Of each effect on each cable the best variant.
     let mut best: Vec<usize> = Vec::new();
     for scored in ranked {
@@ -79,8 +84,7 @@ fn weigh_pairs(fit: &Fit, trials: &[Trial], library: &Library, penalty: Penalty)
     let mut columns: Vec<usize> = best.iter().flat_map(|c| library.candidates[*c].columns.clone()).collect();
     columns.sort_unstable();
     columns.dedup();
-    let picks: Vec<Vec<(usize, f64)>> = columns.iter().map(|c| vec![(*c, 1.0)]).collect();
-    let reduced: Vec<Forcing> = forcing.iter().map(|f| combine(f, &picks)).collect();
+    let reduced: Vec<Forcing> = forcing.iter().map(|f| picked(f, &columns)).collect();
     let joint: Vec<Level> = sizes
         .iter()
         .map(|size| {
@@ -170,7 +174,7 @@ fn rivals(library: &Library, pairs: &[Pair], member: usize) -> Vec<EffectSpec> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::candidates::Situation;
+    use crate::candidates::{Situation, catalogue};
     use crate::recording::{fitted, record};
 
     #[test]
@@ -182,8 +186,9 @@ mod tests {
         let trials = [record(&hidden, 40.0, 7), record(&hidden, 40.0, 8)];
         let fit = fitted(&[], &trials);
         let library = catalogue(&fit.model, &Situation::of(&trials));
-        let pairs = weigh_pairs(&fit, &trials, &library, Penalty::new(5000));
-        let found = [0, 1].map(|k| effect_of(&library, &pairs[0].members[k]).unwrap());
+        let signatures = Signatures::new(&fit, &trials, library);
+        let pairs = weigh_pairs(&fit, &trials, &signatures, Penalty::new(5000));
+        let found = [0, 1].map(|k| effect_of(&signatures.library, &pairs[0].members[k]).unwrap());
         for effect in &hidden {
             let same = found.iter().find(|f| (&f.id, f.cable) == (&effect.id, effect.cable));
             let size = same.map(|f| f.values[0] / effect.values[0]);

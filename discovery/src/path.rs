@@ -171,7 +171,10 @@ pub(crate) fn linearise(
         all_shown[k * m..(k + 1) * m].copy_from_slice(&shown);
         all_felt.push(felt);
         all_slack.push(slack);
-        sensors.at(&simulation, x, &felt, slack, &shown, &mut sensor[k * m * n..(k + 1) * m * n]);
+        let slopes = &mut sensor[k * m * n..(k + 1) * m * n];
+        if !model.sensor_slopes(&e, &trial.channels, slopes) {
+            sensors.at(&simulation, x, &felt, slack, &shown, slopes);
+        }
         if k + 1 == len {
             break;
         }
@@ -211,21 +214,13 @@ struct SensorSlopes<'a> {
     model: &'a Examined,
     channels: &'a [Channel],
     steps: Vec<f64>,
-    groups: Vec<Vec<usize>>,
     moved: Vec<f64>,
     shown: Vec<f64>,
 }
 
 impl<'a> SensorSlopes<'a> {
     fn new(model: &'a Examined, trial: &'a Trial) -> Self {
-        Self {
-            model,
-            channels: &trial.channels,
-            steps: difference_steps(model),
-            groups: model.shown_states(&trial.channels),
-            moved: Vec::new(),
-            shown: Vec::new(),
-        }
+        Self { model, channels: &trial.channels, steps: difference_steps(model), moved: Vec::new(), shown: Vec::new() }
     }
 
     /// Writes `∂h/∂x` at the states `x`, where the sensors show `shown`; the simulation is there too.
@@ -239,23 +234,14 @@ impl<'a> SensorSlopes<'a> {
         slopes: &mut [f64],
     ) {
         let n = x.len();
-        for group in &self.groups {
+        for c in 0..n {
             self.moved.clear();
             self.moved.extend_from_slice(x);
-            for c in group {
-                self.moved[*c] += self.steps[*c];
-            }
+            self.moved[c] += self.steps[c];
             let e = self.model.plant.evaluate(simulation.time(), &self.moved, felt, slack);
             self.model.measure_at(simulation, &e, &self.moved, self.channels, &mut self.shown);
-            for (j, channel) in self.channels.iter().enumerate() {
-                let own = match (&group[..], channel) {
-                    ([only], _) => Some(*only),
-                    (_, Channel::UnstretchedLength(i)) => self.model.plant.unstretched_index(*i),
-                    _ => None,
-                };
-                if let Some(c) = own {
-                    slopes[j * n + c] = (self.shown[j] - shown[j]) / self.steps[c];
-                }
+            for (j, (moved, shown)) in self.shown.iter().zip(shown).enumerate() {
+                slopes[j * n + c] = (moved - shown) / self.steps[c];
             }
         }
     }
@@ -263,9 +249,73 @@ impl<'a> SensorSlopes<'a> {
 
 #[cfg(test)]
 mod tests {
+    use cdpr::effect::EffectSpec;
     use cdpr::model_file::Model;
 
     use super::*;
+    use crate::recording::{fitted, record};
+
+    #[test]
+    fn plain_slopes_of_sensors_are_those_by_differences() {
+        let scale = EffectSpec::new("length_sensor_scale", Some(3), &[0.01]).unwrap();
+        let anchor = EffectSpec::new("anchor_offset", Some(1), &[1.0, -2.0]).unwrap();
+        for rigid in [false, true] {
+            let mut model = Model { effects: vec![scale.clone(), anchor.clone()], ..Model::default() };
+            if rigid {
+                model.parameters.cable_model = cdpr::parameters::CableModel::Rigid;
+            }
+            let examined = Examined::new(&model).unwrap();
+            let mut trial = record(&[], 1.0, 5);
+            trial.channels = (0..3).map(Channel::Pose).chain((0..4).map(Channel::CableLength)).collect();
+            trial.channels.extend((0..4).map(Channel::UnstretchedLength));
+            let (n, m) = (examined.states(), trial.channels.len());
+            let mut x = vec![0.0; n];
+            x[..6].copy_from_slice(&[3.0, -4.0, 0.05, 0.2, -0.1, 0.01]);
+            (0..4).filter_map(|i| examined.plant.unstretched_index(i)).for_each(|at| x[at] = 636.0);
+            let simulation = examined.simulation(&trial, &x);
+            let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
+            let e = examined.plant.evaluate(0.0, &x, &felt, slack);
+            let (mut shown, mut plain, mut other) = (Vec::new(), vec![1.0; n * m], vec![0.0; n * m]);
+            examined.measure_at(&simulation, &e, &x, &trial.channels, &mut shown);
+            assert!(examined.sensor_slopes(&e, &trial.channels, &mut plain));
+            SensorSlopes::new(&examined, &trial).at(&simulation, &x, &felt, slack, &shown, &mut other);
+            for (at, (plain, other)) in plain.iter().zip(&other).enumerate() {
+                let (channel, state) = (trial.channels[at / n], at % n);
+                assert!((plain - other).abs() < 1e-3 * (1.0 + other.abs()), "{channel:?} by {state}: {plain} {other}");
+            }
+        }
+    }
+
+    /// One sample after the other at the tolerance in use, against one a thousand times finer.
+    #[test]
+    fn steps_are_far_more_exact_than_measurements() {
+        let friction = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 0.01]).unwrap();
+        let trials = [record(std::slice::from_ref(&friction), 20.0, 6)];
+        let fit = fitted(&[friction], &trials);
+        let (trial, trajectory, linear) = (&trials[0], &fit.trajectories[0], &fit.linear[0]);
+        let mut fine = Simulation::from_states(
+            fit.examined.plant.clone(),
+            trial.time[0],
+            trajectory.states(0).to_vec(),
+            trial.inputs[0],
+            1e-10,
+        );
+        let n = linear.states;
+        let mut sums = vec![0.0; n];
+        for k in 0..trial.len() - 1 {
+            fine.nudge_states(trajectory.states(k));
+            disturb(&mut fine, &trial.inputs[k], trajectory.latents(k));
+            fine.advance(linear.interval[k]).unwrap();
+            for (c, sum) in sums.iter_mut().enumerate() {
+                let defect = fine.states()[c] - trajectory.states(k + 1)[c];
+                *sum += (defect - linear.defect[k * n + c]).abs();
+            }
+        }
+        // All errors of 20 s together, without regard to their signs: metres or radians, and the same per second.
+        for (c, sum) in sums.iter().enumerate() {
+            assert!(*sum < 1e-4, "state {c}: {sum}");
+        }
+    }
 
     #[test]
     fn states_have_the_size_of_their_effect_whatever_stands_before() {

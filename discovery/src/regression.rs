@@ -7,7 +7,7 @@ use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
 use crate::estimate::{Fit, SMALLEST_LATENT, for_trial};
 use crate::kalman::{Forcing, Keep, Normal, Randomness, filter, whiten};
-use crate::signature::combine;
+use crate::signature::picked;
 
 /// The normal equations of all columns at one size of the latent disturbances.
 pub(crate) struct Level {
@@ -63,8 +63,7 @@ pub(crate) fn levels(
             columns = best.iter().take(KEPT).flat_map(|s| library.candidates[s.candidate].columns.clone()).collect();
             columns.sort_unstable();
             columns.dedup();
-            let picks: Vec<Vec<(usize, f64)>> = columns.iter().map(|c| vec![(*c, 1.0)]).collect();
-            reduced = Some(forcing.iter().map(|f| combine(f, &picks)).collect());
+            reduced = Some(forcing.iter().map(|f| picked(f, &columns)).collect());
         }
     }
     out

@@ -15,28 +15,48 @@ const FEW_ROUNDS: usize = 4;
 /// What the criterion must rise on the beginnings for no shape of a law to make up for it.
 const HOPELESS: f64 = 10.0 * FAR_OFF;
 
+/// Difference of the criterion up to which two explanations are not told apart.
+const INDISTINGUISHABLE: f64 = 10.0;
+/// The same as a share of what the effect explains: no law is known to be exact beyond this.
+const INDISTINGUISHABLE_SHARE: f64 = 0.01;
+
+/// Difference of the criterion up to which an effect that explains `delta_bic` and another one are not told apart.
+pub(crate) fn told_apart_from(delta_bic: f64) -> f64 {
+    INDISTINGUISHABLE.max(INDISTINGUISHABLE_SHARE * delta_bic.abs())
+}
+
+/// Another explanation in the place of an effect.
+pub(crate) struct Rival {
+    pub(crate) effect: EffectSpec,
+    /// Criterion with it minus that of the model that stands: of all training data, or of their beginnings alone.
+    pub(crate) delta_bic: f64,
+    /// Its fit to all training data; none of one that needs no more than the beginnings to be told apart.
+    pub(crate) whole: Option<Trained>,
+}
+
 impl Search<'_> {
-    /// Fits the rivals of effect `at` in its place to the training data, those that are far off on its beginnings to these;
-    /// the best first.
-    pub(crate) fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<(EffectSpec, Trained)> {
+    /// The rivals of every effect in its place, the best first.
+    pub(crate) fn all_rivals(&self, fitted: &Fitted) -> Vec<Vec<Rival>> {
+        (0..self.taken.len()).into_par_iter().map(|k| self.rivals_of(fitted, self.given + k)).collect()
+    }
+
+    fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<Rival> {
         let rivals = self.taken[at - self.given].rivals.par_iter();
-        let mut out: Vec<_> = rivals.filter_map(|rival| self.in_its_place(fitted, at, rival).ok()).collect();
-        out.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
+        let mut out: Vec<Rival> = rivals.filter_map(|rival| self.in_its_place(fitted, at, rival).ok()).collect();
+        out.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
         out
     }
 
-    fn in_its_place(&self, fitted: &Fitted, at: usize, rival: &EffectSpec) -> Result<(EffectSpec, Trained), FitError> {
+    fn in_its_place(&self, fitted: &Fitted, at: usize, rival: &EffectSpec) -> Result<Rival, FitError> {
         let (trials, beginnings) = (&self.evidence.train, &self.beginnings);
         let standing = fitted.train.begun(beginnings)?;
         let limit = self.score(&standing, beginnings);
         let law = &fitted.train.model.effects[at];
         let mut model = fitted.train.model.clone();
-        let other = if let Some(wider) = containing(&rival.id, law) {
-            // It is at its best where it is the law that stands, or near.
+        let (begun, far_off) = if let Some(wider) = containing(&rival.id, law) {
+            // It is at its best where it is the law that stands, or near, and must be better there.
             model.effects[at] = wider;
-            let begun = self.train(&model, &standing, beginnings, FEW_ROUNDS, None)?;
-            let rounds = if begun.score > limit { 1 } else { ROUNDS };
-            self.train(&begun.fit.model, &fitted.train, trials, rounds, None)?
+            (self.train(&model, &standing, beginnings, FEW_ROUNDS, None)?, 0.0)
         } else {
             model.effects[at] = extended_like(rival, law);
             let aim = standing.minus_two_log_likelihood(beginnings, &standing.randomness);
@@ -45,12 +65,21 @@ impl Search<'_> {
             if begun.score < limit + HOPELESS {
                 begun = self.shaped(begun, at);
             }
-            let start = self.loosened(&begun.fit.model, &fitted.train, trials)?;
-            let rounds = if begun.score > limit + FAR_OFF { 1 } else { ROUNDS };
-            let aim = fitted.train.minus_two_log_likelihood(trials, &fitted.train.randomness);
-            self.train(&begun.fit.model, &start, trials, rounds, Some(aim))?
+            (begun, FAR_OFF.max(told_apart_from(self.taken[at - self.given].delta_bic)))
         };
-        Ok((other.fit.model.effects[at].clone(), other))
+        if begun.score > limit + far_off {
+            let effect = begun.fit.model.effects[at].clone();
+            return Ok(Rival { effect, delta_bic: begun.score - limit, whole: None });
+        }
+        let whole = if far_off == 0.0 {
+            self.train(&begun.fit.model, &fitted.train, trials, ROUNDS, None)?
+        } else {
+            let start = self.loosened(&begun.fit.model, &fitted.train, trials)?;
+            let aim = fitted.train.minus_two_log_likelihood(trials, &fitted.train.randomness);
+            self.train(&begun.fit.model, &start, trials, ROUNDS, Some(aim))?
+        };
+        let effect = whole.fit.model.effects[at].clone();
+        Ok(Rival { effect, delta_bic: whole.score - fitted.score, whole: Some(whole) })
     }
 
     /// `next`, or the model with one of its last effect's rivals in its place if that is better: where a gap is left, what

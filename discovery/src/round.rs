@@ -16,6 +16,18 @@ const SIMPLER: f64 = 0.93;
 /// Most rivals of one effect that are fitted in full.
 pub(crate) const MOST_RIVALS: usize = 3;
 
+/// Candidates and their signatures along a fit of the training data.
+pub(crate) struct Signatures {
+    pub(crate) library: Library,
+    pub(crate) forcing: Vec<Forcing>,
+}
+
+impl Signatures {
+    pub(crate) fn new(fit: &Fit, trials: &[Trial], library: Library) -> Self {
+        Self { forcing: library_forcing(fit, trials, &library), library }
+    }
+}
+
 impl Search<'_> {
     /// What the candidates need to know of the data, with the spectral peaks of the latent forces.
     pub(crate) fn situation(&self, fit: &Fit) -> Situation {
@@ -29,20 +41,19 @@ impl Search<'_> {
     pub(crate) fn round(
         &mut self,
         fitted: &Fitted,
-        library: &Library,
+        Signatures { library, forcing }: &Signatures,
         parsimony: bool,
         most_refusals: usize,
     ) -> Result<Option<(Fitted, Taken)>, FitError> {
         let e = self.evidence;
         let fit = &fitted.train;
         self.candidates = self.candidates.max(library.candidates.len());
-        let forcing = library_forcing(fit, &e.train, library);
         let sizes = ladder(&fit.randomness);
-        let levels = levels(fit, &e.train, &forcing, library, &sizes);
+        let levels = levels(fit, &e.train, forcing, library, &sizes);
         let weighing = Weighing {
             fit,
             trials: &e.train,
-            forcing: &forcing,
+            forcing,
             library,
             level: &levels[0],
             randomness: &sizes[0],
@@ -179,20 +190,10 @@ pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64) -> bool {
 }
 
 /// Signatures of a library along the fit's trajectories.
-pub(crate) fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) -> Vec<Forcing> {
-    trials
-        .iter()
-        .enumerate()
-        .map(|(t, trial)| {
-            let raw = signature::forcing(
-                &fit.model,
-                &fit.examined,
-                &library.variations,
-                &fit.linear[t],
-                trial,
-                &fit.trajectories[t],
-            );
-            signature::combine(&raw, &library.columns)
-        })
-        .collect()
+fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) -> Vec<Forcing> {
+    let of_trial = |(t, trial)| {
+        let (variations, columns) = (&library.variations, &library.columns);
+        signature::forcing(&fit.model, &fit.examined, variations, columns, &fit.linear[t], trial, &fit.trajectories[t])
+    };
+    trials.iter().enumerate().map(of_trial).collect()
 }

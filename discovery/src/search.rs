@@ -6,11 +6,12 @@ use cdpr::effect::EffectSpec;
 
 use crate::candidates::{catalogue, dictionary};
 use crate::data::{Channel, Trial};
-use crate::estimate::{FitError, for_trial};
+use crate::estimate::{Fit, FitError, for_trial};
 use crate::fitted::{Evidence, Fitted};
 use crate::kalman::Randomness;
 use crate::outcome::{NullTest, SearchStep};
 use crate::regression::Penalty;
+use crate::round::Signatures;
 
 /// Fall of the information criterion below which nothing is believed, beyond the penalty of the parameters.
 pub(crate) const EVIDENCE: f64 = 10.0;
@@ -124,13 +125,14 @@ impl<'a> Search<'a> {
             fitted = self.elasticity(fitted)?;
         }
         if self.taken.is_empty() {
-            fitted = self.one_more(&fitted)?.unwrap_or(fitted);
+            let signatures = self.signatures(&fitted.train);
+            fitted = self.one_more(&fitted, &signatures)?.unwrap_or(fitted);
             if self.explained(base, &fitted) > MOST {
                 fitted = self.form_if(fitted, MOST);
             }
             // Also where none was taken: alone, one of two may not predict the held-out data better.
             if fitted.gap[0] > NOTHING_LEFT {
-                fitted = self.pair(base, &fitted)?.unwrap_or(fitted);
+                fitted = self.pair(base, &signatures, &fitted)?.unwrap_or(fitted);
             }
         }
         if !self.taken.is_empty() {
@@ -188,7 +190,8 @@ impl<'a> Search<'a> {
     /// Effects of the catalogue, one after the other, as long as they earn their place, and after each the form of friction.
     fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
         while self.taken.len() < MOST_EFFECTS {
-            let next = self.one_more(&fitted)?;
+            let signatures = self.signatures(&fitted.train);
+            let next = self.one_more(&fitted, &signatures)?;
             let found = next.is_some();
             let score = fitted.score;
             fitted = self.form(next.unwrap_or(fitted));
@@ -199,12 +202,21 @@ impl<'a> Search<'a> {
         Ok(fitted)
     }
 
-    /// `fitted` with one more effect of the catalogue, if one earns its place.
-    fn one_more(&mut self, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+    /// The signatures of the catalogue along a fit.
+    fn signatures(&self, fit: &Fit) -> Signatures {
         (self.progress)("weighing the catalogue", 0.1 + 0.12 * self.taken.len() as f64);
-        let situation = self.situation(&fitted.train);
-        let library = catalogue(&fitted.train.model, &situation);
-        let Some((next, taken)) = self.round(fitted, &library, true, MOST_REFUSALS)? else { return Ok(None) };
+        let library = catalogue(&fit.model, &self.situation(fit));
+        Signatures::new(fit, &self.evidence.train, library)
+    }
+
+    /// The signatures of terms outside the catalogue along a fit.
+    fn terms(&self, fit: &Fit) -> Signatures {
+        Signatures::new(fit, &self.evidence.train, dictionary(&self.situation(fit)))
+    }
+
+    /// `fitted` with one more effect of the catalogue, if one earns its place.
+    fn one_more(&mut self, fitted: &Fitted, signatures: &Signatures) -> Result<Option<Fitted>, FitError> {
+        let Some((next, taken)) = self.round(fitted, signatures, true, MOST_REFUSALS)? else { return Ok(None) };
         self.taken.push(taken);
         Ok(Some(next))
     }
@@ -213,8 +225,8 @@ impl<'a> Search<'a> {
     fn single_term(&mut self, base: &Fitted) -> Result<Option<Fitted>, FitError> {
         (self.progress)("looking for a term that explains it all", 0.45);
         let found = std::mem::take(&mut self.taken);
-        let library = dictionary(&self.situation(&base.train));
-        if let Some((next, mut term)) = self.round(base, &library, false, 1)? {
+        let signatures = self.terms(&base.train);
+        if let Some((next, mut term)) = self.round(base, &signatures, false, 1)? {
             if next.gap[0] <= NOTHING_LEFT {
                 term.rivals.clear();
                 self.taken.push(term);
@@ -283,8 +295,8 @@ impl<'a> Search<'a> {
         let mut current = fitted.clone();
         for round in 0..MOST_TERMS {
             (self.progress)("looking for terms outside the catalogue", 0.7 + 0.05 * round as f64);
-            let library = dictionary(&self.situation(&current.train));
-            let Some((next, mut term)) = self.round(&current, &library, false, MOST_REFUSALS)? else { break };
+            let signatures = self.terms(&current.train);
+            let Some((next, mut term)) = self.round(&current, &signatures, false, MOST_REFUSALS)? else { break };
             term.rivals.clear();
             self.taken.push(term);
             current = next;

@@ -4,6 +4,7 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 use rayon::prelude::*;
 
+use crate::candidates::Combination;
 use crate::data::{Channel, Trial};
 use crate::kalman::Forcing;
 use crate::late::{comes_late, late_forcing};
@@ -176,20 +177,18 @@ fn start_effect_states(varied: &Examined, trial: &Trial, y: &mut [f64], base: &E
     }
 }
 
-/// The forcing of every variation (as columns, in order) along a trajectory. A variation that cannot be simulated, or is
-/// no plant at all, has a column of zeros.
+/// The forcing of columns made of variations along a trajectory. A variation that cannot be simulated, or is no plant at
+/// all, adds nothing.
 pub(crate) fn forcing(
     model: &Model,
     base: &Examined,
     variations: &[EffectSpec],
+    columns: &[Combination],
     linear: &LinearTrial,
     trial: &Trial,
     trajectory: &Trajectory,
 ) -> Forcing {
-    let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), variations.len());
-    debug_assert_eq!(trajectory.width, n + LATENTS);
-    let mut forcing =
-        Forcing { columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
+    debug_assert_eq!(trajectory.width, base.states() + LATENTS);
     let base_rates = end_rates(base, linear, trial, trajectory);
     let singles: Vec<Option<Single>> = variations
         .par_iter()
@@ -199,7 +198,7 @@ pub(crate) fn forcing(
             if comes_late(&spec.id) && !shows_tension(trial) {
                 let felt = |k: usize, cable: usize| linear.felt[k].winch_force[cable];
                 let step = late_forcing(spec, linear, trial, trajectory, felt);
-                return Some(Single { step, sensor: vec![0.0; len * m] });
+                return Some(Single { step, sensor: vec![0.0; trial.len() * trial.channels.len()] });
             }
             Examined::new(&varied).ok().and_then(|v| {
                 if acts_through_rates(&spec.id) {
@@ -212,16 +211,34 @@ pub(crate) fn forcing(
             })
         })
         .collect();
-    for (c, single) in singles.iter().enumerate() {
-        let Some(single) = single else { continue };
-        for (at, value) in single.step.iter().enumerate() {
-            forcing.step[at * columns + c] = *value;
-        }
-        for (at, value) in single.sensor.iter().enumerate() {
-            forcing.sensor[at * columns + c] = *value;
-        }
+    let part = |rows: usize, of: fn(&Single) -> &[f32]| {
+        let values: Vec<&[f32]> = singles.iter().map(|single| single.as_ref().map_or(&[][..], of)).collect();
+        beside_each_other(rows, &values, columns)
+    };
+    Forcing {
+        columns: columns.len(),
+        step: part((trial.len() - 1) * base.states(), |single| &single.step),
+        sensor: part(trial.len() * trial.channels.len(), |single| &single.sensor),
     }
-    forcing
+}
+
+/// Rows that are done at a time, so that they stay near.
+const ROWS: usize = 64;
+
+/// Columns of weighted sums of variations, by rows; a variation without values adds nothing.
+fn beside_each_other(rows: usize, variations: &[&[f32]], columns: &[Combination]) -> Vec<f32> {
+    let mut out = vec![0.0; rows * columns.len()];
+    out.par_chunks_mut(ROWS * columns.len().max(1)).enumerate().for_each(|(block, target)| {
+        for (c, combination) in columns.iter().enumerate() {
+            for (at, weight) in combination {
+                let values = variations[*at].iter().skip(block * ROWS);
+                for (row, value) in target.chunks_exact_mut(columns.len()).zip(values) {
+                    row[c] += value * *weight as f32;
+                }
+            }
+        }
+    });
+    out
 }
 
 /// A model moved in one parameter.
@@ -334,21 +351,13 @@ fn respond(
     }
 }
 
-/// Columns as weighted sums of variations.
-pub(crate) fn combine(forcing: &Forcing, combinations: &[Vec<(usize, f64)>]) -> Forcing {
-    let sum = |values: &[f32]| -> Vec<f32> {
-        let rows = values.len() / forcing.columns.max(1);
-        let mut out = vec![0.0; rows * combinations.len()];
-        for row in 0..rows {
-            let from = &values[row * forcing.columns..(row + 1) * forcing.columns];
-            let to = &mut out[row * combinations.len()..(row + 1) * combinations.len()];
-            for (slot, combination) in to.iter_mut().zip(combinations) {
-                *slot = combination.iter().map(|(at, weight)| from[*at] * *weight as f32).sum();
-            }
-        }
-        out
+/// Some of the columns, in their order.
+pub(crate) fn picked(forcing: &Forcing, columns: &[usize]) -> Forcing {
+    let pick = |values: &[f32]| -> Vec<f32> {
+        let rows = values.chunks_exact(forcing.columns.max(1));
+        rows.flat_map(|row| columns.iter().map(|c| row[*c])).collect()
     };
-    Forcing { columns: combinations.len(), step: sum(&forcing.step), sensor: sum(&forcing.sensor) }
+    Forcing { columns: columns.len(), step: pick(&forcing.step), sensor: pick(&forcing.sensor) }
 }
 
 #[cfg(test)]
@@ -405,7 +414,15 @@ mod tests {
         ];
         for (id, values) in late {
             let spec = EffectSpec::new(id, Some(2), values).unwrap();
-            let quick = forcing(&fit.model, base, std::slice::from_ref(&spec), &fit.linear[0], trial, trajectory);
+            let quick = forcing(
+                &fit.model,
+                base,
+                std::slice::from_ref(&spec),
+                &[vec![(0, 1.0)]],
+                &fit.linear[0],
+                trial,
+                trajectory,
+            );
             let varied = Model { effects: vec![spec], ..fit.model.clone() };
             let varied = Examined::new(&varied).unwrap();
             let whole = single(base, &varied, &fit.linear[0], trial, trajectory).unwrap();

@@ -73,8 +73,7 @@ impl Jacobian {
             }
         }
         for (i, (block, &first)) in l.cables.iter().zip(&plant.offset).enumerate() {
-            let (tension, rates) = Linearisation::by_winch_force(plant, i, time, y, u, &e);
-            let acceleration = product(&inverse_mass, &block.jacobian.map(|j| -j * tension));
+            let acceleration = product(&inverse_mass, &block.jacobian.map(|j| -j * block.tension_by_command));
             for (r, a) in acceleration.iter().enumerate() {
                 self.by_input[(3 + r) * INPUTS + 3 + i] = *a;
             }
@@ -87,7 +86,7 @@ impl Jacobian {
                     row[3 + c] = speed * block.jacobian[c] + turning * block.normal_over_length[c];
                 }
                 row[first..first + block.size].copy_from_slice(&block.rates_by_state[r][..block.size]);
-                self.by_input[(first + r) * INPUTS + 3 + i] = rates[r];
+                self.by_input[(first + r) * INPUTS + 3 + i] = block.rates_by_command[r];
             }
         }
     }

@@ -5,7 +5,7 @@
 //! the centrifugal and Coriolis forces are left out, as are dependences of an expression on other cables and the slow
 //! force of a cable's own swinging. Newton's method checks its own convergence.
 
-use num_dual::Dual64;
+use num_dual::DualSVec64;
 
 use crate::effect::{PlatformContext, SwingContext, WinchContext};
 use crate::parameters::{CABLES, CableModel};
@@ -28,6 +28,9 @@ pub(super) struct CableBlock {
     /// `(∂²L/∂q²) v`.
     pub(super) curvature: [f64; 3],
     pub(super) tension_by_state: [f64; BLOCK],
+    /// By the winch force.
+    pub(super) tension_by_command: f64,
+    pub(super) rates_by_command: [f64; BLOCK],
     /// What Newton's matrix leaves out: the transverse force, along `normal` in the platform's coordinates, and its
     /// derivatives by length and own states; the angular rate by the pose; tension and transverse force by the angular rate.
     pub(super) normal: [f64; 3],
@@ -60,6 +63,25 @@ struct Local<'a> {
     pose: [f64; 3],
     twist: [f64; 3],
     evaluation: &'a Evaluation,
+}
+
+/// Quantities by which derivatives are taken at once: those of a cable with two states of its own, and of a wrench.
+const AT_ONCE: usize = 6;
+
+type Gradient = DualSVec64<AT_ONCE>;
+
+/// A quantity, and the column of its derivative if that is among those taken from `first` on.
+fn seeded(value: f64, column: usize, first: usize) -> Gradient {
+    let quantity = Gradient::from(value);
+    match column.checked_sub(first) {
+        Some(at) if at < AT_ONCE => quantity.derivative(at),
+        _ => quantity,
+    }
+}
+
+/// The derivatives that a result carries.
+fn derivatives(result: &Gradient) -> [f64; AT_ONCE] {
+    result.eps.0.map_or([0.0; AT_ONCE], |eps| eps.data.0[0].map(finite))
 }
 
 /// A derivative for Newton's matrix, which may be approximate: none where there is none, as of a root at zero.
@@ -170,28 +192,6 @@ impl Linearisation {
         }
     }
 
-    /// Derivatives of one cable's tension and of its own states' rates with respect to its winch force.
-    pub(super) fn by_winch_force(
-        plant: &Plant,
-        cable: usize,
-        time: f64,
-        y: &[f64],
-        u: &Inputs,
-        e: &Evaluation,
-    ) -> (f64, [f64; BLOCK]) {
-        let (pose, twist) = ([y[0], y[1], y[2]], [y[3], y[4], y[5]]);
-        let local = Local { plant, cable, time, u, slack: e.slack[cable], pose, twist, evaluation: e };
-        let k = &e.kinematics[cable];
-        let states = plant.offset[cable]..plant.effect_states(cable).end;
-        let mut own = [Dual64::from(0.0); BLOCK];
-        for (slot, value) in own.iter_mut().zip(&y[states]) {
-            *slot = Dual64::from(*value);
-        }
-        let command = Dual64::new(u.winch_force[cable], 1.0);
-        let by = local.rates(k.length.into(), k.speed.into(), k.angular_rate.into(), &own, command);
-        (finite(by.tension.eps), by.rates.map(|rate| finite(rate.eps)))
-    }
-
     fn linearise_wrench(
         &mut self,
         plant: &Plant,
@@ -204,29 +204,22 @@ impl Linearisation {
         if plant.wrench.is_empty() {
             return;
         }
-        let lift = |values: [f64; CABLES]| values.map(Dual64::from);
-        let (lengths, speeds) = (lift(e.kinematics.map(|k| k.length)), lift(e.kinematics.map(|k| k.speed)));
-        let (unstretched, unstretched_rate) = (lift(e.unstretched), lift(e.unstretched_rate));
-        let inputs = u.lift();
-        for column in 0..6 {
-            let seeded = |values: &[f64; 3], first: usize| -> [Dual64; 3] {
-                std::array::from_fn(|k| Dual64::new(values[k], f64::from(u8::from(first + k == column))))
-            };
-            let context = PlatformContext {
-                time: Dual64::from(time),
-                pose: &seeded(pose, 0),
-                twist: &seeded(twist, 3),
-                inputs: &inputs,
-                cable_length: &lengths,
-                cable_speed: &speeds,
-                unstretched_length: &unstretched,
-                unstretched_rate: &unstretched_rate,
-            };
-            let target = if column < 3 { &mut self.force_by_pose } else { &mut self.force_by_twist };
-            for kind in &plant.wrench {
-                let wrench = kind.wrench(&context);
-                for r in 0..3 {
-                    target[r][column % 3] += finite(wrench[r].eps);
+        let lift = |values: [f64; CABLES]| values.map(Gradient::from);
+        let context = PlatformContext {
+            time: Gradient::from(time),
+            pose: &std::array::from_fn(|k| seeded(pose[k], k, 0)),
+            twist: &std::array::from_fn(|k| seeded(twist[k], 3 + k, 0)),
+            inputs: &u.lift(),
+            cable_length: &lift(e.kinematics.map(|k| k.length)),
+            cable_speed: &lift(e.kinematics.map(|k| k.speed)),
+            unstretched_length: &lift(e.unstretched),
+            unstretched_rate: &lift(e.unstretched_rate),
+        };
+        for kind in &plant.wrench {
+            for (r, component) in kind.wrench(&context).iter().enumerate() {
+                for (c, derivative) in derivatives(component).into_iter().enumerate() {
+                    let target = if c < 3 { &mut self.force_by_pose } else { &mut self.force_by_twist };
+                    target[r][c % 3] += derivative;
                 }
             }
         }
@@ -248,29 +241,39 @@ impl Linearisation {
         block.curvature = matrix3::product(&hessian, &local.twist);
         let mut own = [0.0; BLOCK];
         own[..block.size].copy_from_slice(&y[plant.offset[i]..plant.offset[i] + block.size]);
-        let derivative = |seed: usize| {
-            let s = |value: f64, index: usize| Dual64::new(value, f64::from(u8::from(index == seed)));
-            let own: [Dual64; BLOCK] = std::array::from_fn(|k| s(own[k], 3 + k));
-            local.rates(s(k.length, 0), s(k.speed, 1), s(k.angular_rate, 2), &own, Dual64::from(local.u.winch_force[i]))
-        };
-        let [by_length, by_speed, by_turning] = [derivative(0), derivative(1), derivative(2)];
+        // Columns: length, its rate, angular rate, winch force, own states.
+        let columns = 4 + block.size;
+        let (mut tension_by, mut transverse_by) = ([0.0; 4 + BLOCK], [0.0; 4 + BLOCK]);
+        let mut rates_by = [[0.0; 4 + BLOCK]; BLOCK];
+        for first in (0..columns).step_by(AT_ONCE) {
+            let s = |value: f64, column: usize| seeded(value, column, first);
+            let states: [Gradient; BLOCK] = std::array::from_fn(|k| s(own[k], 4 + k));
+            let command = s(local.u.winch_force[i], 3);
+            let by = local.rates(s(k.length, 0), s(k.speed, 1), s(k.angular_rate, 2), &states, command);
+            let count = AT_ONCE.min(columns - first);
+            let copy = |from: &Gradient, to: &mut [f64; 4 + BLOCK]| {
+                to[first..first + count].copy_from_slice(&derivatives(from)[..count])
+            };
+            block.transverse = by.transverse.re;
+            copy(&by.tension, &mut tension_by);
+            copy(&by.transverse, &mut transverse_by);
+            for (from, to) in by.rates.iter().zip(&mut rates_by).take(block.size) {
+                copy(from, to);
+            }
+        }
         // α̇ = n·v/L: n turns with the cable and, in φ, with the platform.
         block.turning_by_pose =
             std::array::from_fn(|c| -(k.speed * normal[c] / k.length + k.angular_rate * block.jacobian[c]) / k.length);
         block.turning_by_pose[2] += local.twist[2] * block.jacobian[2] / k.length;
-        block.transverse = by_length.transverse.re;
-        block.transverse_by_length = finite(by_length.transverse.eps);
-        block.by_turning = [finite(by_turning.tension.eps), finite(by_turning.transverse.eps)];
-        block.rates_by_motion = std::array::from_fn(|r| {
-            [finite(by_length.rates[r].eps), finite(by_speed.rates[r].eps), finite(by_turning.rates[r].eps)]
-        });
-        for c in 0..block.size {
-            let by_state = derivative(3 + c);
-            block.tension_by_state[c] = finite(by_state.tension.eps);
-            block.transverse_by_state[c] = finite(by_state.transverse.eps);
-            for r in 0..block.size {
-                block.rates_by_state[r][c] = finite(by_state.rates[r].eps);
-            }
+        block.transverse_by_length = transverse_by[0];
+        block.by_turning = [tension_by[2], transverse_by[2]];
+        block.tension_by_command = tension_by[3];
+        block.tension_by_state.copy_from_slice(&tension_by[4..]);
+        block.transverse_by_state.copy_from_slice(&transverse_by[4..]);
+        for (r, by) in rates_by.iter().enumerate() {
+            block.rates_by_motion[r] = [by[0], by[1], by[2]];
+            block.rates_by_command[r] = by[3];
+            block.rates_by_state[r].copy_from_slice(&by[4..]);
         }
         let (row, pose, twist) = (block.jacobian, &mut self.force_by_pose, &mut self.force_by_twist);
         for r in 0..3 {
@@ -278,10 +281,10 @@ impl Linearisation {
                 pose[r][c] -= e.tension[i] * hessian[r][c];
             }
         }
-        matrix3::add_outer(pose, &row, &row, -finite(by_length.tension.eps));
-        matrix3::add_outer(pose, &row, &block.curvature, -finite(by_speed.tension.eps));
-        matrix3::add_outer(twist, &row, &row, -finite(by_speed.tension.eps));
-        matrix3::add_outer(twist, &row, &block.normal_over_length, -finite(by_turning.tension.eps));
-        matrix3::add_outer(twist, &normal, &block.normal_over_length, finite(by_turning.transverse.eps));
+        matrix3::add_outer(pose, &row, &row, -tension_by[0]);
+        matrix3::add_outer(pose, &row, &block.curvature, -tension_by[1]);
+        matrix3::add_outer(twist, &row, &row, -tension_by[1]);
+        matrix3::add_outer(twist, &row, &block.normal_over_length, -tension_by[2]);
+        matrix3::add_outer(twist, &normal, &block.normal_over_length, transverse_by[2]);
     }
 }
