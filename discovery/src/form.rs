@@ -72,7 +72,7 @@ impl Search<'_> {
     }
 
     /// The law and the presliding of friction at some places that the beginnings of the trials ask for.
-    fn formed(&self, shaped: &Trained, places: &[usize]) -> Result<Trained, FitError> {
+    pub(crate) fn formed(&self, shaped: &Trained, places: &[usize]) -> Result<Trained, FitError> {
         let mut begun = shaped.clone();
         let mut able: Vec<(usize, EffectSpec)> = Vec::new();
         let mut undamped = false;
@@ -142,8 +142,11 @@ impl Search<'_> {
     /// Once all effects stand: extensions that were too much as long as other effects were missing, and no presliding that
     /// stood for one of these.
     pub(crate) fn settle_extensions(&mut self, mut fitted: Fitted) -> Fitted {
-        for at in self.given..fitted.train.model.effects.len() {
-            if stage(&fitted.train.model.effects[at]) != Stage::Static
+        let among = fitted.train.model.effects.len();
+        for at in self.given..among {
+            let formed = self.taken[at - self.given].formed_among == Some(among);
+            if !formed
+                && stage(&fitted.train.model.effects[at]) != Stage::Static
                 && let Ok(Some(next)) = self.without_presliding(&fitted, at)
             {
                 self.note(&next.train.model.effects[at].clone(), "simplified", next.score - fitted.score, "");

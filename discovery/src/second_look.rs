@@ -14,7 +14,8 @@ use rayon::prelude::*;
 use crate::candidates::Situation;
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
-use crate::fitted::Fitted;
+use crate::extension::is_friction;
+use crate::fitted::{Fitted, Trained};
 use crate::refine::refine;
 use crate::search::{EVIDENCE, FAR_OFF, ROUNDS, Search, Taken};
 
@@ -72,6 +73,9 @@ impl Search<'_> {
         tried.retain(|law| law.score() < nothing - EVIDENCE);
         let clear = tried.get(1).is_none_or(|second| tried[0].score() < second.score() - FAR_OFF);
         tried.truncate(if clear { 1 } else { FINALISTS });
+        if clear {
+            tried.iter_mut().for_each(|law| self.in_form(law));
+        }
         self.refine_all(&mut tried, trials, &base.train, LAST_ROUNDS, 0.6);
         let Some(best) = tried.into_iter().next() else { return Ok(None) };
         let Some((fit, _)) = best.reached else { return Ok(None) };
@@ -88,6 +92,25 @@ impl Search<'_> {
         }
         self.taken = best.law.into_iter().map(|(_, rivals)| Taken::new(rivals, delta_bic, None)).collect();
         Ok(Some(next))
+    }
+
+    /// A law of friction in the form that the beginnings of the trials ask for.
+    fn in_form(&self, law: &mut Try) {
+        let Try { law: effects, reached: Some((fit, score)), .. } = law else { return };
+        let [(plain, rivals)] = &mut effects[..] else { return };
+        if !is_friction(plain) {
+            return;
+        }
+        let begun = Trained { fit: fit.clone(), estimate: None, score: *score };
+        let shaped = self.shaped(begun, self.given);
+        let Ok(formed) = self.formed(&shaped, &[self.given]) else { return };
+        law.model = formed.fit.model.clone();
+        let effect = formed.fit.model.effects[self.given].clone();
+        if effect.id != plain.id {
+            rivals.retain(|rival| rival.id != effect.id);
+            rivals.push(plain.clone());
+        }
+        *plain = effect;
     }
 
     /// Refines all laws on `trials`, from a fit of the model without them, and puts the best first. Progress goes from
