@@ -21,6 +21,7 @@ mod form;
 mod gap;
 mod kalman;
 mod late;
+mod limits;
 mod model;
 mod null_test;
 mod pair;

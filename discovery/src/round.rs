@@ -186,6 +186,8 @@ fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64) -> V
 pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64) -> bool {
     let look_alikes = cdpr::effect::find(own.id).map_or(&[][..], |info| info.look_alikes);
     let alike = look_alikes.iter().any(|look_alike| look_alike.id == other.id) && other.cable == own.cable;
+    // The winches of one machine are built alike.
+    let alike = alike || (other.id == own.id && other.cable.is_none());
     share > if alike { 0.5 } else { 0.8 }
 }
 

@@ -218,7 +218,7 @@ impl<'a> Search<'a> {
     fn one_more(&mut self, fitted: &Fitted, signatures: &Signatures) -> Result<Option<Fitted>, FitError> {
         let Some((next, taken)) = self.round(fitted, signatures, true, MOST_REFUSALS)? else { return Ok(None) };
         self.taken.push(taken);
-        Ok(Some(next))
+        Ok(Some(self.both_limits(next)))
     }
 
     /// Whether a single term outside the catalogue explains the data from `base` on; in place of all found.
