@@ -128,21 +128,23 @@ fn run<const W: usize, const FUSED: bool>(linear: &LinearTrial, randomness: &Ran
             if !z.is_finite() {
                 continue;
             }
-            let h = &linear.sensor[at * n..(at + 1) * n];
+            // A sensor shows few states.
+            let mut shown = [(0, 0.0); W];
+            let mut count = 0;
+            for (c, &hc) in linear.sensor[at * n..(at + 1) * n].iter().enumerate() {
+                shown[count] = (c, hc);
+                count += usize::from(hc != 0.0);
+            }
+            let shown = &shown[..count];
+            let of = |vector: &[f64; W]| shown.iter().map(|(c, hc)| hc * vector[*c]).sum::<f64>();
             let mut ph = [0.0; W];
-            let mut innovation = z;
-            for (c, &hc) in h.iter().enumerate() {
-                if hc != 0.0 {
-                    innovation -= hc * x[c];
-                    add::<FUSED>(&mut ph, hc, &p[c]);
-                }
-            }
+            shown.iter().for_each(|(c, hc)| add::<FUSED>(&mut ph, *hc, &p[*c]));
             for (before, gain) in &updates[..used] {
-                let share: f64 = h.iter().zip(gain).map(|(a, b)| a * b).sum();
-                add::<FUSED>(&mut ph, -share, before);
+                add::<FUSED>(&mut ph, -of(gain), before);
             }
+            let innovation = z - of(&x);
             let r = randomness.noise[j] * randomness.noise[j];
-            let s = r + h.iter().zip(&ph).map(|(a, b)| a * b).sum::<f64>();
+            let s = r + of(&ph);
             let gain = ph.map(|v| v / s);
             add::<FUSED>(&mut x, innovation, &gain);
             updates[used] = (ph, gain);
@@ -184,16 +186,6 @@ fn predict<const W: usize, const FUSED: bool>(
     let (n, w) = (linear.states, linear.width());
     let f = &linear.transition[k * n * w..(k + 1) * n * w];
     let decay = (-linear.interval[k] / randomness.time).exp();
-    let mut next = [0.0; W];
-    for r in 0..n {
-        next[r] =
-            linear.defect[k * n + r] + f[r * w..(r + 1) * w].iter().zip(x.iter()).map(|(a, b)| a * b).sum::<f64>();
-    }
-    for l in 0..LATENTS {
-        let (now, then) = (linear.latents[k * LATENTS + l], linear.latents[(k + 1) * LATENTS + l]);
-        next[n + l] = decay * (x[n + l] + now) - then;
-    }
-    *x = next;
     // The transition of the states, transposed.
     let mut transposed = [[0.0; W]; W];
     for (r, row) in f.chunks_exact(w).enumerate() {
@@ -201,6 +193,16 @@ fn predict<const W: usize, const FUSED: bool>(
             transposed[c][r] = *value;
         }
     }
+    let mut next = [0.0; W];
+    next[..n].copy_from_slice(&linear.defect[k * n..(k + 1) * n]);
+    for (value, column) in x.iter().zip(&transposed[..w]) {
+        add::<FUSED>(&mut next, *value, column);
+    }
+    for l in 0..LATENTS {
+        let (now, then) = (linear.latents[k * LATENTS + l], linear.latents[(k + 1) * LATENTS + l]);
+        next[n + l] = decay * (x[n + l] + now) - then;
+    }
+    *x = next;
     // P = F P Fᵀ + Q: the lower triangle of the states, the states with the latents, the latents; the rest by symmetry.
     let mut product = [[0.0; W]; W];
     for (r, row) in f.chunks_exact(w).enumerate() {
