@@ -67,6 +67,8 @@ pub fn discover(
     fitted = settle(&mut search, &base, fitted, &mut alternatives)?;
     if fitted.gap[0] > NOTHING_LEFT {
         fitted = beyond_catalogue(&mut search, &base, fitted, &mut alternatives)?;
+    } else if search.taken.len() > 1 && fitted.train.randomness.has_latents() {
+        fitted = or_single_term(&mut search, &base, fitted, &mut alternatives)?;
     }
     progress("verifying on held-out data", 0.92);
     let given = search.given;
@@ -293,6 +295,27 @@ fn beyond_catalogue(
     }
     search.taken = kept;
     Ok(best)
+}
+
+/// Several effects that leave something to latent forces, or a single term outside the catalogue that explains more: they may only have made
+/// it up between them.
+fn or_single_term(
+    search: &mut Search<'_>,
+    base: &Fitted,
+    fitted: Fitted,
+    alternatives: &mut Vec<Vec<Alternative>>,
+) -> Result<Fitted, FitError> {
+    let found = search.taken.clone();
+    match search.single_term(base)? {
+        Some(term) if term.score < fitted.score => {
+            alternatives.clear();
+            Ok(term)
+        }
+        _ => {
+            search.taken = found;
+            Ok(fitted)
+        }
+    }
 }
 
 fn judge(fitted: &Fitted, base: &Fitted, effects: &[Found], terms: &[Found], remarks: &mut Vec<String>) -> Verdict {

@@ -7,15 +7,12 @@ use rayon::prelude::*;
 
 use crate::clean::{median, noise_by_differences};
 use crate::data::{Channel, Trial};
-use crate::kalman::{Filtered, Keep, Randomness, filter, smooth};
+use crate::kalman::{Filtered, Keep, Randomness, SMALLEST_LATENT, filter, smooth};
 use crate::model::{Examined, LATENTS, disturb};
 use crate::path::{LinearTrial, Trajectory, linearise};
 
 /// Correlation time of the latent disturbances (s): longer than the cables' vibration, shorter than the platform's motion.
 const LATENT_TIME: f64 = 2.0;
-
-/// Smallest latent force considered (N): below it a trial is as good as undisturbed.
-pub(crate) const SMALLEST_LATENT: f64 = 0.03;
 
 /// A model with everything that the data say of it.
 #[derive(Clone)]

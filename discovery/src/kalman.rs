@@ -4,6 +4,9 @@ use crate::model::LATENTS;
 use crate::path::LinearTrial;
 use crate::vector::{add, vectorised};
 
+/// Smallest latent force considered (N): below it a trial is as good as undisturbed.
+pub(crate) const SMALLEST_LATENT: f64 = 0.03;
+
 /// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck) and measurement noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Randomness {
@@ -23,6 +26,11 @@ impl Randomness {
     /// Whether the latent disturbances are of the same size.
     pub(crate) fn same_latents(&self, other: &Self) -> bool {
         (self.force, self.winch) == (other.force, other.winch)
+    }
+
+    /// Whether latent disturbances have anything to do.
+    pub(crate) fn has_latents(&self) -> bool {
+        self.force.max(self.winch) > SMALLEST_LATENT
     }
 
     pub(crate) fn latent_deviation(&self, latent: usize) -> f64 {

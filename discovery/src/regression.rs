@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
-use crate::estimate::{Fit, SMALLEST_LATENT, for_trial};
-use crate::kalman::{Forcing, Keep, Normal, Randomness, filter, whiten};
+use crate::estimate::{Fit, for_trial};
+use crate::kalman::{Forcing, Keep, Normal, Randomness, SMALLEST_LATENT, filter, whiten};
 use crate::signature::picked;
 
 /// The normal equations of all columns at one size of the latent disturbances.

@@ -222,7 +222,7 @@ impl<'a> Search<'a> {
     }
 
     /// Whether a single term outside the catalogue explains the data from `base` on; in place of all found.
-    fn single_term(&mut self, base: &Fitted) -> Result<Option<Fitted>, FitError> {
+    pub(crate) fn single_term(&mut self, base: &Fitted) -> Result<Option<Fitted>, FitError> {
         (self.progress)("looking for a term that explains it all", 0.45);
         let found = std::mem::take(&mut self.taken);
         let signatures = self.terms(&base.train);
