@@ -297,8 +297,8 @@ fn beyond_catalogue(
     Ok(best)
 }
 
-/// Several effects that leave something to latent forces, or a single term outside the catalogue that explains more: they may only have made
-/// it up between them.
+/// Several effects that leave something to latent forces, or a single term outside the catalogue that explains more: they
+/// may only have made it up between them.
 fn or_single_term(
     search: &mut Search<'_>,
     base: &Fitted,

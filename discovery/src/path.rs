@@ -286,7 +286,7 @@ mod tests {
         }
     }
 
-    /// One sample after the other at the tolerance in use, against one a thousand times finer.
+    /// One sample after the other at the tolerance in use, against one ten thousand times finer.
     #[test]
     fn steps_are_far_more_exact_than_measurements() {
         let friction = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 0.01]).unwrap();

@@ -53,7 +53,9 @@ impl Search<'_> {
         let limit = self.score(&standing, beginnings);
         let law = &fitted.train.model.effects[at];
         let mut model = fitted.train.model.clone();
-        let (begun, far_off) = if let Some(wider) = containing(&rival.id, law) {
+        let wider = containing(&rival.id, law);
+        let contains = wider.is_some();
+        let (begun, far_off) = if let Some(wider) = wider {
             // It is at its best where it is the law that stands, or near, and must be better there.
             model.effects[at] = wider;
             (self.train(&model, &standing, beginnings, FEW_ROUNDS, None)?, 0.0)
@@ -71,7 +73,7 @@ impl Search<'_> {
             let effect = begun.fit.model.effects[at].clone();
             return Ok(Rival { effect, delta_bic: begun.score - limit, whole: None });
         }
-        let whole = if far_off == 0.0 {
+        let whole = if contains {
             self.train(&begun.fit.model, &fitted.train, trials, ROUNDS, None)?
         } else {
             let start = self.loosened(&begun.fit.model, &fitted.train, trials)?;
