@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use crate::candidates::Combination;
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
-use crate::kalman::{Keep, Normal, Randomness, filter, whiten};
+use crate::kalman::{Keep, Randomness, filter};
 use crate::signature;
+use crate::whiten::{Normal, whiten};
 
 /// Correlation of what `effect` and each of `others` would add to the measurements of `trials`, in units of what is random
 /// there; `fit` is of the model without them. The mean is not taken off: a constant is a signature too. `None` where one

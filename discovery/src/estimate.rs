@@ -245,7 +245,7 @@ impl Fit {
             .map(|t| {
                 let randomness = for_trial(&self.randomness, &trials[t]);
                 let filtered = filter(&self.linear[t], &randomness, Keep::Covariance);
-                (smooth(&self.linear[t], &randomness, &filtered).deviation, filtered.minus_two_log_likelihood)
+                (smooth(&self.linear[t], &randomness, &filtered), filtered.minus_two_log_likelihood)
             })
             .collect();
         for ((trajectory, (deviation, _)), pace) in self.trajectories.iter_mut().zip(&moves).zip(&self.pace) {

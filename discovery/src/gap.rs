@@ -5,7 +5,6 @@ use rayon::prelude::*;
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, for_trial};
 use crate::kalman::{Keep, filter};
-use crate::model::LATENTS;
 
 /// Free-running predictions of one trial.
 pub(crate) struct Prediction {
@@ -24,8 +23,6 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
         .map(|t| {
             let trial = &trials[t];
             let filtered = filter(&fit.linear[t], &for_trial(&fit.randomness, trial), Keep::Innovations);
-            let width = fit.linear[t].width();
-            let n = width - LATENTS;
             let m = trial.channels.len();
             let start = trial.time[0];
             let duration = trial.time[trial.len() - 1] - start;
@@ -38,12 +35,8 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
             for k in 0..trial.len() {
                 simulation.set_inputs(trial.inputs[k]);
                 if trial.time[k] >= next_restart {
-                    let state: Vec<f64> = fit.trajectories[t]
-                        .states(k)
-                        .iter()
-                        .zip(&filtered.updated[k * width..k * width + n])
-                        .map(|(a, b)| a + b)
-                        .collect();
+                    let state: Vec<f64> =
+                        fit.trajectories[t].states(k).iter().zip(filtered.updated(k)).map(|(a, b)| a + b).collect();
                     simulation.set_states(&state);
                     running = true;
                     out.restarts.push(k);

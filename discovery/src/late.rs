@@ -23,7 +23,7 @@ pub(crate) fn late_forcing(
     trajectory: &Trajectory,
     felt: impl Fn(usize, usize) -> f64,
 ) -> Vec<f32> {
-    let (n, w) = (linear.states, linear.width());
+    let n = linear.states;
     let mut out = vec![0.0; (trial.len() - 1) * n];
     let cables = spec.cable.map_or(0..4, |cable| cable - 1..cable);
     for cable in cables {
@@ -41,8 +41,9 @@ pub(crate) fn late_forcing(
         };
         for (k, late) in late.iter().enumerate() {
             let change = late - force[k];
+            let slopes = linear.column(k, n + LATENTS - 4 + cable);
             for r in 0..n {
-                let slope = linear.transition[(k * n + r) * w + n + LATENTS - 4 + cable];
+                let slope = slopes[r];
                 out[k * n + r] += (slope * change) as f32;
             }
         }

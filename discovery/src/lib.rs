@@ -40,6 +40,7 @@ mod stability;
 mod variation;
 mod vector;
 mod verify;
+mod whiten;
 
 pub use discover::{DiscoverError, discover};
 pub use estimate::FitError;

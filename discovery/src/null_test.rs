@@ -18,10 +18,11 @@ use rayon::prelude::*;
 use crate::candidates::Library;
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
-use crate::kalman::{Forcing, Keep, Randomness, filter, whitened_rows};
+use crate::kalman::{Keep, Randomness, filter};
 use crate::outcome::NullTest;
 use crate::regression::{Level, Penalty, rank};
 use crate::verify::places;
+use crate::whiten::{Forcing, whitened_rows};
 
 /// Number of shifts.
 const SHIFTS: usize = 99;

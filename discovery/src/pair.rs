@@ -13,11 +13,12 @@ use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::extension::is_friction_law;
 use crate::fitted::Fitted;
-use crate::kalman::{Forcing, Keep, Normal, filter, whiten};
+use crate::kalman::{Keep, filter};
 use crate::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
 use crate::round::{MOST_RIVALS, Signatures, effect_of, is_rival};
 use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search, Taken};
 use crate::signature::picked;
+use crate::whiten::{Forcing, Normal, whiten};
 
 /// Candidates of which pairs are formed.
 const PAIRED: usize = 30;

@@ -10,6 +10,7 @@ use crate::data::{Channel, Trial};
 use crate::estimate::FitError;
 use crate::model::{Examined, LATENTS, disturb};
 use crate::variation::{Step, Variation};
+use crate::vector::FULL;
 
 /// States and latents at every sample of a trial.
 #[derive(Clone, Debug)]
@@ -44,14 +45,18 @@ pub(crate) struct LinearTrial {
     pub(crate) channels: usize,
     /// Sampling intervals (s), one less than samples.
     pub(crate) interval: Vec<f64>,
-    /// `∂x(k+1)/∂(x, latents)(k)`, `states × (states + LATENTS)` a step.
+    /// States with zeros up to a full register.
+    pub(crate) padded: usize,
+    /// `∂x(k+1)/∂(x, latents)(k)`: `padded` numbers for each state or latent, what it does to the states.
     pub(crate) transition: Vec<f64>,
     /// Where one step of the model misses the trajectory's next point, `states` a step.
     pub(crate) defect: Vec<f64>,
     /// Latents of the trajectory, `LATENTS` a sample.
     pub(crate) latents: Vec<f64>,
     /// `∂h/∂x`, `channels × states` a sample.
-    pub(crate) sensor: Vec<f64>,
+    sensor: Vec<f64>,
+    /// The states that each channel shows anything of.
+    shows: Vec<Vec<usize>>,
     /// What the sensors would show on the trajectory, `channels` a sample.
     pub(crate) shown: Vec<f64>,
     /// Measured minus that; `NAN` is a gap.
@@ -68,6 +73,20 @@ pub(crate) struct LinearTrial {
 impl LinearTrial {
     pub(crate) fn width(&self) -> usize {
         self.states + LATENTS
+    }
+
+    /// What state or latent `c` does to the states in step `k`.
+    pub(crate) fn column(&self, k: usize, c: usize) -> &[f64] {
+        let at = (k * self.width() + c) * self.padded;
+        &self.transition[at..at + self.states]
+    }
+
+    /// The states that channel `j` shows, with the slopes by which it does at sample `k`.
+    #[inline(always)]
+    pub(crate) fn shown_by(&self, k: usize, j: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
+        let at = k * self.channels + j;
+        let slopes = &self.sensor[at * self.states..(at + 1) * self.states];
+        self.shows[j].iter().map(|c| (*c, slopes[*c]))
     }
 
     /// Step `k` of the model from a trajectory with these `states` at its beginning; writes to `end` where it goes from there,
@@ -148,7 +167,8 @@ pub(crate) fn linearise(
     let width = n + LATENTS;
     let m = trial.channels.len();
     let len = trial.len();
-    let mut transition = vec![0.0; (len - 1) * n * width];
+    let padded = n.next_multiple_of(FULL);
+    let mut transition = vec![0.0; (len - 1) * padded * width];
     let mut sensor = vec![0.0; len * m * n];
     let mut defect = vec![0.0; (len - 1) * n];
     let mut all_shown = vec![0.0; len * m];
@@ -188,11 +208,14 @@ pub(crate) fn linearise(
         for c in 0..n {
             defect[k * n + c] = next[c] - trajectory.states(k + 1)[c];
         }
-        let target = &mut transition[k * n * width..(k + 1) * n * width];
+        let target = &mut transition[k * padded * width..(k + 1) * padded * width];
         variation.transition(&Step { time: trial.time[k], interval, from: x, to: next, felt, slack }, target);
     }
+    let shows =
+        (0..m).map(|j| (0..n).filter(|c| (0..len).any(|k| sensor[(k * m + j) * n + c] != 0.0)).collect()).collect();
     Ok(LinearTrial {
         len,
+        padded,
         states: n,
         channels: m,
         interval: trial.time.windows(2).map(|w| w[1] - w[0]).collect(),
@@ -200,6 +223,7 @@ pub(crate) fn linearise(
         defect,
         latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
         sensor,
+        shows,
         shown: all_shown,
         residual,
         felt: all_felt,

@@ -8,10 +8,11 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, Look, for_trial};
 use crate::extension::{in_use, is_friction};
-use crate::kalman::{Keep, Normal, Randomness, filter, whiten};
+use crate::kalman::{Keep, Randomness, filter};
 use crate::model::Examined;
 use crate::regression::ladder;
 use crate::signature::{Varied, sensitivities};
+use crate::whiten::{Normal, whiten};
 
 /// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
 const SETTLED: f64 = 0.1;

@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
-use crate::kalman::{Forcing, Keep, Normal, Randomness, SMALLEST_LATENT, filter, whiten};
+use crate::kalman::{Keep, Randomness, SMALLEST_LATENT, filter};
 use crate::signature::picked;
+use crate::whiten::{Forcing, Normal, whiten};
 
 /// The normal equations of all columns at one size of the latent disturbances.
 pub(crate) struct Level {

@@ -4,11 +4,12 @@ use crate::candidates::{Candidate, Library, Situation};
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::fitted::Fitted;
-use crate::kalman::{Forcing, Keep, Randomness, filter, whiten};
+use crate::kalman::{Keep, Randomness, filter};
 use crate::null_test::{Weighing, of_time_alone};
 use crate::regression::{Scored, baseline, ladder, levels, rank};
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 use crate::signature;
+use crate::whiten::{Forcing, whiten};
 use cdpr::effect::EffectSpec;
 
 /// Share of the best candidate's gain at which a simpler one is preferred.

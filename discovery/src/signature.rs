@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use crate::candidates::Combination;
 use crate::data::{Channel, Trial};
-use crate::kalman::Forcing;
 use crate::late::{comes_late, late_forcing};
 use crate::model::{Examined, LATENTS, disturb};
 use crate::path::{LinearTrial, Trajectory};
 use crate::variation::{Forced, Variation};
+use crate::whiten::Forcing;
 
 /// What one variation adds: `states` numbers a step, `channels` a sample. `None` when it cannot be simulated.
 struct Single {
@@ -118,7 +118,7 @@ fn quick(
     base_rates: &[Vec<f64>; 2],
     [plant, sensors]: [bool; 2],
 ) -> Option<Single> {
-    let (n, m, w) = (base.states(), trial.channels.len(), linear.width());
+    let (n, m) = (base.states(), trial.channels.len());
     let mut out = Single { step: vec![0.0; (trial.len() - 1) * n], sensor: vec![0.0; trial.len() * m] };
     let map = state_map(base, varied)?;
     let mut y = varied.first_states(trial);
@@ -147,9 +147,8 @@ fn quick(
         for c in 3..n {
             let difference = rates[0][map[c]] - base_rates[0][k * n + c];
             if difference != 0.0 {
-                let f = &linear.transition[k * n * w..(k + 1) * n * w];
-                for (r, slot) in target.iter_mut().enumerate() {
-                    *slot += (half * f[r * w + c] * difference) as f32;
+                for (slot, slope) in target.iter_mut().zip(linear.column(k, c)) {
+                    *slot += (half * slope * difference) as f32;
                 }
             }
         }

@@ -11,11 +11,12 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
-use crate::kalman::{Forcing, Keep, Normal, filter, whitened_rows};
+use crate::kalman::{Keep, filter};
 use crate::model::Examined;
 use crate::outcome::{Block, Stability};
 use crate::refine::{Free, free_parameters, varied_models};
 use crate::signature::{Varied, sensitivities};
+use crate::whiten::{Forcing, Normal, whitened_rows};
 
 /// Blocks of time over all trials, as far as they are long enough.
 const BLOCKS: f64 = 8.0;

@@ -4,7 +4,7 @@ use cdpr::dynamics::{Inputs, Jacobian};
 use cdpr::parameters::CABLES;
 
 use crate::model::{Examined, LATENTS};
-use crate::vector::{add, vectorised};
+use crate::vector::{FULL, add, vectorised};
 
 /// One sampling interval: a step of the model between two states, under inputs that are held.
 pub(crate) struct Step<'a> {
@@ -43,29 +43,53 @@ pub(crate) struct Variation<'a> {
     point: Vec<f64>,
     inner: Jacobian,
     end: Jacobian,
+    /// Slopes by states and, beside them, by what is forced, `J₁ W₁` and `J₂ W₂`, by rows.
+    slopes: [Vec<f64>; 2],
     /// The system and, beside it, its right-hand sides, by rows.
     system: Vec<f64>,
 }
 
 impl<'a> Variation<'a> {
     pub(crate) fn new(model: &'a Examined) -> Self {
-        let n = model.states();
-        Self { model, point: vec![0.0; n], inner: Jacobian::default(), end: Jacobian::default(), system: Vec::new() }
+        Self {
+            model,
+            point: vec![0.0; model.states()],
+            inner: Jacobian::default(),
+            end: Jacobian::default(),
+            slopes: [Vec::new(), Vec::new()],
+            system: Vec::new(),
+        }
     }
 
-    /// Writes `∂x(end)/∂(x, latents)(start)`, `states × (states + LATENTS)` by rows.
+    /// Writes `∂x(end)/∂(x, latents)(start)` by columns, each at the beginning of its part of `target`.
     pub(crate) fn transition(&mut self, step: &Step<'_>, target: &mut [f64]) {
         self.update(step);
-        let (inner, end, system) = (&self.inner, &self.end, &mut self.system);
-        let forced = Forced { inner: &inner.by_input, end: &end.by_input, columns: LATENTS };
-        vectorised!(FUSED => solve::<FUSED>(inner, end, step.interval, &forced, true, system, target));
+        for (slopes, jacobian) in self.slopes.iter_mut().zip([&self.inner, &self.end]) {
+            beside(slopes, jacobian, &jacobian.by_input, LATENTS);
+        }
+        let n = self.inner.dimension;
+        let width = solve(&self.slopes, n, LATENTS, step.interval, true, &mut self.system);
+        let length = target.len() / (n + LATENTS);
+        let own = n.next_multiple_of(FULL);
+        for (r, row) in self.system.chunks_exact(width).enumerate() {
+            let values = row[own..own + n].iter().chain(&row[2 * own..]);
+            for (value, column) in values.zip(target.chunks_exact_mut(length)) {
+                column[r] = *value;
+            }
+        }
     }
 
     /// Writes what `forced` rates add to the states at the end of the interval, `states × columns` by rows.
     pub(crate) fn response(&mut self, step: &Step<'_>, forced: &Forced<'_>, target: &mut [f64]) {
         self.update(step);
-        let (inner, end, system) = (&self.inner, &self.end, &mut self.system);
-        vectorised!(FUSED => solve::<FUSED>(inner, end, step.interval, forced, false, system, target));
+        let (n, columns) = (self.inner.dimension, forced.columns);
+        beside(&mut self.slopes[0], &self.inner, forced.inner, columns);
+        beside(&mut self.slopes[1], &self.end, forced.end, columns);
+        let width = solve(&self.slopes, n, columns, step.interval, false, &mut self.system);
+        let own = n.next_multiple_of(FULL);
+        for (row, out) in self.system.chunks_exact(width).zip(target.chunks_exact_mut(columns)) {
+            out.copy_from_slice(&row[own..own + columns]);
+        }
     }
 
     /// Takes up the slopes over an interval.
@@ -84,79 +108,112 @@ pub(crate) struct Forced<'a> {
     pub(crate) columns: usize,
 }
 
-/// Sets the system up and solves it: for the states at the start, if asked for, and for what is forced.
-#[inline(always)]
-fn solve<const FUSED: bool>(
-    inner: &Jacobian,
-    end: &Jacobian,
-    h: f64,
-    forced: &Forced<'_>,
-    states: bool,
-    system: &mut Vec<f64>,
-    target: &mut [f64],
-) {
-    let (n, columns) = (inner.dimension, forced.columns);
-    let own = if states { n } else { 0 };
-    let width = n + own + columns;
-    system.resize(n * width, 0.0);
-    for (r, row) in system.chunks_exact_mut(width).enumerate() {
-        let (left, right) = row.split_at_mut(n);
-        let (of_states, of_forced) = right.split_at_mut(own);
-        left.fill(0.0);
-        let slopes = &inner.by_state[r * n..(r + 1) * n];
-        // J₁ J₂ and J₁ W₂, by the entries of J₁ that are not zero: most are.
-        of_forced.fill(0.0);
-        for (c, &slope) in slopes.iter().enumerate() {
-            if slope != 0.0 {
-                add::<FUSED>(left, slope, &end.by_state[c * n..(c + 1) * n]);
-                add::<FUSED>(of_forced, slope, &forced.end[c * columns..(c + 1) * columns]);
-            }
-        }
-        for (c, slot) in left.iter_mut().enumerate() {
-            *slot = h * h / 6.0 * *slot - 5.0 / 12.0 * h * slopes[c] - 0.25 * h * end.by_state[r * n + c];
-        }
-        left[r] += 1.0;
-        for (slot, slope) in of_states.iter_mut().zip(slopes) {
-            *slot = h / 3.0 * slope;
-        }
-        if states {
-            of_states[r] += 1.0;
-        }
-        for (c, slot) in of_forced.iter_mut().enumerate() {
-            let at = r * columns + c;
-            *slot = 0.75 * h * forced.inner[at] + 0.25 * h * forced.end[at] - h * h / 6.0 * *slot;
-        }
-    }
-    eliminate::<FUSED>(system, n, width);
-    for (row, out) in system.chunks_exact(width).zip(target.chunks_exact_mut(own + columns)) {
-        out.copy_from_slice(&row[n..]);
+/// Writes the slopes by states and, beside them, by what is forced, each part with zeros up to a full register.
+fn beside(slopes: &mut Vec<f64>, jacobian: &Jacobian, forced: &[f64], columns: usize) {
+    let n = jacobian.dimension;
+    let own = n.next_multiple_of(FULL);
+    let width = own + columns.next_multiple_of(FULL);
+    slopes.resize(n * width, 0.0);
+    let rows = jacobian.by_state.chunks_exact(n).zip(forced.chunks_exact(columns));
+    for (target, (by_state, forced)) in slopes.chunks_exact_mut(width).zip(rows) {
+        target[..n].copy_from_slice(by_state);
+        target[own..own + columns].copy_from_slice(forced);
     }
 }
 
-/// Gauss-Jordan elimination with row pivoting of `n` rows of `width`, the matrix first, the right-hand sides after it.
+/// Sets the system up and solves it, in the place of its right-hand sides: for the states at the start, if asked for, and
+/// for what is forced. Returns the width of a row: the matrix, then each right-hand side, each part as wide as full registers
+/// are, and what is left over.
+fn solve(slopes: &[Vec<f64>; 2], n: usize, columns: usize, h: f64, states: bool, system: &mut Vec<f64>) -> usize {
+    let own = n.next_multiple_of(FULL);
+    let width = if states { 2 * own } else { own } + columns.next_multiple_of(FULL);
+    macro_rules! in_rows_of {
+        ($($size:literal)*) => {
+            match width {
+                $(..=$size => {
+                    vectorised!(FUSED => in_rows::<$size, FUSED>(slopes, n, columns, h, states, system));
+                    $size
+                })*
+                _ => unreachable!("the largest model has fewer states than this"),
+            }
+        };
+    }
+    // Rows of a fixed width, which the compiler puts into registers.
+    in_rows_of!(16 24 32 40 56 72 136)
+}
+
+#[inline(always)]
+fn in_rows<const ROW: usize, const FUSED: bool>(
+    [inner, end]: &[Vec<f64>; 2],
+    n: usize,
+    columns: usize,
+    h: f64,
+    states: bool,
+    system: &mut Vec<f64>,
+) {
+    let own = n.next_multiple_of(FULL);
+    let given = own + columns.next_multiple_of(FULL);
+    let first_forced = if states { 2 * own } else { own };
+    system.resize(n * ROW, 0.0);
+    let rows = system.as_chunks_mut::<ROW>().0;
+    for (r, (row, (slopes, end_slopes))) in
+        rows.iter_mut().zip(inner.chunks_exact(given).zip(end.chunks_exact(given))).enumerate()
+    {
+        row.fill(0.0);
+        let (left, right) = row.split_at_mut(own);
+        let (of_states, of_forced) = right.split_at_mut(first_forced - own);
+        // J₁ J₂ and J₁ W₂, by the entries of J₁ that are not zero: most are.
+        for (slope, end) in slopes[..n].iter().zip(end.chunks_exact(given)) {
+            if *slope != 0.0 {
+                add::<FUSED>(left, *slope, &end[..own]);
+                add::<FUSED>(of_forced, *slope, &end[own..]);
+            }
+        }
+        for (slot, (slope, end)) in left.iter_mut().zip(slopes.iter().zip(end_slopes)) {
+            *slot = h * h / 6.0 * *slot - 5.0 / 12.0 * h * slope - 0.25 * h * end;
+        }
+        left[r] += 1.0;
+        if states {
+            for (slot, slope) in of_states.iter_mut().zip(slopes) {
+                *slot = h / 3.0 * slope;
+            }
+            of_states[r] += 1.0;
+        }
+        for (slot, (inner, end)) in of_forced.iter_mut().zip(slopes[own..].iter().zip(&end_slopes[own..])) {
+            *slot = 0.75 * h * inner + 0.25 * h * end - h * h / 6.0 * *slot;
+        }
+    }
+    eliminate::<ROW, FUSED>(rows);
+}
+
+/// Gauss-Jordan elimination with row pivoting: as many columns as there are rows, the right-hand sides after them.
 ///
 /// Singular only for an unstable mode of exactly the wrong growth; a deviation that is not carried on is then lost for one
 /// sample.
 #[inline(always)]
-fn eliminate<const FUSED: bool>(system: &mut [f64], n: usize, width: usize) {
-    for c in 0..n {
-        let size = |r: usize| system[r * width + c].abs();
-        let Some(pivot) = (c..n).max_by(|a, b| size(*a).total_cmp(&size(*b))).filter(|r| size(*r) > 0.0) else {
-            system.fill(0.0);
-            return;
-        };
-        let (before, rest) = system.split_at_mut(c * width);
-        let (row, after) = rest.split_at_mut(width);
-        if pivot > c {
-            row.swap_with_slice(&mut after[(pivot - c - 1) * width..(pivot - c) * width]);
-        }
-        let inverse = 1.0 / row[c];
-        row[c..].iter_mut().for_each(|value| *value *= inverse);
-        for other in before.chunks_exact_mut(width).chain(after.chunks_exact_mut(width)) {
-            let factor = -other[c];
-            if factor != 0.0 {
-                add::<FUSED>(&mut other[c..], factor, &row[c..]);
+fn eliminate<const ROW: usize, const FUSED: bool>(rows: &mut [[f64; ROW]]) {
+    for c in 0..rows.len() {
+        let mut pivot = c;
+        for r in c + 1..rows.len() {
+            if rows[r][c].abs() > rows[pivot][c].abs() {
+                pivot = r;
             }
         }
+        if rows[pivot][c] == 0.0 {
+            rows.fill([0.0; ROW]);
+            return;
+        }
+        rows.swap(c, pivot);
+        let inverse = 1.0 / rows[c][c];
+        let row = rows[c].map(|value| value * inverse);
+        for other in rows.iter_mut() {
+            let factor = -other[c];
+            if factor != 0.0 {
+                for i in 0..ROW {
+                    other[i] = if FUSED { factor.mul_add(row[i], other[i]) } else { other[i] + factor * row[i] };
+                }
+            }
+        }
+        rows[c] = row;
     }
 }

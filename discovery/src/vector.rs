@@ -39,6 +39,43 @@ pub(crate) fn fuses() -> bool {
     return cfg!(target_arch = "aarch64");
 }
 
+/// Numbers of a full register.
+pub(crate) const FULL: usize = 8;
+/// Rows that are summed up side by side: one alone would wait for its last sum.
+pub(crate) const BLOCK: usize = 4;
+
+/// The scalar product, up to the shorter length. Lengths are multiples of [`FULL`].
+#[inline(always)]
+pub(crate) fn dot<const FUSED: bool>(a: &[f64], b: &[f64]) -> f64 {
+    let mut sum = [0.0; FULL];
+    for (a, b) in a.as_chunks::<FULL>().0.iter().zip(b.as_chunks::<FULL>().0) {
+        for ((slot, a), b) in sum.iter_mut().zip(a).zip(b) {
+            *slot = if FUSED { a.mul_add(*b, *slot) } else { *slot + a * b };
+        }
+    }
+    sum.iter().sum()
+}
+
+/// `to[b] += factors[b] * row` for every row of a block.
+#[inline(always)]
+pub(crate) fn add_each<const L: usize, const FUSED: bool>(
+    to: &mut [[f64; L]; BLOCK],
+    factors: &[f64; BLOCK],
+    row: &[f64; L],
+) {
+    for b in 0..BLOCK {
+        for i in 0..L {
+            to[b][i] = if FUSED { factors[b].mul_add(row[i], to[b][i]) } else { to[b][i] + factors[b] * row[i] };
+        }
+    }
+}
+
+/// Part `at` of a vector that is cut into blocks.
+#[inline(always)]
+pub(crate) fn block(of: &[f64], at: usize) -> &[f64; BLOCK] {
+    &of.as_chunks::<BLOCK>().0[at]
+}
+
 /// `to += factor * row`, up to the shorter length.
 #[inline(always)]
 pub(crate) fn add<const FUSED: bool>(to: &mut [f64], factor: f64, row: &[f64]) {

@@ -1,0 +1,207 @@
+//! Whitening: signatures sent through the Kalman filter, and the normal equations of innovations on them.
+
+use crate::kalman::{Filtered, Randomness};
+use crate::path::LinearTrial;
+use crate::vector::{BLOCK, add, add_each, block, vectorised};
+
+/// What a set of signatures does to one trial: forcing of the states at each step, and of the sensors at each sample.
+#[derive(Clone, Debug)]
+pub(crate) struct Forcing {
+    /// Signatures.
+    pub(crate) columns: usize,
+    /// `step[(k · states + r) · columns + c]`.
+    pub(crate) step: Vec<f32>,
+    /// `sensor[(k · channels + j) · columns + c]`.
+    pub(crate) sensor: Vec<f32>,
+}
+
+/// Normal equations of innovations on whitened signatures.
+#[derive(Clone, Debug)]
+pub(crate) struct Normal {
+    /// Columns.
+    pub(crate) columns: usize,
+    /// `EᵀE`, full.
+    pub(crate) gram: Vec<f64>,
+    /// `Eᵀν`.
+    pub(crate) right: Vec<f64>,
+    /// `νᵀν`.
+    pub(crate) total: f64,
+    /// Measurements.
+    pub(crate) count: usize,
+    /// `Σ log S + ν²/S`.
+    pub(crate) minus_two_log_likelihood: f64,
+}
+
+impl Normal {
+    pub(crate) fn empty(columns: usize) -> Self {
+        Self {
+            columns,
+            gram: vec![0.0; columns * columns],
+            right: vec![0.0; columns],
+            total: 0.0,
+            count: 0,
+            minus_two_log_likelihood: 0.0,
+        }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        for (a, b) in self.gram.iter_mut().zip(&other.gram) {
+            *a += b;
+        }
+        for (a, b) in self.right.iter_mut().zip(&other.right) {
+            *a += b;
+        }
+        self.total += other.total;
+        self.count += other.count;
+        self.minus_two_log_likelihood += other.minus_two_log_likelihood;
+    }
+
+    /// Fall of `-2 log L` by signatures of these amplitudes.
+    pub(crate) fn drop(&self, amplitudes: &[f64]) -> f64 {
+        let rows = self.gram.chunks_exact(self.columns.max(1)).zip(&self.right).zip(amplitudes);
+        rows.map(|((row, right), a)| {
+            let explained: f64 = row.iter().zip(amplitudes).map(|(g, b)| g * b).sum();
+            a * (2.0 * right - explained)
+        })
+        .sum()
+    }
+
+    /// Takes up a measurement: whitened signatures and innovation. Of the Gram matrix only the lower half is formed.
+    pub(crate) fn push(&mut self, e: &[f64], innovation: f64) {
+        self.push_right(e, innovation);
+        for (a, ea) in e.iter().enumerate() {
+            for (slot, eb) in self.gram[a * e.len()..a * e.len() + a + 1].iter_mut().zip(e) {
+                *slot += ea * eb;
+            }
+        }
+    }
+
+    fn push_right(&mut self, e: &[f64], innovation: f64) {
+        self.total += innovation * innovation;
+        self.count += 1;
+        for (slot, value) in self.right.iter_mut().zip(e) {
+            *slot += value * innovation;
+        }
+    }
+
+    /// Fills the upper half of the Gram matrix.
+    pub(crate) fn mirror(&mut self) {
+        for a in 0..self.columns {
+            for b in 0..a {
+                self.gram[b * self.columns + a] = self.gram[a * self.columns + b];
+            }
+        }
+    }
+}
+
+/// Passes signatures through the filter and forms the normal equations (Willsky and Jones, generalised least squares).
+///
+/// With `pairs` only those entries `(a, b)`, `b <= a`, of the Gram matrix are formed; the others stay zero.
+pub(crate) fn whiten(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    filtered: &Filtered,
+    forcing: &Forcing,
+    pairs: Option<&[(usize, usize)]>,
+) -> Normal {
+    let mut normal = Normal::empty(forcing.columns);
+    normal.minus_two_log_likelihood = filtered.minus_two_log_likelihood;
+    whitened_rows(linear, randomness, filtered, forcing, |at, e| match pairs {
+        Some(pairs) => {
+            normal.push_right(e, filtered.whitened[at]);
+            for &(a, b) in pairs {
+                normal.gram[a * e.len() + b] += e[a] * e[b];
+            }
+        }
+        None => normal.push(e, filtered.whitened[at]),
+    });
+    normal.mirror();
+    normal
+}
+
+/// Passes signatures through the filter: calls `visit` for every measurement in turn with its place among them (sample ·
+/// channels + channel) and the whitened signatures there.
+pub(crate) fn whitened_rows(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    filtered: &Filtered,
+    forcing: &Forcing,
+    visit: impl FnMut(usize, &[f64]),
+) {
+    vectorised!(FUSED => rows::<FUSED>(linear, randomness, filtered, forcing, visit));
+}
+
+/// Signatures that are done at a time: a full register.
+const PANEL: usize = 8;
+type Panel = [f64; PANEL];
+
+#[inline(always)]
+fn rows<const FUSED: bool>(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    filtered: &Filtered,
+    forcing: &Forcing,
+    mut visit: impl FnMut(usize, &[f64]),
+) {
+    let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    let columns = forcing.columns;
+    let panels = columns.div_ceil(PANEL);
+    // Sensitivities of the predicted deviation: panel by panel, a row a state or latent, and zeros up to a full block.
+    let height = w.next_multiple_of(BLOCK);
+    let mut all = vec![[0.0; PANEL]; panels * height];
+    let mut next = vec![[0.0; PANEL]; linear.padded];
+    // Whitened signatures of a sample's measurements.
+    let mut whitened = vec![[0.0; PANEL]; m * panels];
+    for k in 0..len {
+        for (panel, s) in all.chunks_exact_mut(height).enumerate() {
+            for j in 0..m {
+                let at = k * m + j;
+                if !filtered.whitened[at].is_finite() {
+                    continue;
+                }
+                let mut e = taken(&forcing.sensor[at * columns..(at + 1) * columns], panel);
+                linear.shown_by(k, j).for_each(|(c, hc)| add::<FUSED>(&mut e, hc, &s[c]));
+                for (rows, gain) in s.as_chunks_mut().0.iter_mut().zip(filtered.gain(at).as_chunks().0) {
+                    add_each::<PANEL, FUSED>(rows, &gain.map(|g| -g), &e);
+                }
+                let inverse = 1.0 / filtered.deviation[at];
+                whitened[j * panels + panel] = e.map(|value| value * inverse);
+            }
+            if k + 1 == len {
+                continue;
+            }
+            let transition = &linear.transition[k * w * linear.padded..(k + 1) * w * linear.padded];
+            for first in (0..n).step_by(BLOCK) {
+                let mut sum = [[0.0; PANEL]; BLOCK];
+                for (r, sum) in (first..n).zip(&mut sum) {
+                    *sum = taken(&forcing.step[(k * n + r) * columns..(k * n + r + 1) * columns], panel);
+                }
+                for (column, row) in transition.chunks_exact(linear.padded).zip(&*s) {
+                    add_each::<PANEL, FUSED>(&mut sum, block(column, first / BLOCK), row);
+                }
+                next[first..first + BLOCK].copy_from_slice(&sum);
+            }
+            let (states, latents) = s.split_at_mut(n);
+            states.copy_from_slice(&next[..n]);
+            let decay = (-linear.interval[k] / randomness.time).exp();
+            latents.as_flattened_mut().iter_mut().for_each(|value| *value *= decay);
+        }
+        for (j, e) in whitened.chunks_exact(panels.max(1)).enumerate() {
+            if filtered.whitened[k * m + j].is_finite() {
+                visit(k * m + j, &e.as_flattened()[..columns]);
+            }
+        }
+    }
+}
+
+/// The numbers of a panel; zeros where there are no more.
+#[inline(always)]
+fn taken(row: &[f32], panel: usize) -> Panel {
+    let rest = &row[panel * PANEL..];
+    let mut out = [0.0; PANEL];
+    match rest.first_chunk::<PANEL>() {
+        Some(values) => out = values.map(f64::from),
+        None => out.iter_mut().zip(rest).for_each(|(slot, value)| *slot = f64::from(*value)),
+    }
+    out
+}
