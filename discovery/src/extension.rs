@@ -28,8 +28,12 @@ pub(crate) fn extended_like(law: &EffectSpec, other: &EffectSpec) -> EffectSpec 
     extended
 }
 
-/// The law of friction `id` where it contains the law `standing`, from where it can show that it is more.
+/// The law `id` where it contains the law `standing`, from where it can show that it is more: Stribeck friction contains
+/// Coulomb friction with the same turn, an umbilical linear drag.
 pub(crate) fn containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
+    if id == "umbilical" && standing.id == "platform_linear_drag" {
+        return EffectSpec::new(id, None, &[1.0, value_of(standing, "coefficient")?]).ok();
+    }
     let plain = ["tail", "algebraic"].iter().all(|shape| value_of(standing, shape) == Some(0.0));
     if id != "winch_stribeck_friction" || standing.id != "winch_coulomb_friction" || !plain {
         return None;
@@ -143,6 +147,14 @@ mod tests {
         assert!(containing("winch_stribeck_friction", &algebraic).is_none());
         assert!(containing("pulley_capstan_loss", &coulomb).is_none());
         assert!(containing("winch_coulomb_friction", &wider).is_none());
+    }
+
+    #[test]
+    fn an_umbilical_contains_linear_drag() {
+        let drag = EffectSpec::new("platform_linear_drag", None, &[50.0]).unwrap();
+        let wider = containing("umbilical", &drag).unwrap();
+        assert_eq!((value_of(&wider, "damping"), value_of(&wider, "stiffness")), (Some(50.0), Some(1.0)));
+        assert!(containing("platform_linear_drag", &wider).is_none());
     }
 
     #[test]

@@ -5,6 +5,7 @@
 use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 
+use crate::data::Trial;
 use crate::estimate::FitError;
 use crate::extension::{containing, extended_like};
 use crate::fitted::{Fitted, Trained};
@@ -67,7 +68,10 @@ impl Search<'_> {
             if begun.score < limit + HOPELESS {
                 begun = self.shaped(begun, at);
             }
-            (begun, FAR_OFF.max(told_apart_from(self.taken[at - self.given].delta_bic)))
+            // What an effect explains of the whole it explains in proportion of a part.
+            let samples = |trials: &[Trial]| trials.iter().map(Trial::len).sum::<usize>() as f64;
+            let explained = self.taken[at - self.given].delta_bic * samples(beginnings) / samples(trials);
+            (begun, FAR_OFF.max(told_apart_from(explained)))
         };
         if begun.score > limit + far_off {
             let effect = begun.fit.model.effects[at].clone();
