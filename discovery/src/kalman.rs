@@ -163,8 +163,8 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
             let of = |vector: &[f64; W]| shown.clone().map(|(c, hc)| hc * vector[c]).sum::<f64>();
             let mut ph = [0.0; W];
             shown.clone().for_each(|(c, hc)| add::<FUSED>(&mut ph, hc, &p[c]));
-            for (before, gain) in &updates[..used] {
-                add::<FUSED>(&mut ph, -of(gain), before);
+            for (before, minus_gain) in &updates[..used] {
+                add::<FUSED>(&mut ph, of(minus_gain), before);
             }
             let innovation = z - of(&x);
             let r = randomness.noise[j] * randomness.noise[j];
@@ -172,7 +172,7 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
             let inverse = 1.0 / s;
             let gain = ph.map(|v| v * inverse);
             add::<FUSED>(&mut x, innovation, &gain);
-            updates[used] = (ph, gain);
+            updates[used] = (ph, gain.map(|g| -g));
             used += 1;
             if keep >= Keep::Innovations {
                 out.gain.as_chunks_mut().0[at] = gain;
@@ -185,8 +185,8 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
         }
         for (at, rows) in p[..w.next_multiple_of(BLOCK)].as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
             let mut updated = *rows;
-            for (ph, gain) in &updates[..used] {
-                add_each::<W, FUSED>(&mut updated, &block(gain, at).map(|g| -g), ph);
+            for (ph, minus_gain) in &updates[..used] {
+                add_each::<W, FUSED>(&mut updated, block(minus_gain, at), ph);
             }
             *rows = updated;
         }

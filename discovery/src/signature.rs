@@ -1,6 +1,6 @@
 //! Signatures: what a variation of the model would add to the states at each step and to the sensors at each sample.
 
-use cdpr::effect::EffectSpec;
+use cdpr::effect::{EffectKind, EffectSpec, Stage};
 use cdpr::model_file::Model;
 use rayon::prelude::*;
 
@@ -90,6 +90,13 @@ fn acts_through_rates(id: &str) -> bool {
     !(comes_late(id) || matches!(id, "cable_elasticity" | "cable_transverse_mode"))
 }
 
+/// Whether what a variation adds to the rates depends on the states alone, and not on the winch forces.
+fn acts_by_states(spec: &EffectSpec) -> bool {
+    let stage = EffectKind::new(spec).map(|kind| kind.stage());
+    !matches!(spec.id.as_str(), "pulley_capstan_loss" | "expression")
+        && matches!(stage, Ok(Stage::WinchLoss | Stage::ElasticLaw | Stage::Transverse | Stage::PlatformWrench))
+}
+
 /// Whether a variation only changes what the sensors show.
 fn is_of_sensors(id: &str) -> bool {
     matches!(id, "length_sensor_bias" | "length_sensor_scale" | "pose_sensor_bias" | "pose_sensor_delay")
@@ -106,6 +113,14 @@ fn shows_tension(trial: &Trial) -> bool {
     trial.channels.iter().any(|c| matches!(c, Channel::Tension(_)))
 }
 
+/// What a variation acts on, and whether on the plant by its states alone.
+#[derive(Clone, Copy)]
+struct Acts {
+    plant: bool,
+    sensors: bool,
+    by_states: bool,
+}
+
 /// As [`single`], by the trapezoidal rule on the difference of rates: an order faster, good to a few per cent where the
 /// fastest mode turns by less than a radian in a sampling interval. Own states of the variation follow by the same rule, so
 /// they must be slow. For weighing candidates, not for estimates.
@@ -116,7 +131,7 @@ fn quick(
     trial: &Trial,
     trajectory: &Trajectory,
     base_rates: &[Vec<f64>; 2],
-    [plant, sensors]: [bool; 2],
+    Acts { plant, sensors, by_states }: Acts,
 ) -> Option<Single> {
     let (n, m) = (base.states(), trial.channels.len());
     let mut out = Single { step: vec![0.0; (trial.len() - 1) * n], sensor: vec![0.0; trial.len() * m] };
@@ -126,7 +141,9 @@ fn quick(
     let own: Vec<usize> = (0..y.len()).filter(|at| !map.contains(at)).collect();
     let simulation = varied.simulation(trial, &y);
     let mut shown = Vec::new();
+    let by_states = by_states && own.is_empty();
     let mut rates = [vec![0.0; y.len()], vec![0.0; y.len()]];
+    let mut difference = vec![0.0; n];
     let take = |y: &mut [f64], k: usize| map.iter().zip(trajectory.states(k)).for_each(|(at, value)| y[*at] = *value);
     for k in 0..trial.len() {
         let (felt, slack) = (&linear.felt[k], linear.slack[k]);
@@ -143,10 +160,15 @@ fn quick(
         }
         let half = 0.5 * linear.interval[k];
         let target = &mut out.step[k * n..(k + 1) * n];
-        varied.plant.rates(trial.time[k], &y, felt, slack, &mut rates[0]);
-        for c in 3..n {
-            let difference = rates[0][map[c]] - base_rates[0][k * n + c];
-            if difference != 0.0 {
+        // Else it is that at the end of the step before.
+        if k == 0 || !by_states || slack != linear.slack[k - 1] {
+            varied.plant.rates(trial.time[k], &y, felt, slack, &mut rates[0]);
+            for (r, slot) in difference.iter_mut().enumerate() {
+                *slot = rates[0][map[r]] - base_rates[0][k * n + r];
+            }
+        }
+        for (c, difference) in difference.iter().enumerate().skip(3) {
+            if *difference != 0.0 {
                 for (slot, slope) in target.iter_mut().zip(linear.column(k, c)) {
                     *slot += (half * slope * difference) as f32;
                 }
@@ -156,8 +178,9 @@ fn quick(
         own.iter().for_each(|at| y[*at] += 2.0 * half * rates[0][*at]);
         varied.plant.rates(trial.time[k + 1], &y, felt, slack, &mut rates[1]);
         own.iter().for_each(|at| y[*at] += half * (rates[1][*at] - rates[0][*at]));
-        for (r, slot) in target.iter_mut().enumerate() {
-            *slot += (half * (rates[1][map[r]] - base_rates[1][k * n + r])) as f32;
+        for (r, (slot, difference)) in target.iter_mut().zip(&mut difference).enumerate() {
+            *difference = rates[1][map[r]] - base_rates[1][k * n + r];
+            *slot += (half * *difference) as f32;
         }
     }
     out.step.iter().chain(&out.sensor).all(|v| v.is_finite()).then_some(out)
@@ -202,7 +225,7 @@ pub(crate) fn forcing(
             Examined::new(&varied).ok().and_then(|v| {
                 if acts_through_rates(&spec.id) {
                     let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
-                    let acts = [!is_of_sensors(&spec.id), sensors];
+                    let acts = Acts { plant: !is_of_sensors(&spec.id), sensors, by_states: acts_by_states(spec) };
                     quick(base, &v, linear, trial, trajectory, &base_rates, acts)
                 } else {
                     single(base, &v, linear, trial, trajectory)
@@ -222,7 +245,7 @@ pub(crate) fn forcing(
 }
 
 /// Rows that are done at a time, so that they stay near.
-const ROWS: usize = 64;
+const ROWS: usize = 16;
 
 /// Columns of weighted sums of variations, by rows; a variation without values adds nothing.
 fn beside_each_other(rows: usize, variations: &[&[f32]], columns: &[Combination]) -> Vec<f32> {

@@ -150,22 +150,37 @@ fn rows<const FUSED: bool>(
     let height = w.next_multiple_of(BLOCK);
     let mut all = vec![[0.0; PANEL]; panels * height];
     let mut next = vec![[0.0; PANEL]; linear.padded];
-    // Whitened signatures of a sample's measurements.
+    // A sample's measurements, what each of their gains does to the ones after it, and their signatures, whitened.
+    let mut used = Vec::with_capacity(m);
+    let mut carried = vec![0.0; m * m];
     let mut whitened = vec![[0.0; PANEL]; m * panels];
+    let mut minus_e = vec![[0.0; PANEL]; m];
     for k in 0..len {
+        used.clear();
+        used.extend((k * m..(k + 1) * m).filter(|at| filtered.whitened[*at].is_finite()));
+        for (a, &at) in used.iter().enumerate() {
+            for (b, &before) in used[..a].iter().enumerate() {
+                let gain = filtered.gain(before);
+                carried[a * m + b] = linear.shown_by(k, at - k * m).map(|(c, hc)| hc * gain[c]).sum();
+            }
+        }
         for (panel, s) in all.chunks_exact_mut(height).enumerate() {
-            for j in 0..m {
-                let at = k * m + j;
-                if !filtered.whitened[at].is_finite() {
-                    continue;
-                }
+            for (a, &at) in used.iter().enumerate() {
                 let mut e = taken(&forcing.sensor[at * columns..(at + 1) * columns], panel);
-                linear.shown_by(k, j).for_each(|(c, hc)| add::<FUSED>(&mut e, hc, &s[c]));
-                for (rows, gain) in s.as_chunks_mut().0.iter_mut().zip(filtered.gain(at).as_chunks().0) {
-                    add_each::<PANEL, FUSED>(rows, &gain.map(|g| -g), &e);
+                linear.shown_by(k, at - k * m).for_each(|(c, hc)| add::<FUSED>(&mut e, hc, &s[c]));
+                for (carried, before) in carried[a * m..].iter().zip(&minus_e[..a]) {
+                    add::<FUSED>(&mut e, *carried, before);
                 }
                 let inverse = 1.0 / filtered.deviation[at];
-                whitened[j * panels + panel] = e.map(|value| value * inverse);
+                whitened[a * panels + panel] = e.map(|value| value * inverse);
+                minus_e[a] = e.map(|value| -value);
+            }
+            for (at, rows) in s.as_chunks_mut().0.iter_mut().enumerate() {
+                let mut sum = *rows;
+                for (measurement, minus_e) in used.iter().zip(&minus_e) {
+                    add_each::<PANEL, FUSED>(&mut sum, block(filtered.gain(*measurement), at), minus_e);
+                }
+                *rows = sum;
             }
             if k + 1 == len {
                 continue;
@@ -186,10 +201,8 @@ fn rows<const FUSED: bool>(
             let decay = (-linear.interval[k] / randomness.time).exp();
             latents.as_flattened_mut().iter_mut().for_each(|value| *value *= decay);
         }
-        for (j, e) in whitened.chunks_exact(panels.max(1)).enumerate() {
-            if filtered.whitened[k * m + j].is_finite() {
-                visit(k * m + j, &e.as_flattened()[..columns]);
-            }
+        for (at, e) in used.iter().zip(whitened.chunks_exact(panels.max(1))) {
+            visit(*at, &e.as_flattened()[..columns]);
         }
     }
 }
