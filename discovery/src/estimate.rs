@@ -180,7 +180,7 @@ fn follow(model: &Examined, trial: &Trial, k: usize, row: &mut [f64], follower: 
             }
         }
     }
-    let simulation = follower.get_or_insert_with(|| model.simulation(trial, &row[..n]));
+    let simulation = follower.get_or_insert_with(|| model.simulation(trial, k, &row[..n]));
     simulation.nudge_states(&row[..n]);
     disturb(simulation, &trial.inputs[k], &row[n..]);
     if k + 1 < trial.len() && simulation.advance(trial.time[k + 1] - trial.time[k]).is_err() {

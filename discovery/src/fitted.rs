@@ -85,8 +85,8 @@ impl Search<'_> {
         let score = self.score(&train, &e.train);
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
         let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
-        let gap = [gap_over(HORIZON), gap_over(20.0)];
-        Fitted { train, holdout, estimate, score, holdout_score, gap }
+        let (short, long) = rayon::join(|| gap_over(HORIZON), || gap_over(20.0));
+        Fitted { train, holdout, estimate, score, holdout_score, gap: [short, long] }
     }
 
     /// Fits `model`, starting from another fit, with its own effects' parameters refined.

@@ -29,7 +29,7 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
             let first = start + horizon.min(0.2 * duration);
             let mut out = Prediction { shown: vec![vec![f64::NAN; m]; trial.len()], restarts: Vec::new() };
             let mut next_restart = first;
-            let mut simulation = fit.examined.simulation(trial, fit.trajectories[t].states(0));
+            let mut simulation = fit.examined.simulation(trial, 0, fit.trajectories[t].states(0));
             let mut running = false;
             let mut shown = Vec::new();
             for k in 0..trial.len() {
@@ -52,7 +52,7 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
                 }
                 if k + 1 < trial.len() && simulation.advance(trial.time[k + 1] - trial.time[k]).is_err() {
                     running = false;
-                    simulation = fit.examined.simulation(trial, fit.trajectories[t].states(k + 1));
+                    simulation = fit.examined.simulation(trial, k + 1, fit.trajectories[t].states(k + 1));
                 }
             }
             out

@@ -44,9 +44,9 @@ impl Examined {
         self.plant.dimension()
     }
 
-    /// A simulation for a trial, its command history beginning with the trial.
-    pub(crate) fn simulation(&self, trial: &Trial, y: &[f64]) -> Simulation {
-        Simulation::from_states(self.plant.clone(), trial.time[0], y.to_vec(), trial.inputs[0], TOLERANCE)
+    /// A simulation for a trial from the states `y` at sample `k` on, where its command history begins.
+    pub(crate) fn simulation(&self, trial: &Trial, k: usize, y: &[f64]) -> Simulation {
+        Simulation::from_states(self.plant.clone(), trial.time[k], y.to_vec(), trial.inputs[k], TOLERANCE)
     }
 
     /// Writes `∂h/∂y`, channels by rows, where it is plain: poses and lengths that are shown without delay. Else returns false.

@@ -5,6 +5,7 @@ use cdpr::effect::EffectKind;
 use cdpr::parameters::CABLES;
 use cdpr::plant::EffectStates;
 use cdpr::simulation::Simulation;
+use rayon::prelude::*;
 
 use crate::data::{Channel, Trial};
 use crate::estimate::FitError;
@@ -153,6 +154,9 @@ pub(crate) fn prior_deviation(model: &Examined) -> Vec<f64> {
 /// Steps of the integrator (a sample, on average) from which a trajectory is taken for one that has run away.
 const STEPS: u64 = 100;
 
+/// Samples that are linearised one after the other, side by side with others.
+const STRETCH: usize = 1000;
+
 /// Linearises `model` along `trajectory`.
 ///
 /// # Errors
@@ -163,74 +167,113 @@ pub(crate) fn linearise(
     trajectory: &Trajectory,
     first: &[f64],
 ) -> Result<LinearTrial, FitError> {
-    let n = model.states();
+    let (n, m, len) = (model.states(), trial.channels.len(), trial.len());
     let width = n + LATENTS;
-    let m = trial.channels.len();
-    let len = trial.len();
     let padded = n.next_multiple_of(FULL);
-    let mut transition = vec![0.0; (len - 1) * padded * width];
-    let mut sensor = vec![0.0; len * m * n];
-    let mut defect = vec![0.0; (len - 1) * n];
-    let mut all_shown = vec![0.0; len * m];
-    let mut residual = vec![0.0; len * m];
-    let (mut all_felt, mut all_slack) = (Vec::with_capacity(len), Vec::with_capacity(len));
-    let mut simulation = model.simulation(trial, trajectory.states(0));
-    let mut sensors = SensorSlopes::new(model, trial);
-    let mut shown = Vec::new();
-    let mut variation = Variation::new(model);
-    for k in 0..len {
-        let x = trajectory.states(k);
-        simulation.nudge_states(x);
-        disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
-        let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
-        let e = model.plant.evaluate(trial.time[k], x, &felt, slack);
-        model.measure_at(&simulation, &e, x, &trial.channels, &mut shown);
-        for j in 0..m {
-            residual[k * m + j] = trial.measured[k][j] - shown[j];
-        }
-        all_shown[k * m..(k + 1) * m].copy_from_slice(&shown);
-        all_felt.push(felt);
-        all_slack.push(slack);
-        let slopes = &mut sensor[k * m * n..(k + 1) * m * n];
-        if !model.sensor_slopes(&e, &trial.channels, slopes) {
-            sensors.at(&simulation, x, &felt, slack, &shown, slopes);
-        }
-        if k + 1 == len {
-            break;
-        }
-        let interval = trial.time[k + 1] - trial.time[k];
-        simulation.advance(interval).map_err(FitError::Simulation)?;
-        let cost = simulation.statistics();
-        if cost.steps + cost.rejections + cost.newton_failures > STEPS * (k as u64 + 10) {
-            return Err(FitError::Diverged { trial: trial.name.clone(), time: trial.time[k] });
-        }
-        let next = simulation.states();
-        for c in 0..n {
-            defect[k * n + c] = next[c] - trajectory.states(k + 1)[c];
-        }
-        let target = &mut transition[k * padded * width..(k + 1) * padded * width];
-        variation.transition(&Step { time: trial.time[k], interval, from: x, to: next, felt, slack }, target);
-    }
-    let shows =
-        (0..m).map(|j| (0..n).filter(|c| (0..len).any(|k| sensor[(k * m + j) * n + c] != 0.0)).collect()).collect();
-    Ok(LinearTrial {
+    let mut linear = LinearTrial {
         len,
-        padded,
         states: n,
         channels: m,
         interval: trial.time.windows(2).map(|w| w[1] - w[0]).collect(),
-        transition,
-        defect,
+        padded,
+        // One step more than there are, so that there is one for each sample.
+        transition: vec![0.0; len * padded * width],
+        defect: vec![0.0; len * n],
         latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
-        sensor,
-        shows,
-        shown: all_shown,
-        residual,
-        felt: all_felt,
-        slack: all_slack,
+        sensor: vec![0.0; len * m * n],
+        shows: Vec::new(),
+        shown: vec![0.0; len * m],
+        residual: vec![0.0; len * m],
+        felt: vec![Inputs::default(); len],
+        slack: vec![[false; CABLES]; len],
         prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
         prior_deviation: prior_deviation(model),
-    })
+    };
+    // Behind a dead time is what was commanded before.
+    let stretch = if has_dead_time(model) { len } else { STRETCH };
+    let parts = (
+        linear.transition.par_chunks_mut(stretch * padded * width),
+        linear.defect.par_chunks_mut(stretch * n),
+        linear.sensor.par_chunks_mut(stretch * m * n),
+        linear.shown.par_chunks_mut(stretch * m),
+        linear.residual.par_chunks_mut(stretch * m),
+        linear.felt.par_chunks_mut(stretch),
+        linear.slack.par_chunks_mut(stretch),
+    );
+    parts.into_par_iter().enumerate().try_for_each(
+        |(at, (transition, defect, sensor, shown, residual, felt, slack))| {
+            let part = Part { first: at * stretch, transition, defect, sensor, shown, residual, felt, slack };
+            part.fill(model, trial, trajectory)
+        },
+    )?;
+    linear.transition.truncate((len - 1) * padded * width);
+    linear.defect.truncate((len - 1) * n);
+    let shows = |j: usize, c: usize| (0..len).any(|k| linear.sensor[(k * m + j) * n + c] != 0.0);
+    linear.shows = (0..m).map(|j| (0..n).filter(|c| shows(j, *c)).collect()).collect();
+    Ok(linear)
+}
+
+fn has_dead_time(model: &Examined) -> bool {
+    model.plant.effects().iter().any(|effect| effect.id == "winch_delay")
+}
+
+/// Some samples of a [`LinearTrial`], from `first` on.
+struct Part<'a> {
+    first: usize,
+    transition: &'a mut [f64],
+    defect: &'a mut [f64],
+    sensor: &'a mut [f64],
+    shown: &'a mut [f64],
+    residual: &'a mut [f64],
+    felt: &'a mut [Inputs],
+    slack: &'a mut [[bool; CABLES]],
+}
+
+impl Part<'_> {
+    fn fill(self, model: &Examined, trial: &Trial, trajectory: &Trajectory) -> Result<(), FitError> {
+        let (n, m, len) = (model.states(), trial.channels.len(), self.felt.len());
+        let mut simulation = model.simulation(trial, self.first, trajectory.states(self.first));
+        let mut sensors = SensorSlopes::new(model, trial);
+        let mut shown = Vec::new();
+        let mut variation = Variation::new(model);
+        let steps = self.transition.chunks_exact_mut(self.transition.len() / len).zip(self.defect.chunks_exact_mut(n));
+        let samples = self.sensor.chunks_exact_mut(m * n).zip(self.shown.chunks_exact_mut(m));
+        let samples = samples.zip(self.residual.chunks_exact_mut(m)).zip(self.felt.iter_mut().zip(self.slack));
+        for (at, ((transition, defect), (((slopes, all_shown), residual), (all_felt, all_slack)))) in
+            steps.zip(samples).enumerate()
+        {
+            let k = self.first + at;
+            let x = trajectory.states(k);
+            simulation.nudge_states(x);
+            disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
+            let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
+            let e = model.plant.evaluate(trial.time[k], x, &felt, slack);
+            model.measure_at(&simulation, &e, x, &trial.channels, &mut shown);
+            for ((slot, measured), shown) in residual.iter_mut().zip(&trial.measured[k]).zip(&shown) {
+                *slot = measured - shown;
+            }
+            all_shown.copy_from_slice(&shown);
+            (*all_felt, *all_slack) = (felt, slack);
+            if !model.sensor_slopes(&e, &trial.channels, slopes) {
+                sensors.at(&simulation, x, &felt, slack, &shown, slopes);
+            }
+            if k + 1 == trial.len() {
+                break;
+            }
+            let interval = trial.time[k + 1] - trial.time[k];
+            simulation.advance(interval).map_err(FitError::Simulation)?;
+            let cost = simulation.statistics();
+            if cost.steps + cost.rejections + cost.newton_failures > STEPS * (at as u64 + 10) {
+                return Err(FitError::Diverged { trial: trial.name.clone(), time: trial.time[k] });
+            }
+            let next = simulation.states();
+            for ((slot, next), aim) in defect.iter_mut().zip(next).zip(trajectory.states(k + 1)) {
+                *slot = next - aim;
+            }
+            variation.transition(&Step { time: trial.time[k], interval, from: x, to: next, felt, slack }, transition);
+        }
+        Ok(())
+    }
 }
 
 /// How the sensors follow the states, by differences.
@@ -296,7 +339,7 @@ mod tests {
             let mut x = vec![0.0; n];
             x[..6].copy_from_slice(&[3.0, -4.0, 0.05, 0.2, -0.1, 0.01]);
             (0..4).filter_map(|i| examined.plant.unstretched_index(i)).for_each(|at| x[at] = 636.0);
-            let simulation = examined.simulation(&trial, &x);
+            let simulation = examined.simulation(&trial, 0, &x);
             let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
             let e = examined.plant.evaluate(0.0, &x, &felt, slack);
             let (mut shown, mut plain, mut other) = (Vec::new(), vec![1.0; n * m], vec![0.0; n * m]);

@@ -56,7 +56,7 @@ fn single(
     let mut out = Single { step: vec![0.0; (trial.len() - 1) * n], sensor: vec![0.0; trial.len() * m] };
     // Own states of the varied plant begin at rest under the first sample and then follow the trajectory.
     let mut y = varied.first_states(trial);
-    let mut simulation = varied.simulation(trial, &y);
+    let mut simulation = varied.simulation(trial, 0, &y);
     let mut shown = Vec::new();
     for k in 0..trial.len() {
         let x = trajectory.states(k);
@@ -139,7 +139,7 @@ fn quick(
     let mut y = varied.first_states(trial);
     start_effect_states(varied, trial, &mut y, base);
     let own: Vec<usize> = (0..y.len()).filter(|at| !map.contains(at)).collect();
-    let simulation = varied.simulation(trial, &y);
+    let simulation = varied.simulation(trial, 0, &y);
     let mut shown = Vec::new();
     let by_states = by_states && own.is_empty();
     let mut rates = [vec![0.0; y.len()], vec![0.0; y.len()]];
@@ -310,7 +310,7 @@ pub(crate) fn sensitivities(
                 forcing.sensor[at * columns + c] = value * scale as f32;
             }
         } else if acts_on_sensors(&varied.effect, trial, rigid) {
-            let simulation = varied.examined.simulation(trial, trajectory.states(0));
+            let simulation = varied.examined.simulation(trial, 0, trajectory.states(0));
             let mut shown = Vec::new();
             for k in 0..len {
                 let y = trajectory.states(k);
