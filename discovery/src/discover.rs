@@ -119,8 +119,9 @@ pub fn discover(
     };
     let (before, after) = (of(&base), of(&fitted));
     let horizons = verify::horizon_gaps([&before[0], &before[1]], [&after[0], &after[1]]);
-    let verdict = judge(&fitted, &base, &effects, &terms, &mut remarks);
-    if whiteness.iter().any(|w| w.statistic > w.limit) {
+    let white = whiteness.iter().all(|w| w.statistic <= w.limit);
+    let verdict = judge(&fitted, &base, (&effects, &terms), white, &mut remarks);
+    if !white {
         let names: Vec<String> = whiteness.iter().filter(|w| w.statistic > w.limit).map(|w| w.channel.name()).collect();
         remarks.push(format!(
             "What remains is not white in {}: the laws found do not fit to the last detail.",
@@ -318,11 +319,30 @@ fn or_single_term(
     }
 }
 
-fn judge(fitted: &Fitted, base: &Fitted, effects: &[Found], terms: &[Found], remarks: &mut Vec<String>) -> Verdict {
+/// The verdict on what was found, where what remains is `white` or not.
+fn judge(
+    fitted: &Fitted,
+    base: &Fitted,
+    (effects, terms): (&[Found], &[Found]),
+    white: bool,
+    remarks: &mut Vec<String>,
+) -> Verdict {
     if !terms.is_empty() {
         return Verdict::Unnamed;
     }
     if effects.is_empty() {
+        if fitted.gap[0] <= NOTHING_LEFT {
+            return Verdict::NoMissingEffect;
+        }
+        // A force at random is no effect that a model could have.
+        if white && fitted.train.randomness.has_latents() {
+            remarks.push(
+                "The gap is that of a disturbance that was not recorded: a force at random leaves nothing else \
+                 unexplained, and neither the catalogue nor the dictionary of terms has a law that it follows."
+                    .to_owned(),
+            );
+            return Verdict::NoMissingEffect;
+        }
         if fitted.gap[0] > 1.5 {
             remarks.push(
                 "The model does not reproduce the data, and neither the catalogue nor the dictionary of terms explains \

@@ -15,7 +15,6 @@ use crate::estimate::FitError;
 use crate::extension::{Stage, count_in_use, force_of, in_use, index_of, is_friction, kin_of, stage, value_of, with};
 use crate::fitted::{Fitted, Trained};
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
-use crate::verify;
 
 /// Rounds of a refinement by which a start is judged.
 const FIRST_ROUNDS: usize = 3;
@@ -79,7 +78,7 @@ impl Search<'_> {
         for &at in places {
             if stage(&begun.fit.model.effects[at]) == Stage::Undamped {
                 undamped = true;
-            } else if self.something_left(&begun) {
+            } else if self.something_left(&begun.fit, &self.beginnings) {
                 let mut laws = self.kin(begun, at);
                 // The best law that knows presliding, even where another one is better as long as there is none.
                 let mut effects = laws.iter().map(|law| &law.fit.model.effects[at]);
@@ -173,12 +172,6 @@ impl Search<'_> {
     fn on_beginnings(&self, fitted: &Fitted) -> Result<Trained, FitError> {
         let begun = fitted.train.begun(&self.beginnings)?;
         self.train(&fitted.train.model, &begun, &self.beginnings, FIRST_ROUNDS, None)
-    }
-
-    /// Whether the model leaves residuals on the beginnings of the trials that are not white.
-    fn something_left(&self, begun: &Trained) -> bool {
-        let noise = &begun.fit.randomness.noise;
-        verify::whiteness(&begun.fit, &self.beginnings, noise).iter().any(|w| w.statistic > w.limit)
     }
 
     /// The law of effect `at` with the shapes that it needs on the beginnings of the trials; as it is where it has presliding

@@ -12,6 +12,7 @@ use crate::kalman::Randomness;
 use crate::outcome::{NullTest, SearchStep};
 use crate::regression::Penalty;
 use crate::round::Signatures;
+use crate::verify;
 
 /// Fall of the information criterion below which nothing is believed, beyond the penalty of the parameters.
 pub(crate) const EVIDENCE: f64 = 10.0;
@@ -135,8 +136,11 @@ impl<'a> Search<'a> {
                 fitted = self.pair(base, &signatures, &fitted)?.unwrap_or(fitted);
             }
         }
+        // Where nothing was taken up, a force at random may be all there is.
+        let hidden =
+            base.gap[0] > STRONG && (!self.taken.is_empty() || self.something_left(&base.train, &self.evidence.train));
         if !self.taken.is_empty() {
-            if base.gap[0] > STRONG && self.explained(base, &fitted) < HIDDEN {
+            if hidden && self.explained(base, &fitted) < HIDDEN {
                 looked = true;
                 fitted = match self.look_again(base, &fitted)? {
                     Look::Explained(explained) => return Ok(explained),
@@ -146,7 +150,7 @@ impl<'a> Search<'a> {
             }
             fitted = self.rounds(fitted)?;
         }
-        if !looked && (fitted.explains_little(base) || fitted.gap[0] > STRONG) && base.gap[0] > STRONG {
+        if !looked && hidden && (fitted.explains_little(base) || fitted.gap[0] > STRONG) {
             fitted = match self.look_again(base, &fitted)? {
                 Look::Explained(explained) => return Ok(explained),
                 Look::Better(better) => self.rounds(better)?,
@@ -154,6 +158,11 @@ impl<'a> Search<'a> {
             };
         }
         Ok(if self.taken.len() > 1 { self.settle_extensions(fitted) } else { fitted })
+    }
+
+    /// Whether a fit to `trials` leaves innovations that are not white: more than a force at random explains.
+    pub(crate) fn something_left(&self, fit: &Fit, trials: &[Trial]) -> bool {
+        verify::whiteness(fit, trials, &fit.randomness.noise).iter().any(|w| w.statistic > w.limit)
     }
 
     /// The share of all evidence against `base` that `fitted` explains: one where nothing but the noise is left.

@@ -113,6 +113,8 @@ def judge(answer, truth, seconds):
         invented = terms if truth["group"] == "null" else []
         row["false_alarms"] = len(wrong) + len(invented)
         row["correct"] = row["false_alarms"] == 0
+    if truth["group"] == "null":
+        row["exact"] = row["correct"] and verdict == "no_missing_effect"
     if truth["group"] == "moordyn":
         row["gained"] = gap["after"] < gap["before"]
     if truth["group"] == "outside":

@@ -108,6 +108,7 @@ def summary(rows):
         "located": _rate(of(*CATALOGUE, "outside"), "located"),
         "null_trials": len(nulls),
         "null_failed": sum(row["false_alarms"] is None for row in nulls),
+        "exact_null": _rate(nulls, "exact"),
         "false_alarms": sum(bool(row["false_alarms"]) for row in nulls),
         "outside_not_named": _rate(outside, "correct"),
         "outside_halved": _rate(outside, "halved"),
@@ -182,6 +183,7 @@ def markdown(score, rows):
         f"| right place reported | {_share(score['located'])} | |",
         f"| null trials with a false alarm | {score['false_alarms']} of {score['null_trials']} "
         f"(failed: {score['null_failed']}) | 1 of 60 |",
+        f"| null trials where nothing is said to be missing | {_share(score['exact_null'])} | |",
         f"| outside the catalogue: nothing named | {_share(score['outside_not_named'])} | 100 % |",
         f"| outside the catalogue: gap halved | {_share(score['outside_halved'])} | 100 % |",
         f"| distributed cables (MoorDyn): no wrong cause "

@@ -252,6 +252,9 @@ fn nothing_missing_is_said_plainly_and_only_near_the_noise() {
     assert_eq!(headline, "Nothing is missing: the model agrees with the measurements to within their noise.");
     assert!(text.contains("is off by 1.04 times"), "{text}");
     report.gap.holdout = Some(BeforeAfter { before: 1.6, after: 1.6 });
+    report.remainder.force = 3.13;
+    assert_eq!(top(&report).0, "No effect is missing, but a disturbance of about 3.1 N was not recorded.");
+    report.channels.iter_mut().filter_map(|c| c.whiteness.as_mut()).for_each(|w| w.pass = false);
     assert_eq!(top(&report).0, "No missing effect was found that the data support.");
 }
 

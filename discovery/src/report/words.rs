@@ -47,12 +47,19 @@ pub fn summary(report: &Report) -> Summary {
     }
 }
 
+/// Force (N) up to which a disturbance is none to speak of.
+const NO_FORCE: f64 = 0.1;
+
 fn headline(report: &Report) -> String {
     let named: Vec<String> = report.effects.iter().map(effect_phrase).collect();
     match report.verdict {
         Verdict::NoMissingEffect if best_gap(report).0.after <= 1.1 => {
             "Nothing is missing: the model agrees with the measurements to within their noise.".to_owned()
         }
+        Verdict::NoMissingEffect if all_white(report) && report.remainder.force > NO_FORCE => format!(
+            "No effect is missing, but a disturbance of about {}\u{a0}N was not recorded.",
+            significant(report.remainder.force, 2)
+        ),
         Verdict::NoMissingEffect => "No missing effect was found that the data support.".to_owned(),
         Verdict::Named => missing(&named),
         Verdict::Ambiguous => ambiguous(report),
@@ -350,6 +357,12 @@ fn gap_sentence(report: &Report) -> String {
         gap(value.before),
         gap(value.after)
     )
+}
+
+/// Whether what remains was tested in some channel and looks like pure noise in every one.
+fn all_white(report: &Report) -> bool {
+    let mut tested = report.channels.iter().filter_map(|c| c.whiteness.as_ref()).peekable();
+    tested.peek().is_some() && tested.all(|w| w.pass)
 }
 
 fn remainder(report: &Report) -> String {
