@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cdpr::dynamics::{Evaluation, Inputs};
 use cdpr::model_file::Model;
-use cdpr::parameters::Initialization;
+use cdpr::parameters::{CABLES, Initialization};
 use cdpr::plant::{Plant, PlantError};
 use cdpr::simulation::{Simulation, Start};
 
@@ -15,6 +15,34 @@ pub(crate) const LATENTS: usize = 7;
 
 /// Relative tolerance of the simulations of one sample: far below any measurement noise.
 const TOLERANCE: f64 = 1e-6;
+
+/// States of a plant at a time, under the inputs that it feels, with the cables in `slack` carrying nothing.
+pub(crate) struct Moment<'a> {
+    pub(crate) time: f64,
+    pub(crate) y: &'a [f64],
+    pub(crate) felt: &'a Inputs,
+    pub(crate) slack: [bool; CABLES],
+}
+
+/// Time (s) over which the growth of the acceleration is taken.
+const INSTANT: f64 = 1e-3;
+
+impl Moment<'_> {
+    pub(crate) fn evaluate(&self, plant: &Plant) -> Evaluation {
+        plant.evaluate(self.time, self.y, self.felt, self.slack)
+    }
+
+    /// Growth of the platform's acceleration (m/s³, rad/s³), the inputs held.
+    fn jerk(&self, plant: &Plant) -> [f64; 3] {
+        let mut rates = vec![0.0; self.y.len()];
+        plant.rates(self.time, self.y, self.felt, self.slack, &mut rates);
+        let [before, after] = [-INSTANT, INSTANT].map(|t| {
+            let y: Vec<f64> = self.y.iter().zip(&rates).map(|(y, rate)| y + t * rate).collect();
+            Moment { time: self.time + t, y: &y, ..*self }.evaluate(plant).acceleration
+        });
+        std::array::from_fn(|k| (after[k] - before[k]) / (2.0 * INSTANT))
+    }
+}
 
 /// A plant with what the sensors add to it.
 #[derive(Clone, Debug)]
@@ -79,31 +107,40 @@ impl Examined {
 
     /// What the sensors show of the simulation's present state, in the order of `channels`.
     ///
-    /// A delayed pose is taken back along twist and acceleration from the present state, so that it says something of it.
+    /// A delayed pose is taken back along twist, acceleration and jerk from the present state, so that it says something of it.
     pub(crate) fn measure(&self, simulation: &Simulation, channels: &[Channel], out: &mut Vec<f64>) {
-        self.measure_at(simulation, &simulation.evaluate(), simulation.states(), channels, out);
+        let felt = simulation.inputs_at_plant();
+        let (time, y, slack) = (simulation.time(), simulation.states(), simulation.slack());
+        self.measure_at(simulation, &Moment { time, y, felt: &felt, slack }, channels, out);
     }
 
-    /// What the sensors show of the state `y` as evaluated in `e`; `simulation` is any of this model.
+    /// What the sensors show at a moment, and the plant there; `simulation` is any of this model.
     pub(crate) fn measure_at(
         &self,
         simulation: &Simulation,
-        e: &Evaluation,
-        y: &[f64],
+        moment: &Moment<'_>,
         channels: &[Channel],
         out: &mut Vec<f64>,
-    ) {
-        let outputs = simulation.outputs_of(e);
+    ) -> Evaluation {
+        let e = moment.evaluate(&self.plant);
+        let outputs = simulation.outputs_of(&e);
         let tau = self.pose_delay;
+        let back: [f64; 3] = if tau == 0.0 {
+            [0.0; 3]
+        } else {
+            let jerk = moment.jerk(&self.plant);
+            std::array::from_fn(|k| tau * (-moment.y[3 + k] + tau / 2.0 * (e.acceleration[k] - tau / 3.0 * jerk[k])))
+        };
         out.clear();
         for channel in channels {
             out.push(match *channel {
-                Channel::Pose(k) => y[k] + self.pose_bias[k] - tau * y[3 + k] + 0.5 * tau * tau * e.acceleration[k],
+                Channel::Pose(k) => moment.y[k] + self.pose_bias[k] + back[k],
                 Channel::CableLength(i) => outputs.cable_length[i],
                 Channel::UnstretchedLength(i) => outputs.unstretched_length[i],
                 Channel::Tension(i) => outputs.tension[i],
             });
         }
+        e
     }
 
     /// Start states of a trial from its first second: pose by measurement or forward kinematics, cables at rest.
@@ -208,4 +245,39 @@ pub(crate) fn disturb(simulation: &mut Simulation, inputs: &Inputs, latents: &[f
     }
     simulation.set_inputs(inputs);
     simulation.set_winch_disturbance([latents[3], latents[4], latents[5], latents[6]]);
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+
+    use super::*;
+
+    /// Under winch forces that come and go once in six seconds; the simulation keeps the poses of the past.
+    #[test]
+    fn a_delayed_pose_is_the_pose_of_then() {
+        let delay = EffectSpec::new("pose_sensor_delay", None, &[0.11]).unwrap();
+        let model = Model { effects: vec![delay], ..Model::default() };
+        let examined = Examined::new(&model).unwrap();
+        let mut simulation = model.simulation().unwrap();
+        let mut inputs = model.start.inputs;
+        let at_rest = inputs.winch_force;
+        let mut shown = Vec::new();
+        let (mut worst, mut moved) = (0.0_f64, 0.0_f64);
+        for k in 0..500 {
+            let time = 0.02 * f64::from(k);
+            simulation.advance_to(time).unwrap();
+            inputs.winch_force = at_rest;
+            inputs.winch_force[0] *= 1.0 + time.sin();
+            simulation.set_inputs(inputs);
+            if time > 1.0 {
+                examined.measure(&simulation, &[Channel::Pose(0), Channel::Pose(1)], &mut shown);
+                let then = simulation.outputs().pose;
+                worst = worst.max((shown[0] - then[0]).hypot(shown[1] - then[1]));
+                moved = moved.max((then[0] - simulation.states()[0]).abs());
+            }
+        }
+        assert!(moved > 0.05, "{moved} {worst}");
+        assert!(worst < 1e-3 * moved, "{worst} of {moved}");
+    }
 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::data::{Channel, Trial};
 use crate::estimate::FitError;
-use crate::model::{Examined, LATENTS, disturb};
+use crate::model::{Examined, LATENTS, Moment, disturb};
 use crate::variation::{Step, Variation};
 use crate::vector::FULL;
 
@@ -247,15 +247,15 @@ impl Part<'_> {
             simulation.nudge_states(x);
             disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
             let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
-            let e = model.plant.evaluate(trial.time[k], x, &felt, slack);
-            model.measure_at(&simulation, &e, x, &trial.channels, &mut shown);
+            let moment = Moment { time: trial.time[k], y: x, felt: &felt, slack };
+            let e = model.measure_at(&simulation, &moment, &trial.channels, &mut shown);
             for ((slot, measured), shown) in residual.iter_mut().zip(&trial.measured[k]).zip(&shown) {
                 *slot = measured - shown;
             }
             all_shown.copy_from_slice(&shown);
             (*all_felt, *all_slack) = (felt, slack);
             if !model.sensor_slopes(&e, &trial.channels, slopes) {
-                sensors.at(&simulation, x, &felt, slack, &shown, slopes);
+                sensors.at(&simulation, &moment, &shown, slopes);
             }
             if k + 1 == trial.len() {
                 break;
@@ -290,23 +290,15 @@ impl<'a> SensorSlopes<'a> {
         Self { model, channels: &trial.channels, steps: difference_steps(model), moved: Vec::new(), shown: Vec::new() }
     }
 
-    /// Writes `∂h/∂x` at the states `x`, where the sensors show `shown`; the simulation is there too.
-    fn at(
-        &mut self,
-        simulation: &Simulation,
-        x: &[f64],
-        felt: &Inputs,
-        slack: [bool; CABLES],
-        shown: &[f64],
-        slopes: &mut [f64],
-    ) {
-        let n = x.len();
+    /// Writes `∂h/∂x` at a moment at which the sensors show `shown`.
+    fn at(&mut self, simulation: &Simulation, moment: &Moment<'_>, shown: &[f64], slopes: &mut [f64]) {
+        let n = moment.y.len();
         for c in 0..n {
             self.moved.clear();
-            self.moved.extend_from_slice(x);
+            self.moved.extend_from_slice(moment.y);
             self.moved[c] += self.steps[c];
-            let e = self.model.plant.evaluate(simulation.time(), &self.moved, felt, slack);
-            self.model.measure_at(simulation, &e, &self.moved, self.channels, &mut self.shown);
+            let moved = Moment { y: &self.moved, ..*moment };
+            self.model.measure_at(simulation, &moved, self.channels, &mut self.shown);
             for (j, (moved, shown)) in self.shown.iter().zip(shown).enumerate() {
                 slopes[j * n + c] = (moved - shown) / self.steps[c];
             }
@@ -341,11 +333,11 @@ mod tests {
             (0..4).filter_map(|i| examined.plant.unstretched_index(i)).for_each(|at| x[at] = 636.0);
             let simulation = examined.simulation(&trial, 0, &x);
             let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
-            let e = examined.plant.evaluate(0.0, &x, &felt, slack);
             let (mut shown, mut plain, mut other) = (Vec::new(), vec![1.0; n * m], vec![0.0; n * m]);
-            examined.measure_at(&simulation, &e, &x, &trial.channels, &mut shown);
+            let moment = Moment { time: 0.0, y: &x, felt: &felt, slack };
+            let e = examined.measure_at(&simulation, &moment, &trial.channels, &mut shown);
             assert!(examined.sensor_slopes(&e, &trial.channels, &mut plain));
-            SensorSlopes::new(&examined, &trial).at(&simulation, &x, &felt, slack, &shown, &mut other);
+            SensorSlopes::new(&examined, &trial).at(&simulation, &moment, &shown, &mut other);
             for (at, (plain, other)) in plain.iter().zip(&other).enumerate() {
                 let (channel, state) = (trial.channels[at / n], at % n);
                 assert!((plain - other).abs() < 1e-3 * (1.0 + other.abs()), "{channel:?} by {state}: {plain} {other}");

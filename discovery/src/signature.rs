@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::candidates::Combination;
 use crate::data::{Channel, Trial};
 use crate::late::{comes_late, late_forcing};
-use crate::model::{Examined, LATENTS, disturb};
+use crate::model::{Examined, LATENTS, Moment, disturb};
 use crate::path::{LinearTrial, Trajectory};
 use crate::variation::{Forced, Variation};
 use crate::whiten::Forcing;
@@ -149,8 +149,8 @@ fn quick(
         let (felt, slack) = (&linear.felt[k], linear.slack[k]);
         take(&mut y, k);
         if sensors {
-            let e = varied.plant.evaluate(trial.time[k], &y, felt, slack);
-            varied.measure_at(&simulation, &e, &y, &trial.channels, &mut shown);
+            let moment = Moment { time: trial.time[k], y: &y, felt, slack };
+            varied.measure_at(&simulation, &moment, &trial.channels, &mut shown);
             for j in 0..m {
                 out.sensor[k * m + j] = (shown[j] - linear.shown[k * m + j]) as f32;
             }
@@ -313,9 +313,9 @@ pub(crate) fn sensitivities(
             let simulation = varied.examined.simulation(trial, 0, trajectory.states(0));
             let mut shown = Vec::new();
             for k in 0..len {
-                let y = trajectory.states(k);
-                let e = varied.examined.plant.evaluate(trial.time[k], y, &linear.felt[k], linear.slack[k]);
-                varied.examined.measure_at(&simulation, &e, y, &trial.channels, &mut shown);
+                let (felt, slack) = (&linear.felt[k], linear.slack[k]);
+                let moment = Moment { time: trial.time[k], y: trajectory.states(k), felt, slack };
+                varied.examined.measure_at(&simulation, &moment, &trial.channels, &mut shown);
                 for (j, value) in shown.iter().enumerate() {
                     let at = k * m + j;
                     forcing.sensor[at * columns + c] = ((value - linear.shown[at]) * scale) as f32;
