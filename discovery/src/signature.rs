@@ -90,11 +90,13 @@ fn acts_through_rates(id: &str) -> bool {
     !(comes_late(id) || matches!(id, "cable_elasticity" | "cable_transverse_mode"))
 }
 
-/// Whether what a variation adds to the rates depends on the states alone, and not on the winch forces.
+/// Whether what a variation adds to the rates depends on states and time alone, and not on the inputs.
 fn acts_by_states(spec: &EffectSpec) -> bool {
-    let stage = EffectKind::new(spec).map(|kind| kind.stage());
-    !matches!(spec.id.as_str(), "pulley_capstan_loss" | "expression")
-        && matches!(stage, Ok(Stage::WinchLoss | Stage::ElasticLaw | Stage::Transverse | Stage::PlatformWrench))
+    let text = spec.expression.as_deref().unwrap_or_default();
+    let by_inputs = spec.id == "pulley_capstan_loss" || ["winch_force", "disturbance"].iter().any(|i| text.contains(i));
+    let Ok(stage) = EffectKind::new(spec).map(|kind| kind.stage()) else { return false };
+    let added = matches!(stage, Stage::WinchLoss | Stage::WinchPull(_) | Stage::PlatformWrench);
+    !by_inputs && (added || matches!(stage, Stage::ElasticLaw | Stage::Transverse))
 }
 
 /// Whether a variation only changes what the sensors show.
