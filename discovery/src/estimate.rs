@@ -262,19 +262,22 @@ impl Fit {
         Ok(moves.iter().map(|(_, value)| value).sum())
     }
 
-    /// Moves the trajectories until they stay or their defects no longer shrink, at most so often.
-    pub(crate) fn settle(&mut self, trials: &[Trial], most: usize) -> Result<(), FitError> {
+    /// Moves the trajectories until they stay or their defects no longer shrink, at most so often. Returns whether they stay.
+    pub(crate) fn settle(&mut self, trials: &[Trial], most: usize) -> Result<bool, FitError> {
         let (mut last, mut least, mut idle) = (f64::INFINITY, self.defect(), 0);
         for _ in 0..most {
             let value = self.smooth(trials)?;
             let defect = self.defect();
             (least, idle) = if defect < SHRUNK * least { (defect, 0) } else { (least, idle + 1) };
-            if (last - value).abs() < SETTLED || idle == PATIENCE {
+            if (last - value).abs() < SETTLED {
+                return Ok(true);
+            }
+            if idle == PATIENCE {
                 break;
             }
             last = value;
         }
-        Ok(())
+        Ok(false)
     }
 
     /// Mean defect of a sample, relative to the size of its state.

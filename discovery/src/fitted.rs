@@ -117,14 +117,27 @@ impl Search<'_> {
     pub(crate) fn verified(&self, trained: Trained, from: &Fitted) -> Result<Fitted, FitError> {
         let (train, held) = (trained.fit, &self.evidence.holdout);
         let mut holdout = Fit::new(&train.model, held, &train.randomness, Some(&from.holdout))?;
-        if holdout.settle(held, MOST_MOVES).is_err() || !holdout.has_settled() {
+        let stays = holdout.settle(held, MOST_MOVES).ok().filter(|_| holdout.has_settled());
+        if stays != Some(true) {
             // With small latents nothing but the model holds a trajectory that is still far off.
-            holdout = self.loosened(&train.model, &from.holdout, held)?;
-            holdout.settle(held, MOST_MOVES)?;
-            holdout.randomness = train.randomness.clone();
-            holdout.settle(held, MOST_MOVES)?;
+            let value = |fit: &Fit| fit.minus_two_log_likelihood(held, &train.randomness);
+            match self.settled_from_afar(&train, from) {
+                Ok(other) if stays.is_none() || value(&other) < value(&holdout) => holdout = other,
+                Err(error) if stays.is_none() => return Err(error),
+                _ => {}
+            }
         }
         Ok(self.finish(train, holdout, trained.estimate))
+    }
+
+    /// The held-out trajectories of a model, first with large latent forces, then with its own.
+    fn settled_from_afar(&self, train: &Fit, from: &Fitted) -> Result<Fit, FitError> {
+        let held = &self.evidence.holdout;
+        let mut holdout = self.loosened(&train.model, &from.holdout, held)?;
+        holdout.settle(held, MOST_MOVES)?;
+        holdout.randomness = train.randomness.clone();
+        holdout.settle(held, MOST_MOVES)?;
+        Ok(holdout)
     }
 
     /// A fit of `model` on training data, starting from another one, with its parameters as they are.
