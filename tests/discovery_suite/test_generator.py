@@ -391,7 +391,8 @@ def test_judge_counts_false_alarms():
     noisy = judge(_answer(effect("platform_mass", mass=3.0)), _truth(group="null"), 1.0)
     assert noisy["false_alarms"] == 1
     doubtful = judge(_answer(verdict="unnamed"), _truth(group="null"), 1.0)
-    assert doubtful["false_alarms"] == 0 and not doubtful["exact"]
+    assert doubtful["false_alarms"] == 0
+    assert not doubtful["exact"]
 
 
 def test_judge_merges_four_winches_and_turns_gusts():
