@@ -90,6 +90,8 @@ impl Search<'_> {
         let presliding = match (able.is_empty(), undamped) {
             (true, false) => return Ok(begun),
             (true, true) => return self.damped(begun),
+            // Another law may have explained it all.
+            (false, _) if !self.something_left(&begun.fit, &self.beginnings) => return Ok(begun),
             (false, _) => self.presliding(&begun, &able)?,
         };
         Ok(presliding.filter(|next| next.score < begun.score).unwrap_or(begun))
