@@ -28,7 +28,7 @@ pub(crate) struct Moment<'a> {
 const INSTANT: f64 = 1e-3;
 
 impl Moment<'_> {
-    pub(crate) fn evaluate(&self, plant: &Plant) -> Evaluation {
+    fn evaluate(&self, plant: &Plant) -> Evaluation {
         plant.evaluate(self.time, self.y, self.felt, self.slack)
     }
 
