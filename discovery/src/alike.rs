@@ -51,7 +51,7 @@ pub(crate) fn likeness(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{fitted, record};
+    use crate::data::recording::{fitted, record};
 
     #[test]
     fn twins_are_alike_and_strangers_are_not() {

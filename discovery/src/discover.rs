@@ -6,8 +6,8 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
 use crate::alike::likeness;
-use crate::clean::remove_outliers;
 use crate::data::Trial;
+use crate::data::clean::remove_outliers;
 use crate::estimate::{FitError, noise_of_data};
 use crate::extension::{containing, count_in_use};
 use crate::fitted::{Evidence, Fitted, Trained};

@@ -5,7 +5,7 @@ use cdpr::model_file::Model;
 use cdpr::simulation::Simulation;
 use rayon::prelude::*;
 
-use crate::clean::{median, noise_by_differences};
+use crate::data::clean::{median, noise_by_differences};
 use crate::data::{Channel, Trial};
 use crate::kalman::{Filtered, Keep, Randomness, SMALLEST_LATENT, filter, smooth};
 use crate::model::{Examined, LATENTS, disturb};
@@ -430,7 +430,7 @@ mod tests {
     use cdpr::effect::EffectSpec;
 
     use super::*;
-    use crate::recording::record;
+    use crate::data::recording::record;
 
     /// Friction that turns its sign within a sample: whole moves would go back and forth for ever.
     #[test]
@@ -449,7 +449,7 @@ mod tests {
     #[test]
     fn a_beginning_has_the_trajectory_of_the_whole() {
         let whole = [record(&[], 20.0, 6)];
-        let fit = crate::recording::fitted(&[], &whole);
+        let fit = crate::data::recording::fitted(&[], &whole);
         let part = [whole[0].part(0..80, String::new())];
         let begun = fit.begun(&part).unwrap();
         assert_eq!(begun.linear[0].len, 80);

@@ -12,7 +12,6 @@ pub mod write;
 
 mod alike;
 mod candidates;
-mod clean;
 mod discover;
 mod estimate;
 mod extension;
@@ -26,8 +25,6 @@ mod model;
 mod null_test;
 mod pair;
 mod path;
-#[cfg(test)]
-mod recording;
 mod refine;
 mod regression;
 mod rivals;

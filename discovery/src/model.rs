@@ -175,7 +175,7 @@ impl Examined {
         let window = trial.len().min(1 + (0.2 / trial.interval().max(1e-6)) as usize);
         let mean = |wanted: Channel| {
             let j = trial.channels.iter().position(|c| *c == wanted)?;
-            let value = crate::clean::median(trial.measured[..window].iter().map(|row| row[j]).collect());
+            let value = crate::data::clean::median(trial.measured[..window].iter().map(|row| row[j]).collect());
             value.is_finite().then_some(value)
         };
         let mut pose: [Option<f64>; 3] = std::array::from_fn(|k| mean(Channel::Pose(k)));

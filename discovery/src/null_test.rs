@@ -185,7 +185,7 @@ mod tests {
 
     use super::*;
     use crate::candidates::{Situation, catalogue};
-    use crate::recording::{fitted, noise, record};
+    use crate::data::recording::{fitted, noise, record};
     use crate::regression::levels;
     use crate::round::Signatures;
 

@@ -176,7 +176,7 @@ fn rivals(library: &Library, pairs: &[Pair], member: usize) -> Vec<EffectSpec> {
 mod tests {
     use super::*;
     use crate::candidates::{Situation, catalogue};
-    use crate::recording::{fitted, record};
+    use crate::data::recording::{fitted, record};
 
     #[test]
     fn both_effects_of_a_pair_are_found_with_their_sizes() {

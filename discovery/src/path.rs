@@ -312,7 +312,7 @@ mod tests {
     use cdpr::model_file::Model;
 
     use super::*;
-    use crate::recording::{fitted, record};
+    use crate::data::recording::{fitted, record};
 
     #[test]
     fn plain_slopes_of_sensors_are_those_by_differences() {

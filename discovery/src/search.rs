@@ -293,7 +293,7 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        let guess = crate::clean::median(ratios);
+        let guess = crate::data::clean::median(ratios);
         (guess.is_finite() && guess > 1e4 && guess < 1e10).then_some(guess)
     }
 

@@ -387,7 +387,7 @@ pub(crate) fn picked(forcing: &Forcing, columns: &[usize]) -> Forcing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{fitted, record};
+    use crate::data::recording::{fitted, record};
     use crate::refine::{free_parameters, varied_models};
 
     /// Sensitivities by the variational equation, against differences of simulations.

@@ -203,7 +203,7 @@ fn of_effect(fit: &Fit, effect: usize, columns: &[Column], blocks: &[Block], par
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{fitted, record};
+    use crate::data::recording::{fitted, record};
 
     fn wind(force: f64) -> EffectSpec {
         EffectSpec::new("steady_wind", None, &[force, 0.0, 0.0]).expect("an effect")

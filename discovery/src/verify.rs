@@ -108,7 +108,7 @@ pub(crate) fn when(full: &Fit, reduced: &Fit, trials: &[Trial]) -> Vec<(usize, f
             }
         }
     }
-    let median = crate::clean::median(gains.iter().map(|g| g.2).filter(|g| *g > 0.0).collect());
+    let median = crate::data::clean::median(gains.iter().map(|g| g.2).filter(|g| *g > 0.0).collect());
     let limit = (0.1 * median).max(10.0);
     let mut out: Vec<(usize, f64, f64)> = Vec::new();
     for (t, block, gain) in gains {

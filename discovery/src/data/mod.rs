@@ -6,6 +6,10 @@ use std::path::{Path, PathBuf};
 use cdpr::dynamics::Inputs;
 use serde::Deserialize;
 
+pub(crate) mod clean;
+#[cfg(test)]
+pub(crate) mod recording;
+
 /// A measured quantity. Cables count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Channel {
