@@ -87,13 +87,16 @@ fn stamp(project: &Project, host: &HostPython) -> Result<String> {
     Ok(text)
 }
 
-/// The files of pinned packages: that of `tests` and those of its folders.
+/// The files of pinned packages: those of `tests`, its folders, and the examples, which the tests run.
 fn requirements(project: &Project) -> Result<Vec<PathBuf>> {
-    let tests = project.root.join("tests");
-    let unreadable = || format!("cannot read the folder {}", tests.display());
-    let mut files = vec![tests.join("requirements.txt")];
-    for entry in fs::read_dir(&tests).with_context(unreadable)? {
-        files.push(entry.with_context(unreadable)?.path().join("requirements.txt"));
+    let mut files = Vec::new();
+    for folder in ["tests", "examples"] {
+        let folder = project.root.join(folder);
+        let unreadable = || format!("cannot read the folder {}", folder.display());
+        files.push(folder.join("requirements.txt"));
+        for entry in fs::read_dir(&folder).with_context(unreadable)? {
+            files.push(entry.with_context(unreadable)?.path().join("requirements.txt"));
+        }
     }
     files.retain(|file| file.is_file());
     files.sort();
