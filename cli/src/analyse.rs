@@ -14,6 +14,7 @@ use cdpr::plant::Plant;
 use cdpr::simulation::Simulation;
 use cdpr::statics::workspace::{RequiredWrenches, WorkspaceMap};
 use cdpr::statics::{self, LinearModel};
+use cdpr_drawing::Robot;
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
@@ -27,7 +28,8 @@ use text::Text;
 #[command(after_help = "Examples:\n  \
     cdpr analyse --pose 0,0,0\n  \
     cdpr analyse --model model.toml --pose 50,-20,0.1 --tension-min 5000 --linear linear.json\n  \
-    cdpr analyse --pose 0,0,0 --wrench 2000,2000,20000 --workspace map.csv\n\n\
+    cdpr analyse --pose 0,0,0 --wrench 2000,2000,20000 --workspace map.csv\n  \
+    cdpr analyse --pose 50,-20,0.3 --plot robot.svg\n\n\
     The pose is held against the model's disturbances by tensions within the bounds; stiffness, modes and the linear model \
     are those of this state. The workspace map covers the square of the anchors at the pose's orientation.")]
 pub(crate) struct Arguments {
@@ -49,9 +51,21 @@ pub(crate) struct Arguments {
     /// Write a map of wrench feasibility
     #[arg(long, value_name = "FILE.csv")]
     workspace: Option<PathBuf>,
+    /// Draw the robot at the pose
+    #[arg(long, value_name = "FILE.svg", value_parser = svg_file)]
+    plot: Option<PathBuf>,
     /// Points of the map along each axis
     #[arg(long, value_name = "N", default_value = "61", value_parser = clap::value_parser!(u16).range(2..=2001))]
     points: u16,
+}
+
+/// The name of a file that is what its ending says.
+fn svg_file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case("svg") => Ok(path),
+        _ => Err("the picture is an SVG, expected a name that ends in .svg".to_owned()),
+    }
 }
 
 /// A pose held for ever.
@@ -112,6 +126,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let json = serde_json::to_string_pretty(&linear_json(linear)).context("the linear model as JSON")?;
         whole::write(path, json + "\n")?;
         text.linear(path);
+    }
+    if let Some(path) = &arguments.plot {
+        let geometry = plant.geometry();
+        let robot = Robot { anchors: &geometry.anchor, attachments: &geometry.attachment, pose: arguments.pose };
+        whole::write(path, robot.svg())?;
+        text.drawing(path);
     }
     let mut out = std::io::stdout().lock();
     out.write_all(text.finish().as_bytes())?;

@@ -231,6 +231,23 @@ fn an_analysis_tells_stiffness_modes_and_workspace_and_writes_the_linear_model()
 }
 
 #[test]
+fn the_robot_is_drawn_at_a_pose_with_its_cables_by_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let told = done(&cdpr(at, &["analyse", "--pose", "50,-20,0.3", "--plot", "robot.svg"]));
+    assert!(told.contains("robot.svg"), "{told}");
+    let svg = std::fs::read_to_string(at.join("robot.svg")).unwrap();
+    let document = roxmltree::Document::parse(&svg).unwrap();
+    let with = |class: &str| document.descendants().filter(|n| n.attribute("class") == Some(class)).count();
+    assert_eq!((with("robot-cable"), with("robot-number"), with("robot-platform")), (4, 4, 1));
+    assert!(svg.contains("x = 50 m, y = -20 m, φ = 0.3 rad; platform drawn"), "{svg}");
+    let refused = cdpr(at, &["analyse", "--pose", "0,0,0", "--plot", "robot.png"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("ends in .svg"), "{}", text(&refused.stderr));
+    assert!(!at.join("robot.png").exists());
+}
+
+#[test]
 fn the_paper_is_written_with_its_claims() {
     let folder = tempfile::tempdir().unwrap();
     let told = done(&cdpr(folder.path(), &["paper", "--out", "paper"]));

@@ -213,6 +213,10 @@ impl Text {
         self.section(&format!("A, B, C, D are in {}", path.display()));
     }
 
+    pub(super) fn drawing(&mut self, path: &Path) {
+        self.section(&format!("the robot is drawn in {}", path.display()));
+    }
+
     pub(super) fn finish(self) -> String {
         self.text
     }
