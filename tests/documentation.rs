@@ -46,6 +46,33 @@ fn links_lead_somewhere() {
     assert!(checked > 50, "{checked}: the links were not found");
 }
 
+/// The crates of this workspace that a manifest names as dependencies of any kind.
+fn dependencies_within(manifest: &toml::Table, crates: &[String]) -> Vec<String> {
+    let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
+    let named = kinds.iter().filter_map(|kind| manifest.get(*kind)?.as_table()).flat_map(toml::Table::keys);
+    named.filter(|name| crates.contains(name)).cloned().collect()
+}
+
+#[test]
+fn the_table_of_crates_names_every_crate_and_what_it_depends_on() {
+    let manifest = |folder: &str| -> toml::Table {
+        fs::read_to_string(root().join(folder).join("Cargo.toml")).unwrap().parse().unwrap()
+    };
+    let members: Vec<String> = manifest(".")["workspace"]["members"].clone().try_into().unwrap();
+    let manifests: Vec<_> = members.iter().map(|folder| manifest(folder)).collect();
+    let crates: Vec<String> = manifests.iter().map(|m| m["package"]["name"].as_str().unwrap().to_owned()).collect();
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    for ((folder, name), manifest) in members.iter().zip(&crates).zip(&manifests) {
+        let row = page.lines().find(|line| line.starts_with(&format!("| `{folder}` ")));
+        let row = row.unwrap_or_else(|| panic!("ARCHITECTURE.md has no row for the folder {folder}"));
+        let cells: Vec<&str> = row.split(" | ").collect();
+        assert_eq!(cells[1], format!("`{name}`"), "{row}");
+        for needed in dependencies_within(manifest, &crates) {
+            assert!(cells[3].contains(&format!("`{needed}`")), "ARCHITECTURE.md: {name} depends on {needed} too");
+        }
+    }
+}
+
 /// Whether a source file defines a name: `a::b` by its last part, a module by its file.
 fn defines(file: &Path, name: &str) -> bool {
     let source = fs::read_to_string(file).unwrap();
