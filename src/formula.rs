@@ -156,6 +156,19 @@ impl Formula {
         self.ops.iter().any(|op| matches!(op, Op::Variable(v) if is(*v)))
     }
 
+    /// The variables it contains, each once, in the order in which they first stand in it.
+    pub fn variables(&self) -> Vec<Variable> {
+        let mut list = Vec::new();
+        for op in &self.ops {
+            if let Op::Variable(variable) = op
+                && !list.contains(variable)
+            {
+                list.push(*variable);
+            }
+        }
+        list
+    }
+
     /// The value, with `variable` giving the value of each variable.
     pub fn value<S: Real>(&self, variable: impl Fn(Variable) -> S) -> S {
         let mut stack = [S::from(0.0); DEPTH];

@@ -2,8 +2,9 @@
 
 use std::time::Instant;
 
-use cdpr::effect::EffectSpec;
+use cdpr::effect::{DependsOn, EffectSpec, Place};
 use cdpr::model_file::Model;
+use cdpr::parameters::CABLES;
 
 use crate::alike::likeness;
 use crate::data::Trial;
@@ -86,7 +87,10 @@ pub fn discover(
             Some(known) => known,
             None => &search.fit_without(&reduced, &fitted, 1).unwrap_or_else(|_| base.clone()),
         };
-        let (places, depends_on) = verify::places(&effect);
+        let unknown = |e: cdpr::effect::SpecError| FitError::Model(e.to_string());
+        let depends_on = effect.depends_on().map_err(unknown)?;
+        let places: Vec<Place> =
+            effect.places().map_err(unknown)?.iter().flat_map(|place| place.one_by_one(CABLES)).collect();
         let when = verify::when(&fitted.train, &without.train, &evidence.train);
         for place in &places {
             let share = taken.delta_bic.abs() / total.max(1e-9) / places.len() as f64;
@@ -420,26 +424,32 @@ fn standard_errors(fitted: &Fitted, at: usize) -> Vec<Option<f64>> {
 
 fn add_place(
     located: &mut Vec<Located>,
-    place: &str,
+    place: &Place,
     share: f64,
     when: &[(usize, f64, f64)],
-    depends_on: &[&'static str],
+    depends_on: &[DependsOn],
 ) {
-    if let Some(known) = located.iter_mut().find(|l| l.place == place) {
+    if let Some(known) = located.iter_mut().find(|l| l.place == *place) {
         known.share += share;
-        for on in depends_on {
-            if !known.depends_on.iter().any(|d| d == on) {
-                known.depends_on.push((*on).to_owned());
-            }
-        }
+        known.when = joined(&known.when, when);
+        known.depends_on.extend(depends_on.iter().filter(|on| !known.depends_on.contains(on)).collect::<Vec<_>>());
         return;
     }
-    located.push(Located {
-        place: place.to_owned(),
-        share,
-        when: when.to_vec(),
-        depends_on: depends_on.iter().map(|d| (*d).to_owned()).collect(),
-    });
+    located.push(Located { place: place.clone(), share, when: when.to_vec(), depends_on: depends_on.to_vec() });
+}
+
+/// The stretches `(trial, start, end)` of both lists, in order, those that meet or overlap as one.
+fn joined(one: &[(usize, f64, f64)], other: &[(usize, f64, f64)]) -> Vec<(usize, f64, f64)> {
+    let mut all = [one, other].concat();
+    all.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut out: Vec<(usize, f64, f64)> = Vec::new();
+    for (trial, start, end) in all {
+        match out.last_mut() {
+            Some(last) if last.0 == trial && start <= last.2 => last.2 = last.2.max(end),
+            _ => out.push((trial, start, end)),
+        }
+    }
+    out
 }
 
 /// Trials with predictions of both models.
@@ -473,4 +483,20 @@ fn compared(base: &Fitted, fitted: &Fitted, evidence: &Evidence) -> Vec<Compared
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_effects_at_one_place_show_whenever_either_does() {
+        let mut located = Vec::new();
+        let place = Place::Winch(Some(2));
+        add_place(&mut located, &place, 0.5, &[(0, 10.0, 20.0), (1, 0.0, 4.0)], &[DependsOn::Speed]);
+        add_place(&mut located, &place, 0.25, &[(0, 2.0, 4.0), (0, 18.0, 30.0)], &[DependsOn::Speed, DependsOn::Time]);
+        let [one] = &located[..] else { panic!("{located:?}") };
+        assert_eq!(one.when, [(0, 2.0, 4.0), (0, 10.0, 30.0), (1, 0.0, 4.0)]);
+        assert_eq!((one.share, &one.depends_on[..]), (0.75, &[DependsOn::Speed, DependsOn::Time][..]));
+    }
 }

@@ -12,6 +12,7 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
+use cdpr::effect::DependsOn;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -21,7 +22,6 @@ use crate::estimate::{Fit, for_trial};
 use crate::kalman::{Keep, Randomness, filter};
 use crate::outcome::NullTest;
 use crate::regression::{Level, Penalty, rank};
-use crate::verify::places;
 use crate::whiten::{Forcing, whitened_rows};
 
 /// Number of shifts.
@@ -118,11 +118,9 @@ impl Weighing<'_> {
 /// Whether a candidate is a law of time alone, in phase with any shift.
 pub(crate) fn of_time_alone(library: &Library, candidate: usize) -> bool {
     let variations = library.candidates[candidate].columns.iter().flat_map(|c| &library.columns[*c]);
-    variations.map(|(at, _)| &library.variations[*at]).any(|spec| match spec.id.as_str() {
-        "periodic_gust" | "cable_thermal_expansion" => true,
-        "expression" => places(spec).1.contains(&"time"),
-        _ => false,
-    })
+    variations
+        .map(|(at, _)| &library.variations[*at])
+        .any(|spec| spec.depends_on().is_ok_and(|on| on == [DependsOn::Time]))
 }
 
 /// Innovations without the mean of their channel.

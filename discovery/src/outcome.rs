@@ -1,6 +1,6 @@
 //! What a discovery found: the engine's result, from which `discovery.json`, the report and the tables are made.
 
-use cdpr::effect::EffectSpec;
+use cdpr::effect::{DependsOn, EffectSpec, Place};
 use cdpr::model_file::Model;
 
 use crate::data::{Channel, Trial};
@@ -18,17 +18,17 @@ pub enum Verdict {
     Unnamed,
 }
 
-/// A place where the model disagrees with the measurements, as in `discovery.json`.
+/// A place where the model disagrees with the measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Located {
-    /// `platform.force_x`, `platform.torque`, `winch[3]`, `cable[2]`, `sensor.cable_length[1]`, `sensor.pose`, ...
-    pub place: String,
+    /// Of one cable, where it belongs to a cable.
+    pub place: Place,
     /// Share of the explained gap, 0 to 1.
     pub share: f64,
     /// Stretches `(trial, start, end)` (s) in which it shows; trials count through the training trials.
     pub when: Vec<(usize, f64, f64)>,
-    /// `speed`, `direction`, `tension`, `position`, `acceleration`, `time`, `input`.
-    pub depends_on: Vec<String>,
+    /// What the disagreement depends on.
+    pub depends_on: Vec<DependsOn>,
 }
 
 /// An effect or term that was added to the model.

@@ -1,6 +1,6 @@
 //! Anchor offset: A_i + (x, y).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 
 /// Anchor offset: A_i + (x, y).
@@ -22,6 +22,8 @@ impl Effect for AnchorOffset {
         title: "Anchor offset",
         equation: "A_i + (x, y)",
         scope: Scope::EachCable,
+        site: Site::Anchor,
+        depends_on: &[DependsOn::Position],
         parameters: &[
             parameter("x", "m", "offset along x", (-2.0, 2.0)).or(0.0),
             parameter("y", "m", "offset along y", (-2.0, 2.0)).or(0.0),

@@ -1,6 +1,6 @@
 //! Attachment offset: B_i + (x, y) in the body frame.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 
 /// Attachment offset: B_i + (x, y) in the body frame.
@@ -22,6 +22,8 @@ impl Effect for AttachmentOffset {
         title: "Attachment offset",
         equation: "B_i + (x, y) in the body frame",
         scope: Scope::EachCable,
+        site: Site::Attachment,
+        depends_on: &[DependsOn::Position],
         parameters: &[
             parameter("x", "m", "offset along the body's x axis", (-0.5, 0.5)).or(0.0),
             parameter("y", "m", "offset along the body's y axis", (-0.5, 0.5)).or(0.0),

@@ -1,6 +1,6 @@
 //! Axial mass at the platform end of the cables: -m/2 L L̈ along S.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 
 /// Axial mass at the platform end of the cables: -m/2 L L̈ along S.
@@ -23,6 +23,8 @@ impl Effect for CableAxialMass {
         title: "Axial mass at the platform end of the cables",
         equation: "-m/2 L L̈ along S",
         scope: Scope::EachCable,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Acceleration],
         parameters: &[
             parameter("linear_density", "kg/m", "mass m per length, half of which counts", (0.02, 5.0)).at_least(0.0),
         ],

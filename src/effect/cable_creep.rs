@@ -1,6 +1,6 @@
 //! Cable creep: spring EA in series with a Kelvin element: ε_c' = (T/EA_c - ε_c)/τ.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Cable creep: spring EA in series with a Kelvin element: ε_c' = (T/EA_c - ε_c)/τ.
@@ -22,6 +22,8 @@ impl Effect for CableCreep {
         title: "Cable creep",
         equation: "spring EA in series with a Kelvin element: ε_c' = (T/EA_c - ε_c)/τ",
         scope: Scope::EachCable,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Tension, DependsOn::Time],
         parameters: &[
             parameter("axial_stiffness", "N", "stiffness EA_c of the Kelvin element", (2e7, 1e9)).at_least(1.0).shape(),
             parameter("time_constant", "s", "time constant τ of the Kelvin element", (1.0, 1e4)).at_least(1e-3).shape(),

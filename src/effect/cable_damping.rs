@@ -1,6 +1,6 @@
 //! Cable damping error: bl_i (1 + factor).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 
 /// Cable damping error: bl_i (1 + factor).
@@ -21,6 +21,8 @@ impl Effect for CableDamping {
         title: "Cable damping error",
         equation: "bl_i (1 + factor)",
         scope: Scope::EachCable,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Speed],
         parameters: &[
             parameter("factor", "1", "relative error of the damping b l", (-0.9, 5.0)).at_least(-1.0),
         ],

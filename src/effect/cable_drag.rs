@@ -1,6 +1,6 @@
 //! Air drag of the cables: ½ ρ_air C_d d |v_n| v_n along the cable; on the platform -ρ_air/8 C_d d L³ |α̇| α̇ along N.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Density of air at sea level, 15 °C (kg/m³), International Standard Atmosphere.
@@ -24,6 +24,8 @@ impl Effect for CableDrag {
         title: "Air drag of the cables",
         equation: "½ ρ_air C_d d |v_n| v_n along the cable; on the platform -ρ_air/8 C_d d L³ |α̇| α̇ along N",
         scope: Scope::EachCable,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Speed],
         parameters: &[
             parameter("drag_area_per_length", "m", "drag coefficient times diameter, C_d d", (0.0, 0.1)).at_least(0.0),
         ],

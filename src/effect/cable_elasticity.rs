@@ -1,6 +1,6 @@
 //! Cable elasticity: `cable_model` becomes `lumped_mass` with EA and b l as given.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 use crate::parameters::CableModel;
 
@@ -23,6 +23,8 @@ impl Effect for CableElasticity {
         title: "Cable elasticity",
         equation: "`cable_model` becomes `lumped_mass` with EA and b l as given",
         scope: Scope::Whole,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Tension],
         parameters: &[
             parameter("axial_stiffness", "N", "axial stiffness EA", (1e5, 1e9)).at_least(1.0).shape(),
             parameter("damping", "N.s", "damping b l", (0.0, 1e6)).at_least(0.0).shape(),

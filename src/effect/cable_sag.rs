@@ -1,6 +1,6 @@
 //! Cable sag: ε = T/EA - (w L)²/24 (1/T² - 1/T_ref²).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Cable sag: ε = T/EA - (w L)²/24 (1/T² - 1/T_ref²).
@@ -22,6 +22,8 @@ impl Effect for CableSag {
         title: "Cable sag",
         equation: "ε = T/EA - (w L)²/24 (1/T² - 1/T_ref²)",
         scope: Scope::EachCable,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Tension],
         parameters: &[
             parameter("weight", "N/m", "weight per length w", (0.0, 20.0)).at_least(0.0),
             parameter("reference_tension", "N", "tension T_ref at which the chord strain is counted as zero", (1e3, 1e5)).at_least(1.0).shape(),

@@ -1,6 +1,6 @@
 //! Stiffening cable: T_e = EA ε (1 + β ε²).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Stiffening cable: T_e = EA ε (1 + β ε²).
@@ -21,6 +21,8 @@ impl Effect for CableStiffening {
         title: "Stiffening cable",
         equation: "T_e = EA ε (1 + β ε²)",
         scope: Scope::EachCable,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Tension],
         parameters: &[
             parameter("coefficient", "1", "stiffening coefficient β", (0.0, 1e6)).at_least(0.0),
         ],

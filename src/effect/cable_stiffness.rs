@@ -1,6 +1,6 @@
 //! Cable stiffness error: EA_i (1 + factor).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 
 /// Cable stiffness error: EA_i (1 + factor).
@@ -21,6 +21,8 @@ impl Effect for CableStiffness {
         title: "Cable stiffness error",
         equation: "EA_i (1 + factor)",
         scope: Scope::EachCable,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Tension],
         parameters: &[
             parameter("factor", "1", "relative error of the axial stiffness", (-0.3, 0.3)).at_least(-0.95),
         ],

@@ -1,6 +1,6 @@
 //! Thermal expansion of the cables: l → l (1 + strain_amplitude sin(2π t/period + phase)).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Thermal expansion of the cables: l → l (1 + strain_amplitude sin(2π t/period + phase)).
@@ -23,6 +23,8 @@ impl Effect for CableThermalExpansion {
         title: "Thermal expansion of the cables",
         equation: "l → l (1 + strain_amplitude sin(2π t/period + phase))",
         scope: Scope::Whole,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Time],
         parameters: &[
             parameter("strain_amplitude", "1", "amplitude of the thermal strain α ΔT", (-1e-3, 1e-3)),
             parameter("period", "s", "period of the temperature", (10.0, 1e5)).at_least(1e-3).shape(),

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_2_PI, PI};
 
 use super::cable_drag::AIR_DENSITY;
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, SwingContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, SwingContext, parameter};
 use crate::dynamics::PlantData;
 use crate::scalar::Real;
 
@@ -46,6 +46,8 @@ impl Effect for CableTransverseMode {
         title: "First transverse mode of the cables",
         equation: "m L/2 (p' + 2 ζ ω q') + T π²/(2L) q = F, p = q' + 2/π L α̇, ω = π/L √(T/m)",
         scope: Scope::EachCable,
+        site: Site::Cable,
+        depends_on: &[DependsOn::Acceleration, DependsOn::Tension],
         parameters: &[
             parameter("linear_density", "kg/m", "mass m per length that vibrates", (0.02, 5.0)).at_least(1e-3),
             parameter("drag_area_per_length", "m", "drag coefficient times diameter, C_d d", (0.0, 0.1))

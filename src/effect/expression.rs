@@ -1,6 +1,6 @@
 //! Any force, torque or winch-force term written as an expression: the symbolic fallback.
 
-use super::{Effect, EffectInfo, EffectSpec, PlatformContext, Scope, SpecError, Stage, TextInfo};
+use super::{Axis, Effect, EffectInfo, EffectSpec, Place, PlatformContext, Scope, Site, SpecError, Stage, TextInfo};
 use crate::formula::{Formula, GRAMMAR, Variable};
 use crate::scalar::Real;
 
@@ -42,6 +42,19 @@ fn read_target(text: &str) -> Option<Target> {
     })
 }
 
+/// Where the term of `spec` acts.
+pub(super) fn place(spec: &EffectSpec) -> Result<Place, SpecError> {
+    Ok(match Expression::new(spec)?.target {
+        Target::Platform(axis) => Place::Platform([Axis::ForceX, Axis::ForceY, Axis::Torque][axis]),
+        Target::Winch(i) => Place::Winch(Some(i + 1)),
+    })
+}
+
+/// The term of `spec`.
+pub(super) fn formula(spec: &EffectSpec) -> Result<Formula, SpecError> {
+    Ok(Expression::new(spec)?.formula)
+}
+
 impl Expression {
     /// The term.
     pub fn formula(&self) -> &Formula {
@@ -69,6 +82,8 @@ impl Effect for Expression {
         title: "Term given as an expression",
         equation: "`expression` added to `target`",
         scope: Scope::Whole,
+        site: Site::Target,
+        depends_on: &[],
         parameters: &[],
         texts: &[
             TextInfo { name: "target", description: TARGETS },

@@ -1,6 +1,6 @@
 //! Bias of a length sensor: measured length + bias (`channel`: unstretched_length or cable_length).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter, TextInfo};
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, TextInfo, parameter};
 
 /// Bias of a length sensor: measured length + bias (`channel`: unstretched_length or cable_length).
 ///
@@ -20,6 +20,8 @@ impl Effect for LengthSensorBias {
         title: "Bias of a length sensor",
         equation: "measured length + bias (`channel`: unstretched_length or cable_length)",
         scope: Scope::EachCable,
+        site: Site::LengthSensor,
+        depends_on: &[],
         parameters: &[
             parameter("bias", "m", "length added by the sensor", (-0.5, 0.5)),
         ],

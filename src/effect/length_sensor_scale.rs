@@ -1,6 +1,6 @@
 //! Scale error of the winch encoder: measured (1 + factor) l_i (drum radius error).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 
 /// Scale error of the winch encoder: measured (1 + factor) l_i (drum radius error).
 ///
@@ -20,6 +20,8 @@ impl Effect for LengthSensorScale {
         title: "Scale error of the winch encoder",
         equation: "measured (1 + factor) l_i (drum radius error)",
         scope: Scope::EachCable,
+        site: Site::LengthSensor,
+        depends_on: &[DependsOn::Position],
         parameters: &[
             parameter("factor", "1", "relative error of the drum radius", (-5e-3, 5e-3)).at_least(-0.5),
         ],

@@ -5,8 +5,10 @@
 //! command → delay → saturation → lag → gain → bias → added force → losses → cable.
 
 mod presliding;
+mod site;
 mod spec;
 
+pub use site::{Axis, DependsOn, Place, Site};
 pub use spec::{EffectSpec, SpecError};
 
 use crate::dynamics::PlantData;
@@ -97,6 +99,10 @@ pub struct EffectInfo {
     pub equation: &'static str,
     /// One cable or the whole.
     pub scope: Scope,
+    /// Where it acts; see [`EffectSpec::places`].
+    pub site: Site,
+    /// What it depends on; see [`EffectSpec::depends_on`].
+    pub depends_on: &'static [DependsOn],
     /// Its parameters, in order.
     pub parameters: &'static [ParameterInfo],
     /// Those that are texts.

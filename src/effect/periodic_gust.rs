@@ -1,6 +1,6 @@
 //! Periodic gust: A sin(ω t + ψ) along `direction`.
 
-use super::{Effect, EffectInfo, EffectSpec, PlatformContext, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, PlatformContext, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Periodic gust: A sin(ω t + ψ) along `direction`.
@@ -24,6 +24,8 @@ impl Effect for PeriodicGust {
         title: "Periodic gust",
         equation: "A sin(ω t + ψ) along `direction`",
         scope: Scope::Whole,
+        site: Site::PlatformAlong(3),
+        depends_on: &[DependsOn::Time],
         parameters: &[
             parameter("amplitude", "N", "amplitude A", (5.0, 2e3)),
             parameter("frequency", "rad/s", "angular frequency ω", (0.05, 10.0)).at_least(1e-9).shape(),

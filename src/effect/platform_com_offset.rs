@@ -1,6 +1,6 @@
 //! Offset of the centre of mass: centre of mass at G + R(φ) c.
 
-use super::{Effect, EffectInfo, EffectSpec, Scope, SpecError, Stage, parameter};
+use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 
 /// Offset of the centre of mass: centre of mass at G + R(φ) c.
@@ -22,6 +22,8 @@ impl Effect for PlatformComOffset {
         title: "Offset of the centre of mass",
         equation: "centre of mass at G + R(φ) c",
         scope: Scope::Whole,
+        site: Site::Platform(&[Axis::ForceX, Axis::ForceY, Axis::Torque]),
+        depends_on: &[DependsOn::Acceleration],
         parameters: &[
             parameter("x", "m", "c along the body's x axis", (-1.0, 1.0)).or(0.0),
             parameter("y", "m", "c along the body's y axis", (-1.0, 1.0)).or(0.0),

@@ -1,6 +1,6 @@
 //! Platform inertia error: I + ΔI.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 
 /// Platform inertia error: I + ΔI.
@@ -21,6 +21,8 @@ impl Effect for PlatformInertia {
         title: "Platform inertia error",
         equation: "I + ΔI",
         scope: Scope::Whole,
+        site: Site::Platform(&[Axis::Torque]),
+        depends_on: &[DependsOn::Acceleration],
         parameters: &[
             parameter("inertia", "kg.m2", "added moment of inertia ΔI", (-1e5, 1e5)),
         ],

@@ -1,6 +1,6 @@
 //! Linear drag of the platform: -c v.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, SpecError, Stage, parameter};
+use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Linear drag of the platform: -c v.
@@ -21,6 +21,8 @@ impl Effect for PlatformLinearDrag {
         title: "Linear drag of the platform",
         equation: "-c v",
         scope: Scope::Whole,
+        site: Site::Platform(&[Axis::ForceX, Axis::ForceY]),
+        depends_on: &[DependsOn::Speed],
         parameters: &[
             parameter("coefficient", "N.s/m", "drag coefficient c", (1.0, 2e3)).at_least(0.0),
         ],

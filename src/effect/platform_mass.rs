@@ -1,6 +1,6 @@
 //! Platform mass error: M + ΔM.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 
 /// Platform mass error: M + ΔM.
@@ -21,6 +21,8 @@ impl Effect for PlatformMass {
         title: "Platform mass error",
         equation: "M + ΔM",
         scope: Scope::Whole,
+        site: Site::Platform(&[Axis::ForceX, Axis::ForceY]),
+        depends_on: &[DependsOn::Acceleration],
         parameters: &[
             parameter("mass", "kg", "added mass ΔM", (-500.0, 500.0)),
         ],

@@ -1,6 +1,6 @@
 //! Quadratic drag of the platform: -c |v - w| (v - w).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, SpecError, Stage, parameter};
+use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Quadratic drag of the platform: -c |v - w| (v - w).
@@ -23,6 +23,8 @@ impl Effect for PlatformQuadraticDrag {
         title: "Quadratic drag of the platform",
         equation: "-c |v - w| (v - w)",
         scope: Scope::Whole,
+        site: Site::Platform(&[Axis::ForceX, Axis::ForceY]),
+        depends_on: &[DependsOn::Speed],
         parameters: &[
             parameter("coefficient", "N.s2/m2", "½ ρ_air C_d A", (0.5, 500.0)).at_least(0.0),
             parameter("wind_x", "m/s", "steady wind speed w along x", (-20.0, 20.0)).or(0.0).shape(),

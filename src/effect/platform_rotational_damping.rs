@@ -1,6 +1,6 @@
 //! Rotational damping of the platform: -c φ̇.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, SpecError, Stage, parameter};
+use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Rotational damping of the platform: -c φ̇.
@@ -21,6 +21,8 @@ impl Effect for PlatformRotationalDamping {
         title: "Rotational damping of the platform",
         equation: "-c φ̇",
         scope: Scope::Whole,
+        site: Site::Platform(&[Axis::Torque]),
+        depends_on: &[DependsOn::Speed],
         parameters: &[
             parameter("coefficient", "N.m.s", "damping coefficient c", (100.0, 1e6)).at_least(0.0),
         ],

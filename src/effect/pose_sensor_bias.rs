@@ -1,6 +1,6 @@
 //! Bias of the pose sensor: measured x, y, phi + bias.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 
 /// Bias of the pose sensor: measured x, y, phi + bias.
 ///
@@ -22,6 +22,8 @@ impl Effect for PoseSensorBias {
         title: "Bias of the pose sensor",
         equation: "measured x, y, phi + bias",
         scope: Scope::Whole,
+        site: Site::PoseSensor,
+        depends_on: &[],
         parameters: &[
             parameter("x", "m", "bias of x", (-0.5, 0.5)).or(0.0),
             parameter("y", "m", "bias of y", (-0.5, 0.5)).or(0.0),

@@ -1,6 +1,6 @@
 //! Delay of the pose sensor: measured pose at t - τ.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 
 /// Delay of the pose sensor: measured pose at t - τ.
 ///
@@ -20,6 +20,8 @@ impl Effect for PoseSensorDelay {
         title: "Delay of the pose sensor",
         equation: "measured pose at t - τ",
         scope: Scope::Whole,
+        site: Site::PoseSensor,
+        depends_on: &[DependsOn::Speed],
         parameters: &[
             parameter("delay", "s", "delay τ", (1e-3, 1.0)).at_least(0.0),
         ],

@@ -1,6 +1,6 @@
 //! Capstan loss in the pulleys: μ u tanh(l̇/v_s).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::{Real, tanh};
 
 /// Capstan loss in the pulleys: μ u tanh(l̇/v_s).
@@ -22,6 +22,8 @@ impl Effect for PulleyCapstanLoss {
         title: "Capstan loss in the pulleys",
         equation: "μ u tanh(l̇/v_s)",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[DependsOn::Direction, DependsOn::Tension],
         parameters: &[
             parameter("loss", "1", "share μ of the force lost over the pulleys", (1e-3, 0.2)).at_least(0.0),
             parameter("transition_speed", "m/s", "speed v_s over which the loss turns its sign", (1e-4, 0.1))

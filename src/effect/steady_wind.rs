@@ -1,6 +1,6 @@
 //! Steady wind: constant force and torque.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, SpecError, Stage, parameter};
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Steady wind: constant force and torque.
@@ -23,6 +23,8 @@ impl Effect for SteadyWind {
         title: "Steady wind",
         equation: "constant force and torque",
         scope: Scope::Whole,
+        site: Site::PlatformComponents,
+        depends_on: &[],
         parameters: &[
             parameter("force_x", "N", "force along x", (-2e3, 2e3)).or(0.0),
             parameter("force_y", "N", "force along y", (-2e3, 2e3)).or(0.0),

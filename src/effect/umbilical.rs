@@ -1,6 +1,6 @@
 //! Umbilical: spring and damper from the platform centre to a ground point, -k (G - p) - d v.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, SpecError, Stage, parameter};
+use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Umbilical: spring and damper from the platform centre to a ground point, -k (G - p) - d v.
@@ -24,6 +24,8 @@ impl Effect for Umbilical {
         title: "Umbilical",
         equation: "spring and damper from the platform centre to a ground point, -k (G - p) - d v",
         scope: Scope::Whole,
+        site: Site::Platform(&[Axis::ForceX, Axis::ForceY]),
+        depends_on: &[DependsOn::Position, DependsOn::Speed],
         parameters: &[
             parameter("stiffness", "N/m", "stiffness k", (0.5, 500.0)).at_least(0.0),
             parameter("damping", "N.s/m", "damping d", (0.0, 1e3)).at_least(0.0).or(0.0).shape(),

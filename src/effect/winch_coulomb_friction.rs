@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use super::presliding::{self, Presliding, over_sign};
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::{Real, tanh};
 
 /// Coulomb friction in the winch: F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out.
@@ -48,6 +48,8 @@ impl Effect for WinchCoulombFriction {
         title: "Coulomb friction in the winch",
         equation: "F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out (with shares w and a: F = F_c [(1 - w - a) tanh(l̇/v_s) + w (2/π) arctan(π l̇/(2 v_s)) + a l̇/√(l̇² + v_s²)]; with presliding: σ₀ z + σ₁ exp(-(l̇/v_d)²) ż, ż = l̇ - σ₀ z l̇/F)",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[DependsOn::Direction],
         parameters: &[
             parameter("force", "N", "friction force F_c", (5.0, 2e3)).at_least(0.0),
             parameter("transition_speed", "m/s", "speed v_s over which the force turns its sign", (1e-4, 0.1)).at_least(1e-9).or(0.01).shape(),

@@ -1,6 +1,6 @@
 //! Dead time of the winch: u(t - τ).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 
 /// Dead time of the winch: u(t - τ).
 ///
@@ -20,6 +20,8 @@ impl Effect for WinchDelay {
         title: "Dead time of the winch",
         equation: "u(t - τ)",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[DependsOn::Input, DependsOn::Time],
         parameters: &[
             parameter("delay", "s", "dead time τ", (1e-3, 1.0)).at_least(0.0),
         ],

@@ -1,6 +1,6 @@
 //! Drum inertia: J/r² added to the lumped mass (rigid: to the axial inertia).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 
 /// Drum inertia: J/r² added to the lumped mass (rigid: to the axial inertia).
@@ -21,6 +21,8 @@ impl Effect for WinchDrumInertia {
         title: "Drum inertia",
         equation: "J/r² added to the lumped mass (rigid: to the axial inertia)",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[DependsOn::Acceleration],
         parameters: &[
             parameter("mass", "kg", "drum inertia J over the radius squared", (1.0, 2e3)).at_least(0.0),
         ],

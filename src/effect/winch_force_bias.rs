@@ -1,6 +1,6 @@
 //! Bias of the winch force: u + bias.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::Real;
 
 /// Bias of the winch force: u + bias.
@@ -21,6 +21,8 @@ impl Effect for WinchForceBias {
         title: "Bias of the winch force",
         equation: "u + bias",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[],
         parameters: &[
             parameter("bias", "N", "force added", (-500.0, 500.0)),
         ],

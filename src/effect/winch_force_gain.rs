@@ -1,6 +1,6 @@
 //! Gain error of the winch force: u (1 + factor).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::Real;
 
 /// Gain error of the winch force: u (1 + factor).
@@ -21,6 +21,8 @@ impl Effect for WinchForceGain {
         title: "Gain error of the winch force",
         equation: "u (1 + factor)",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[DependsOn::Tension],
         parameters: &[
             parameter("factor", "1", "relative error of the force", (-0.2, 0.2)).at_least(-1.0),
         ],

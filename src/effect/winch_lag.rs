@@ -1,6 +1,6 @@
 //! First-order lag of the winch: τ u_a' = u - u_a.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::Real;
 
 /// First-order lag of the winch: τ u_a' = u - u_a.
@@ -21,6 +21,8 @@ impl Effect for WinchLag {
         title: "First-order lag of the winch",
         equation: "τ u_a' = u - u_a",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[DependsOn::Input, DependsOn::Time],
         parameters: &[
             parameter("time_constant", "s", "time constant τ", (5e-3, 2.0)).at_least(1e-6),
         ],

@@ -1,6 +1,6 @@
 //! Saturation of the winch force: min(max(u, lower), upper).
 
-use super::{Effect, EffectInfo, EffectSpec, Scope, SpecError, Stage, WinchContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, Scope, Site, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::Real;
 
 /// Saturation of the winch force: min(max(u, lower), upper).
@@ -22,6 +22,8 @@ impl Effect for WinchSaturation {
         title: "Saturation of the winch force",
         equation: "min(max(u, lower), upper)",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[DependsOn::Tension],
         parameters: &[
             parameter("lower", "N", "smallest force", (0.0, 1e4)).shape(),
             parameter("upper", "N", "largest force", (1e3, 1e5)).shape(),

@@ -1,7 +1,7 @@
 //! Stribeck friction in the winch: [F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10.
 
 use super::presliding::{self, Presliding, over_tanh};
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::{Real, tanh};
 
 /// Stribeck friction in the winch: [F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10.
@@ -40,6 +40,8 @@ impl Effect for WinchStribeckFriction {
         title: "Stribeck friction in the winch",
         equation: "[F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10 if not given; with presliding σ₀ z + σ₁ exp(-(l̇/v_d)²) ż + c l̇, ż = l̇ - σ₀ z l̇/F, F the first term",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[DependsOn::Direction, DependsOn::Speed],
         parameters: &[
             parameter("coulomb", "N", "Coulomb friction F_c", (5.0, 2e3)).at_least(0.0),
             parameter("static", "N", "static friction F_s", (5.0, 4e3)).at_least(0.0),

@@ -1,6 +1,6 @@
 //! Viscous friction in the winch: c l̇.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, SpecError, Stage, WinchContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::Real;
 
 /// Viscous friction in the winch: c l̇.
@@ -21,6 +21,8 @@ impl Effect for WinchViscousFriction {
         title: "Viscous friction in the winch",
         equation: "c l̇",
         scope: Scope::EachCable,
+        site: Site::Winch,
+        depends_on: &[DependsOn::Speed],
         parameters: &[
             parameter("coefficient", "N.s/m", "friction coefficient c", (1.0, 1e4)).at_least(0.0),
         ],

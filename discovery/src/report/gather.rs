@@ -3,11 +3,13 @@
 use super::data::Located;
 
 /// Families of places that make up a whole, with the name of the whole.
-const WHOLES: [(&str, &[&str]); 6] = [
+const WHOLES: [(&str, &[&str]); 8] = [
     ("platform", &["platform.force_x", "platform.force_y", "platform.torque"]),
     ("platform", &["platform.force_x", "platform.force_y"]),
     ("winch", &["winch[1]", "winch[2]", "winch[3]", "winch[4]"]),
     ("cable", &["cable[1]", "cable[2]", "cable[3]", "cable[4]"]),
+    ("anchor", &["anchor[1]", "anchor[2]", "anchor[3]", "anchor[4]"]),
+    ("attachment", &["attachment[1]", "attachment[2]", "attachment[3]", "attachment[4]"]),
     (
         "sensor.cable_length",
         &["sensor.cable_length[1]", "sensor.cable_length[2]", "sensor.cable_length[3]", "sensor.cable_length[4]"],

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use cdpr::dynamics::Inputs;
-use cdpr::effect::EffectSpec;
+use cdpr::effect::{DependsOn, EffectSpec, Place};
 use cdpr::geometry::Geometry;
 use cdpr::kinematics::cables;
 use cdpr::model_file::Model;
@@ -100,10 +100,10 @@ pub(super) fn discovery() -> Discovery {
         effects: vec![friction()],
         terms: Vec::new(),
         located: vec![Located {
-            place: "winch[3]".to_owned(),
+            place: Place::Winch(Some(3)),
             share: 0.93,
             when: vec![(0, 12.0, 31.5)],
-            depends_on: vec!["speed".to_owned(), "direction".to_owned()],
+            depends_on: vec![DependsOn::Speed, DependsOn::Direction],
         }],
         horizons: vec![horizon(1.0, 4.0), horizon(5.0, 41.0), horizon(20.0, 300.0)],
         holdout_source: "held_out.csv".to_owned(),

@@ -1,10 +1,11 @@
 //! `discovery.json`.
 //!
 //! The keys are a contract (schema 1): keys may be added, those here keep their names and meaning. A number that does
-//! not exist is `null`.
+//! not exist is `null`. A place is written the same wherever it stands, that of an anchor or an attachment as its cable.
 
 use std::collections::BTreeMap;
 
+use cdpr::effect::{EffectSpec, Place};
 use serde::Serialize;
 
 use crate::data::Channel;
@@ -19,7 +20,7 @@ use super::report::all_channels;
 struct Document<'a> {
     schema: u32,
     verdict: &'static str,
-    located: Vec<LocatedEntry<'a>>,
+    located: Vec<LocatedEntry>,
     effects: Vec<EffectEntry<'a>>,
     terms: Vec<TermEntry<'a>>,
     gap: GapEntry<'a>,
@@ -31,15 +32,15 @@ struct Document<'a> {
 }
 
 #[derive(Serialize)]
-struct LocatedEntry<'a> {
+struct LocatedEntry {
     #[serde(rename = "where")]
-    place: &'a str,
+    place: String,
     share_of_gap: f64,
     /// Stretches of time (s); none where it shows all the time.
     when: Vec<[f64; 2]>,
     /// The trial of each stretch, an index into `trials`.
     when_in: Vec<usize>,
-    depends_on: &'a [String],
+    depends_on: Vec<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -263,22 +264,35 @@ pub(super) fn training_trials(trials: &[Compared]) -> Vec<usize> {
     (0..trials.len()).filter(|t| !trials[*t].holdout).collect()
 }
 
-fn located<'a>(located: &'a Located, trials: &[Compared]) -> LocatedEntry<'a> {
+fn located(located: &Located, trials: &[Compared]) -> LocatedEntry {
     let training = training_trials(trials);
     let known: Vec<_> = located.when.iter().filter_map(|w| Some((*training.get(w.0)?, [w.1, w.2]))).collect();
     LocatedEntry {
-        place: &located.place,
+        place: key(&located.place),
         share_of_gap: located.share,
         when: known.iter().map(|(_, span)| *span).collect(),
         when_in: known.iter().map(|(trial, _)| *trial).collect(),
-        depends_on: &located.depends_on,
+        depends_on: located.depends_on.iter().map(|on| on.name()).collect(),
     }
 }
 
-fn parameters(
-    spec: &cdpr::effect::EffectSpec,
-    standard_error: &[Option<f64>],
-) -> BTreeMap<&'static str, ParameterEntry> {
+/// A place as its cable where it is one of a cable's ends.
+fn key(place: &Place) -> String {
+    match place {
+        Place::Anchor(cable) | Place::Attachment(cable) => Place::Cable(*cable).to_string(),
+        other => other.to_string(),
+    }
+}
+
+/// Where an effect acts.
+fn key_of(spec: &EffectSpec) -> String {
+    match spec.places().as_deref() {
+        Ok([one]) => key(one),
+        _ => place(spec),
+    }
+}
+
+fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> BTreeMap<&'static str, ParameterEntry> {
     let Ok(info) = spec.info() else { return BTreeMap::new() };
     let entry = |k: usize, value: f64| ParameterEntry {
         value,
@@ -294,7 +308,7 @@ fn effect<'a>(found: &'a Found, trials: &[Compared]) -> EffectEntry<'a> {
         id: &found.effect.id,
         cable: found.effect.cable,
         channel: found.effect.channel.as_deref(),
-        place: place(&found.effect),
+        place: key_of(&found.effect),
         parameters: parameters(&found.effect, &found.standard_error),
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,
@@ -336,7 +350,7 @@ fn alternative(other: &Alternative) -> AlternativeEntry<'_> {
         id: &other.effect.id,
         cable: other.effect.cable,
         channel: other.effect.channel.as_deref(),
-        place: place(&other.effect),
+        place: key_of(&other.effect),
         parameters: parameters(&other.effect, &[]),
         delta_bic: other.delta_bic,
         correlation: other.correlation,
@@ -391,7 +405,7 @@ fn step(step: &SearchStep) -> StepEntry<'_> {
     StepEntry {
         id: &step.effect.id,
         cable: step.effect.cable,
-        place: place(&step.effect),
+        place: key_of(&step.effect),
         outcome: &step.outcome,
         delta_bic: step.delta_bic,
         reason: &step.reason,

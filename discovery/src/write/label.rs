@@ -1,6 +1,6 @@
 //! Effects in words: the catalogue's name fit for the middle of a sentence, the place, the parameters with units.
 
-use cdpr::effect::{EffectKind, EffectSpec, Stage};
+use cdpr::effect::EffectSpec;
 
 use crate::outcome::Found;
 use crate::report;
@@ -47,34 +47,15 @@ pub fn label(spec: &EffectSpec) -> String {
     }
 }
 
-/// The place an effect acts on, as in `discovery.json`: `winch[3]`, `cable`, `platform`, `sensor.cable_length[1]`.
+/// The place an effect acts on: `winch[3]`, `anchor[2]`, `cable` for all of them, `platform.torque`, `platform` for several of
+/// its axes, `sensor.cable_length[1]`.
 #[must_use]
 pub fn place(spec: &EffectSpec) -> String {
-    let indexed = |name: &str| match spec.cable {
-        Some(cable) => format!("{name}[{cable}]"),
-        None => name.to_owned(),
-    };
-    if let Some(target) = &spec.target {
-        return target.clone();
-    }
-    match spec.id.as_str() {
-        "anchor_offset" => return indexed("anchor"),
-        "attachment_offset" => return indexed("attachment"),
-        "winch_drum_inertia" => return indexed("winch"),
-        "platform_inertia" | "platform_rotational_damping" => return "platform.torque".to_owned(),
-        "length_sensor_scale" => return indexed("sensor.unstretched_length"),
-        "length_sensor_bias" => {
-            return indexed(&format!("sensor.{}", spec.channel.as_deref().unwrap_or("unstretched_length")));
-        }
-        _ => {}
-    }
-    match EffectKind::new(spec).map(|kind| kind.stage()) {
-        Ok(Stage::CommandDelay | Stage::Command(_) | Stage::WinchLoss) => indexed("winch"),
-        Ok(Stage::WinchPull(i)) => format!("winch[{}]", i + 1),
-        Ok(Stage::ElasticLaw | Stage::Transverse) => indexed("cable"),
-        Ok(Stage::Sensor) => "sensor.pose".to_owned(),
-        Ok(Stage::Parameters) if spec.id.starts_with("cable_") => indexed("cable"),
-        Ok(Stage::Parameters | Stage::PlatformWrench) | Err(_) => "platform".to_owned(),
+    match spec.places().as_deref() {
+        Ok([one]) => one.to_string(),
+        Ok(_) => "platform".to_owned(),
+        // What the catalogue does not have is nowhere; only its name can be said.
+        Err(error) => error.id.clone(),
     }
 }
 

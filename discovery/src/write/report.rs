@@ -220,10 +220,10 @@ fn located(located: &Located, trials: &[Compared]) -> report::Located {
     let spans = located.when.iter();
     let spans = spans.filter_map(|(t, start, end)| Some(Span { trial: *training.get(*t)?, start: *start, end: *end }));
     report::Located {
-        place: located.place.clone(),
+        place: located.place.to_string(),
         share_of_gap: located.share,
         when: if shown >= THROUGHOUT * whole { Vec::new() } else { spans.collect() },
-        depends_on: located.depends_on.clone(),
+        depends_on: located.depends_on.iter().map(|on| on.name().to_owned()).collect(),
     }
 }
 

@@ -4,7 +4,6 @@
 //! Effects that no force at a winch or on the platform stands for (sensors, geometry, the cables' own law) share one
 //! picture: the error of the model as given against what was found to change.
 
-use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use cdpr::effect::{EffectKind, EffectSpec, WinchContext};
@@ -278,14 +277,7 @@ fn term(spec: &EffectSpec, kind: &EffectKind) -> Option<View> {
         Some(i) => rest.pull(m, i - 1),
         None => rest.wrench(m)[axis],
     };
-    let seen = RefCell::new(Vec::new());
-    formula.value(|variable| {
-        if !seen.borrow().contains(&variable) {
-            seen.borrow_mut().push(variable);
-        }
-        1.0
-    });
-    if let [only] = seen.into_inner()[..] {
+    if let [only] = formula.variables()[..] {
         let (name, unit) = named(only);
         return Some(View {
             x: (name, unit),

@@ -1,4 +1,4 @@
-use cdpr::effect::EffectSpec;
+use cdpr::effect::{EffectSpec, Place};
 use serde_json::Value;
 
 use super::fixture::{FORCE, NOISE, SPEED, discovery, friction, term};
@@ -270,4 +270,18 @@ fn effects_without_a_force_share_a_picture() {
     let [picture] = &report.signatures[..] else { panic!("{} pictures", report.signatures.len()) };
     assert!(picture.label.starts_with("all that was found"), "{}", picture.label);
     assert!(picture.points.iter().all(|p| (p[1] - p[0]).abs() < 1.1 * NOISE));
+}
+
+#[test]
+fn an_anchor_is_at_one_place_throughout_the_json() {
+    let mut offset = discovery();
+    offset.effects[0].effect = EffectSpec::new("anchor_offset", Some(2), &[0.1, 0.0]).unwrap();
+    offset.steps[0].effect = offset.effects[0].effect.clone();
+    offset.located[0].place = Place::Anchor(Some(2));
+    let document = json(&offset);
+    for place in [&document["located"][0], &document["effects"][0], &document["search"]["steps"][0]] {
+        assert_eq!(place["where"], "cable[2]");
+    }
+    let report = report(&offset, &About::default());
+    assert_eq!((report.located[0].place.as_str(), report.effects[0].place.as_str()), ("anchor[2]", "anchor[2]"));
 }
