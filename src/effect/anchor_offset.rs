@@ -21,6 +21,7 @@ impl Effect for AnchorOffset {
         id: "anchor_offset",
         title: "Anchor offset",
         equation: "A_i + (x, y)",
+        law: |v, n| format!("A_i + ({}, {})", n(v[0]), n(v[1])),
         scope: Scope::EachCable,
         site: Site::Anchor,
         depends_on: &[DependsOn::Position],

@@ -21,6 +21,7 @@ impl Effect for AttachmentOffset {
         id: "attachment_offset",
         title: "Attachment offset",
         equation: "B_i + (x, y) in the body frame",
+        law: |v, n| format!("B_i + ({}, {}) in the body frame", n(v[0]), n(v[1])),
         scope: Scope::EachCable,
         site: Site::Attachment,
         depends_on: &[DependsOn::Position],

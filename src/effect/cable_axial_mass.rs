@@ -22,6 +22,7 @@ impl Effect for CableAxialMass {
         id: "cable_axial_mass",
         title: "Axial mass at the platform end of the cables",
         equation: "-m/2 L L̈ along S",
+        law: |v, n| format!("-{}/2 L L̈ along S", n(v[0])),
         scope: Scope::EachCable,
         site: Site::Cable,
         depends_on: &[DependsOn::Acceleration],

@@ -21,6 +21,7 @@ impl Effect for CableCreep {
         id: "cable_creep",
         title: "Cable creep",
         equation: "spring EA in series with a Kelvin element: ε_c' = (T/EA_c - ε_c)/τ",
+        law: |v, n| format!("ε_c' = (T/{} - ε_c)/{}", n(v[0]), n(v[1])),
         scope: Scope::EachCable,
         site: Site::Cable,
         depends_on: &[DependsOn::Tension, DependsOn::Time],

@@ -1,6 +1,6 @@
 //! Cable damping error: bl_i (1 + factor).
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter, signed};
 use crate::dynamics::PlantData;
 
 /// Cable damping error: bl_i (1 + factor).
@@ -20,6 +20,7 @@ impl Effect for CableDamping {
         id: "cable_damping",
         title: "Cable damping error",
         equation: "bl_i (1 + factor)",
+        law: |v, n| format!("bl_i (1 {})", signed(v[0], n)),
         scope: Scope::EachCable,
         site: Site::Cable,
         depends_on: &[DependsOn::Speed],

@@ -23,6 +23,7 @@ impl Effect for CableDrag {
         id: "cable_drag",
         title: "Air drag of the cables",
         equation: "½ ρ_air C_d d |v_n| v_n along the cable; on the platform -ρ_air/8 C_d d L³ |α̇| α̇ along N",
+        law: |v, n| format!("-ρ_air/8 {} L³ |α̇| α̇ along N", n(v[0])),
         scope: Scope::EachCable,
         site: Site::Cable,
         depends_on: &[DependsOn::Speed],

@@ -22,6 +22,7 @@ impl Effect for CableElasticity {
         id: "cable_elasticity",
         title: "Cable elasticity",
         equation: "`cable_model` becomes `lumped_mass` with EA and b l as given",
+        law: |v, n| format!("lumped_mass with EA = {}, b l = {}", n(v[0]), n(v[1])),
         scope: Scope::Whole,
         site: Site::Cable,
         depends_on: &[DependsOn::Tension],

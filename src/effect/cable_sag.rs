@@ -21,6 +21,7 @@ impl Effect for CableSag {
         id: "cable_sag",
         title: "Cable sag",
         equation: "ε = T/EA - (w L)²/24 (1/T² - 1/T_ref²)",
+        law: |v, n| format!("ε = T/EA - ({} L)²/24 (1/T² - 1/{}²)", n(v[0]), n(v[1])),
         scope: Scope::EachCable,
         site: Site::Cable,
         depends_on: &[DependsOn::Tension],

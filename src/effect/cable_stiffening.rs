@@ -20,6 +20,7 @@ impl Effect for CableStiffening {
         id: "cable_stiffening",
         title: "Stiffening cable",
         equation: "T_e = EA ε (1 + β ε²)",
+        law: |v, n| format!("T_e = EA ε (1 + {} ε²)", n(v[0])),
         scope: Scope::EachCable,
         site: Site::Cable,
         depends_on: &[DependsOn::Tension],

@@ -1,6 +1,6 @@
 //! Thermal expansion of the cables: l → l (1 + strain_amplitude sin(2π t/period + phase)).
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter, signed};
 use crate::scalar::Real;
 
 /// Thermal expansion of the cables: l → l (1 + strain_amplitude sin(2π t/period + phase)).
@@ -22,6 +22,7 @@ impl Effect for CableThermalExpansion {
         id: "cable_thermal_expansion",
         title: "Thermal expansion of the cables",
         equation: "l → l (1 + strain_amplitude sin(2π t/period + phase))",
+        law: |v, n| format!("l → l (1 {} sin(2π t/{} {}))", signed(v[0], n), n(v[1]), signed(v[2], n)),
         scope: Scope::Whole,
         site: Site::Cable,
         depends_on: &[DependsOn::Time],

@@ -45,6 +45,7 @@ impl Effect for CableTransverseMode {
         id: "cable_transverse_mode",
         title: "First transverse mode of the cables",
         equation: "m L/2 (p' + 2 ζ ω q') + T π²/(2L) q = F, p = q' + 2/π L α̇, ω = π/L √(T/m)",
+        law: |v, n| format!("m L/2 (p' + 2 ζ ω q') + T π²/(2L) q = F, m = {}, C_d d = {}, ζ = {}", n(v[0]), n(v[1]), n(v[2])),
         scope: Scope::EachCable,
         site: Site::Cable,
         depends_on: &[DependsOn::Acceleration, DependsOn::Tension],

@@ -81,6 +81,7 @@ impl Effect for Expression {
         id: "expression",
         title: "Term given as an expression",
         equation: "`expression` added to `target`",
+        law: |_, _| "`expression` added to `target`".to_owned(),
         scope: Scope::Whole,
         site: Site::Target,
         depends_on: &[],

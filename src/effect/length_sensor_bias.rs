@@ -1,6 +1,6 @@
 //! Bias of a length sensor: measured length + bias (`channel`: unstretched_length or cable_length).
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, TextInfo, parameter};
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, TextInfo, parameter, signed};
 
 /// Bias of a length sensor: measured length + bias (`channel`: unstretched_length or cable_length).
 ///
@@ -19,6 +19,7 @@ impl Effect for LengthSensorBias {
         id: "length_sensor_bias",
         title: "Bias of a length sensor",
         equation: "measured length + bias (`channel`: unstretched_length or cable_length)",
+        law: |v, n| format!("measured length {}", signed(v[0], n)),
         scope: Scope::EachCable,
         site: Site::LengthSensor,
         depends_on: &[],

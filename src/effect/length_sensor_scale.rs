@@ -1,6 +1,6 @@
 //! Scale error of the winch encoder: measured (1 + factor) l_i (drum radius error).
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter, signed};
 
 /// Scale error of the winch encoder: measured (1 + factor) l_i (drum radius error).
 ///
@@ -19,6 +19,7 @@ impl Effect for LengthSensorScale {
         id: "length_sensor_scale",
         title: "Scale error of the winch encoder",
         equation: "measured (1 + factor) l_i (drum radius error)",
+        law: |v, n| format!("measured (1 {}) l_i", signed(v[0], n)),
         scope: Scope::EachCable,
         site: Site::LengthSensor,
         depends_on: &[DependsOn::Position],

@@ -97,6 +97,8 @@ pub struct EffectInfo {
     pub title: &'static str,
     /// The equation added to the plant.
     pub equation: &'static str,
+    /// The same with numbers in place of the parameters, without what they leave out.
+    pub law: Law,
     /// One cable or the whole.
     pub scope: Scope,
     /// Where it acts; see [`EffectSpec::places`].
@@ -115,6 +117,14 @@ pub struct EffectInfo {
     pub validity: &'static str,
     /// Effects it is easily mistaken for.
     pub look_alikes: &'static [LookAlike],
+}
+
+/// Writes a law with the values of its parameters, in SI units and the order of the catalogue entry; `number` writes a number.
+pub type Law = fn(values: &[f64], number: &dyn Fn(f64) -> String) -> String;
+
+/// A number with its sign before it, as what follows in a sum: `+ 0.05`, `- 0.05`.
+fn signed(value: f64, number: &dyn Fn(f64) -> String) -> String {
+    format!("{} {}", if value < 0.0 { '-' } else { '+' }, number(value.abs()))
 }
 
 /// What a winch-side effect sees of its cable. Lengths in m, speeds in m/s.
@@ -545,5 +555,48 @@ impl ParameterInfo {
     /// Whether `value` leaves out the extension of the law that this parameter stands for.
     pub fn leaves_out(&self, value: f64) -> bool {
         self.extension && self.default == Some(value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_law_has_the_numbers_of_its_parameters() {
+        for info in CATALOGUE {
+            // Numbers of which none is another's sum; extensions left out.
+            let value = |k: usize, p: &ParameterInfo| if p.extension { 0.0 } else { 1.75 * 10.0_f64.powi(k as i32) };
+            let values: Vec<f64> = info.parameters.iter().enumerate().map(|(k, p)| value(k, p)).collect();
+            let law = (info.law)(&values, &|v| format!("<{v}>"));
+            for (parameter, value) in info.parameters.iter().zip(&values) {
+                let sum = info.id == "winch_stribeck_friction" && parameter.name == "static";
+                let shown = if sum { value - values[0] } else { *value };
+                let there = parameter.extension || law.contains(&format!("<{shown}>"));
+                assert!(there, "{}: {} is not in {law}", info.id, parameter.name);
+            }
+        }
+    }
+
+    #[test]
+    fn the_law_of_friction_has_the_shape_in_use() {
+        let law = |id: &str, values: &[f64]| {
+            let spec = EffectSpec::new(id, Some(1), values).unwrap();
+            (spec.info().unwrap().law)(&spec.values, &|v| format!("{}", (1e4 * v).round() / 1e4))
+        };
+        let id = "winch_coulomb_friction";
+        assert_eq!(law(id, &[180.0, 0.02]), "F = 180 tanh(l̇/0.02)");
+        assert_eq!(
+            law(id, &[100.0, 0.02, 0.25, -0.1]),
+            "F = 85 tanh(l̇/0.02) + 25 (2/π) arctan(π/2 l̇/0.02) - 10 l̇/√(l̇² + 0.02²)"
+        );
+        assert_eq!(
+            law(id, &[100.0, 0.02, 0.0, 0.0, 2e4, 500.0]),
+            "20000 z + 500 ż, ż = l̇ - 20000 z l̇/F, F = 100 tanh(l̇/0.02)"
+        );
+        let id = "winch_stribeck_friction";
+        assert_eq!(law(id, &[80.0, 100.0, 0.1, 5.0]), "F = [80 + 20 exp(-(l̇/0.1)²)] tanh(l̇/0.01) + 5 l̇");
+        assert_eq!(law(id, &[80.0, 60.0, 0.1, 0.0, 0.03]), "F = [80 - 20 exp(-(l̇/0.1)²)] tanh(l̇/0.03)");
+        assert_eq!(law("winch_force_gain", &[-0.03]), "u (1 - 0.03)");
     }
 }

@@ -1,6 +1,6 @@
 //! Periodic gust: A sin(ω t + ψ) along `direction`.
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, PlatformContext, Scope, Site, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, PlatformContext, Scope, Site, SpecError, Stage, parameter, signed};
 use crate::scalar::Real;
 
 /// Periodic gust: A sin(ω t + ψ) along `direction`.
@@ -23,6 +23,7 @@ impl Effect for PeriodicGust {
         id: "periodic_gust",
         title: "Periodic gust",
         equation: "A sin(ω t + ψ) along `direction`",
+        law: |v, n| format!("F = {} sin({} t {}) along the angle {}", n(v[0]), n(v[1]), signed(v[2], n), n(v[3])),
         scope: Scope::Whole,
         site: Site::PlatformAlong(3),
         depends_on: &[DependsOn::Time],

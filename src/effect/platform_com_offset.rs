@@ -21,6 +21,7 @@ impl Effect for PlatformComOffset {
         id: "platform_com_offset",
         title: "Offset of the centre of mass",
         equation: "centre of mass at G + R(φ) c",
+        law: |v, n| format!("centre of mass at G + R(φ) ({}, {})", n(v[0]), n(v[1])),
         scope: Scope::Whole,
         site: Site::Platform(&[Axis::ForceX, Axis::ForceY, Axis::Torque]),
         depends_on: &[DependsOn::Acceleration],

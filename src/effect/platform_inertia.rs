@@ -1,6 +1,6 @@
 //! Platform inertia error: I + ΔI.
 
-use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter, signed};
 use crate::dynamics::PlantData;
 
 /// Platform inertia error: I + ΔI.
@@ -20,6 +20,7 @@ impl Effect for PlatformInertia {
         id: "platform_inertia",
         title: "Platform inertia error",
         equation: "I + ΔI",
+        law: |v, n| format!("I {}", signed(v[0], n)),
         scope: Scope::Whole,
         site: Site::Platform(&[Axis::Torque]),
         depends_on: &[DependsOn::Acceleration],

@@ -20,6 +20,7 @@ impl Effect for PlatformLinearDrag {
         id: "platform_linear_drag",
         title: "Linear drag of the platform",
         equation: "-c v",
+        law: |v, n| format!("F = -{} v", n(v[0])),
         scope: Scope::Whole,
         site: Site::Platform(&[Axis::ForceX, Axis::ForceY]),
         depends_on: &[DependsOn::Speed],

@@ -1,6 +1,6 @@
 //! Platform mass error: M + ΔM.
 
-use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter, signed};
 use crate::dynamics::PlantData;
 
 /// Platform mass error: M + ΔM.
@@ -20,6 +20,7 @@ impl Effect for PlatformMass {
         id: "platform_mass",
         title: "Platform mass error",
         equation: "M + ΔM",
+        law: |v, n| format!("M {}", signed(v[0], n)),
         scope: Scope::Whole,
         site: Site::Platform(&[Axis::ForceX, Axis::ForceY]),
         depends_on: &[DependsOn::Acceleration],

@@ -22,6 +22,10 @@ impl Effect for PlatformQuadraticDrag {
         id: "platform_quadratic_drag",
         title: "Quadratic drag of the platform",
         equation: "-c |v - w| (v - w)",
+        law: |v, n| match v[1..] {
+            [0.0, 0.0] => format!("F = -{} |v| v", n(v[0])),
+            _ => format!("F = -{} |v - w| (v - w), w = ({}, {})", n(v[0]), n(v[1]), n(v[2])),
+        },
         scope: Scope::Whole,
         site: Site::Platform(&[Axis::ForceX, Axis::ForceY]),
         depends_on: &[DependsOn::Speed],

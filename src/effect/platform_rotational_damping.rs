@@ -20,6 +20,7 @@ impl Effect for PlatformRotationalDamping {
         id: "platform_rotational_damping",
         title: "Rotational damping of the platform",
         equation: "-c φ̇",
+        law: |v, n| format!("τ = -{} φ̇", n(v[0])),
         scope: Scope::Whole,
         site: Site::Platform(&[Axis::Torque]),
         depends_on: &[DependsOn::Speed],

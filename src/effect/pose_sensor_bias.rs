@@ -21,6 +21,7 @@ impl Effect for PoseSensorBias {
         id: "pose_sensor_bias",
         title: "Bias of the pose sensor",
         equation: "measured x, y, phi + bias",
+        law: |v, n| format!("measured (x, y, φ) + ({}, {}, {})", n(v[0]), n(v[1]), n(v[2])),
         scope: Scope::Whole,
         site: Site::PoseSensor,
         depends_on: &[],

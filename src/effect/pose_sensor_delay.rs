@@ -19,6 +19,7 @@ impl Effect for PoseSensorDelay {
         id: "pose_sensor_delay",
         title: "Delay of the pose sensor",
         equation: "measured pose at t - τ",
+        law: |v, n| format!("measured pose at t - {}", n(v[0])),
         scope: Scope::Whole,
         site: Site::PoseSensor,
         depends_on: &[DependsOn::Speed],

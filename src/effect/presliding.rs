@@ -43,6 +43,25 @@ pub(super) const PARAMETERS: [ParameterInfo; 3] = [
         .extension(),
 ];
 
+/// The law of presliding with numbers, where there is one: the pull, and how the deflection follows, `F` being the law
+/// without it.
+pub(super) fn law(values: &[f64], number: &dyn Fn(f64) -> String) -> Option<[String; 2]> {
+    let [.., stiffness, damping, damping_speed] = *values else { return None };
+    if stiffness == 0.0 {
+        return None;
+    }
+    let stiff = number(stiffness);
+    let mut text = format!("{stiff} z");
+    if damping != 0.0 {
+        text.push_str(&format!(" + {}", number(damping)));
+        if damping_speed != 0.0 {
+            text.push_str(&format!(" exp(-(l̇/{})²)", number(damping_speed)));
+        }
+        text.push_str(" ż");
+    }
+    Some([text, format!("ż = l̇ - {stiff} z l̇/F")])
+}
+
 impl Presliding {
     /// Of the last three of the effect's values; `None` without presliding. `forces` are the law's, not zero then.
     pub(super) fn new(spec: &EffectSpec, forces: &[f64]) -> Result<Option<Self>, SpecError> {

@@ -21,6 +21,7 @@ impl Effect for PulleyCapstanLoss {
         id: "pulley_capstan_loss",
         title: "Capstan loss in the pulleys",
         equation: "μ u tanh(l̇/v_s)",
+        law: |v, n| format!("F = {} u tanh(l̇/{})", n(v[0]), n(v[1])),
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Direction, DependsOn::Tension],

@@ -22,6 +22,7 @@ impl Effect for SteadyWind {
         id: "steady_wind",
         title: "Steady wind",
         equation: "constant force and torque",
+        law: |v, n| format!("F = ({}, {}), τ = {}", n(v[0]), n(v[1]), n(v[2])),
         scope: Scope::Whole,
         site: Site::PlatformComponents,
         depends_on: &[],

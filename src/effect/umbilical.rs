@@ -23,6 +23,7 @@ impl Effect for Umbilical {
         id: "umbilical",
         title: "Umbilical",
         equation: "spring and damper from the platform centre to a ground point, -k (G - p) - d v",
+        law: |v, n| format!("F = -{} (G - ({}, {})) - {} v", n(v[0]), n(v[2]), n(v[3]), n(v[1])),
         scope: Scope::Whole,
         site: Site::Platform(&[Axis::ForceX, Axis::ForceY]),
         depends_on: &[DependsOn::Position, DependsOn::Speed],

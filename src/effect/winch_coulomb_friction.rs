@@ -28,6 +28,33 @@ pub struct WinchCoulombFriction {
     presliding: Option<Presliding>,
 }
 
+/// The law with numbers: the shapes in which the force turns its sign, each with its part of the force.
+fn law(values: &[f64], number: &dyn Fn(f64) -> String) -> String {
+    let [force, speed, tail, algebraic] = values[..4] else {
+        unreachable!("the values of a spec are as many as the parameters")
+    };
+    let v = number(speed);
+    let shapes = [
+        (1.0 - tail - algebraic, format!("tanh(l̇/{v})")),
+        (tail, format!("(2/π) arctan(π/2 l̇/{v})")),
+        (algebraic, format!("l̇/√(l̇² + {v}²)")),
+    ];
+    let mut sum = String::new();
+    for (share, shape) in shapes.into_iter().filter(|(share, _)| *share != 0.0) {
+        let sign = match (share < 0.0, sum.is_empty()) {
+            (false, true) => "",
+            (false, false) => " + ",
+            (true, true) => "-",
+            (true, false) => " - ",
+        };
+        sum.push_str(&format!("{sign}{} {shape}", number((share * force).abs())));
+    }
+    match presliding::law(values, number) {
+        Some([pull, deflection]) => format!("{pull}, {deflection}, F = {sum}"),
+        None => format!("F = {sum}"),
+    }
+}
+
 impl WinchCoulombFriction {
     /// The smooth sign of a speed relative to the transition speed.
     #[inline]
@@ -47,6 +74,7 @@ impl Effect for WinchCoulombFriction {
         id: "winch_coulomb_friction",
         title: "Coulomb friction in the winch",
         equation: "F_c tanh(l̇/v_s) added to the pull felt by the cable when paying out (with shares w and a: F = F_c [(1 - w - a) tanh(l̇/v_s) + w (2/π) arctan(π l̇/(2 v_s)) + a l̇/√(l̇² + v_s²)]; with presliding: σ₀ z + σ₁ exp(-(l̇/v_d)²) ż, ż = l̇ - σ₀ z l̇/F)",
+        law,
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Direction],

@@ -19,6 +19,7 @@ impl Effect for WinchDelay {
         id: "winch_delay",
         title: "Dead time of the winch",
         equation: "u(t - τ)",
+        law: |v, n| format!("u(t - {})", n(v[0])),
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Input, DependsOn::Time],

@@ -20,6 +20,7 @@ impl Effect for WinchDrumInertia {
         id: "winch_drum_inertia",
         title: "Drum inertia",
         equation: "J/r² added to the lumped mass (rigid: to the axial inertia)",
+        law: |v, n| format!("J/r² = {}", n(v[0])),
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Acceleration],

@@ -1,6 +1,6 @@
 //! Bias of the winch force: u + bias.
 
-use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
+use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter, signed};
 use crate::scalar::Real;
 
 /// Bias of the winch force: u + bias.
@@ -20,6 +20,7 @@ impl Effect for WinchForceBias {
         id: "winch_force_bias",
         title: "Bias of the winch force",
         equation: "u + bias",
+        law: |v, n| format!("u {}", signed(v[0], n)),
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[],

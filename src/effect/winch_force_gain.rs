@@ -1,6 +1,6 @@
 //! Gain error of the winch force: u (1 + factor).
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter, signed};
 use crate::scalar::Real;
 
 /// Gain error of the winch force: u (1 + factor).
@@ -20,6 +20,7 @@ impl Effect for WinchForceGain {
         id: "winch_force_gain",
         title: "Gain error of the winch force",
         equation: "u (1 + factor)",
+        law: |v, n| format!("u (1 {})", signed(v[0], n)),
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Tension],

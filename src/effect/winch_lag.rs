@@ -20,6 +20,7 @@ impl Effect for WinchLag {
         id: "winch_lag",
         title: "First-order lag of the winch",
         equation: "τ u_a' = u - u_a",
+        law: |v, n| format!("{} u_a' = u - u_a", n(v[0])),
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Input, DependsOn::Time],

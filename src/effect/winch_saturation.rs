@@ -21,6 +21,7 @@ impl Effect for WinchSaturation {
         id: "winch_saturation",
         title: "Saturation of the winch force",
         equation: "min(max(u, lower), upper)",
+        law: |v, n| format!("min(max(u, {}), {})", n(v[0]), n(v[1])),
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Tension],

@@ -1,7 +1,7 @@
 //! Stribeck friction in the winch: [F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10.
 
 use super::presliding::{self, Presliding, over_tanh};
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter, signed};
 use crate::scalar::{Real, tanh};
 
 /// Stribeck friction in the winch: [F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10.
@@ -25,6 +25,26 @@ pub struct WinchStribeckFriction {
     presliding: Option<Presliding>,
 }
 
+/// The law with numbers.
+fn law(values: &[f64], number: &dyn Fn(f64) -> String) -> String {
+    let [coulomb, static_friction, stribeck, viscous, transition] = values[..5] else {
+        unreachable!("the values of a spec are as many as the parameters")
+    };
+    let turn = if transition > 0.0 { transition } else { stribeck / 10.0 };
+    let sliding = format!(
+        "[{} {} exp(-(l̇/{})²)] tanh(l̇/{})",
+        number(coulomb),
+        signed(static_friction - coulomb, number),
+        number(stribeck),
+        number(turn)
+    );
+    let added = if viscous == 0.0 { String::new() } else { format!(" + {} l̇", number(viscous)) };
+    match presliding::law(values, number) {
+        Some([pull, deflection]) => format!("{pull}{added}, {deflection}, F = {sliding}"),
+        None => format!("F = {sliding}{added}"),
+    }
+}
+
 impl WinchStribeckFriction {
     /// Friction (N) at full sliding in the direction of the speed.
     #[inline]
@@ -39,6 +59,7 @@ impl Effect for WinchStribeckFriction {
         id: "winch_stribeck_friction",
         title: "Stribeck friction in the winch",
         equation: "[F_c + (F_s - F_c) exp(-(l̇/v_s)²)] tanh(l̇/v_0) + c l̇ with v_0 = v_s/10 if not given; with presliding σ₀ z + σ₁ exp(-(l̇/v_d)²) ż + c l̇, ż = l̇ - σ₀ z l̇/F, F the first term",
+        law,
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Direction, DependsOn::Speed],

@@ -20,6 +20,7 @@ impl Effect for WinchViscousFriction {
         id: "winch_viscous_friction",
         title: "Viscous friction in the winch",
         equation: "c l̇",
+        law: |v, n| format!("F = {} l̇", n(v[0])),
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Speed],

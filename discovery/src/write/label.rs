@@ -59,6 +59,19 @@ pub fn place(spec: &EffectSpec) -> String {
     }
 }
 
+/// The law of an effect with the numbers found, in the shape that is in use: `F = 180 tanh(l̇/0.02)`.
+#[must_use]
+pub fn law(spec: &EffectSpec) -> String {
+    let written = |info: &cdpr::effect::EffectInfo| (info.law)(&spec.values, &report::plain).replace('-', "−");
+    spec.info().map_or_else(|error| error.id, written)
+}
+
+/// The standard errors of what was found, not a number where there is none.
+#[must_use]
+pub fn errors(found: &Found) -> Vec<f64> {
+    found.standard_error.iter().map(|error| error.unwrap_or(f64::NAN)).collect()
+}
+
 /// The parameters of an effect with their units, in the order of the catalogue, without extensions that it leaves out.
 #[must_use]
 pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<report::Parameter> {

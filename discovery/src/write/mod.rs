@@ -11,7 +11,7 @@ mod signature;
 mod table;
 
 pub use json::discovery_json;
-pub use label::{label, parameters, place};
+pub use label::{errors, label, law, parameters, place};
 pub use report::{About, report};
 pub use table::{COLUMNS, gap_csv};
 
