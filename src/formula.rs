@@ -5,6 +5,8 @@
 //! `disturbance_force_y`, `disturbance_torque`, and with an index 1 to 4 `winch_force[i]`, `cable_length[i]`,
 //! `cable_speed[i]`, `unstretched_length[i]`, `unstretched_length_rate[i]`. SI units, radians.
 
+use std::ops::Range;
+
 use crate::scalar::{Real, tanh};
 
 /// What a formula is made of, in a few words.
@@ -119,6 +121,24 @@ pub struct FormulaError {
     pub message: String,
 }
 
+/// A number in the text of a formula, exponents not among them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Number {
+    /// Its value, without a sign that stands before it.
+    pub value: f64,
+    /// The characters it is made of.
+    pub characters: Range<usize>,
+}
+
+/// The numbers in the text of a formula, in the order in which they stand there.
+///
+/// # Errors
+/// As [`Formula::parse`].
+pub fn numbers(text: &str) -> Result<Vec<Number>, FormulaError> {
+    let chars: Vec<char> = text.chars().collect();
+    Ok(Reader::read(&chars)?.numbers)
+}
+
 impl Formula {
     /// Reads a formula.
     ///
@@ -126,13 +146,7 @@ impl Formula {
     /// Says at which character, what was found and what was expected.
     pub fn parse(text: &str) -> Result<Self, FormulaError> {
         let chars: Vec<char> = text.chars().collect();
-        let mut reader = Reader { chars: &chars, position: 0, nesting: 0, ops: Vec::new() };
-        reader.sum()?;
-        reader.skip_space();
-        if reader.position < chars.len() {
-            return Err(reader.unexpected("an operator or the end"));
-        }
-        let ops = reader.ops;
+        let ops = Reader::read(&chars)?.ops;
         let (mut depth, mut deepest) = (0usize, 0usize);
         for op in &ops {
             match op {
@@ -231,9 +245,21 @@ struct Reader<'a> {
     position: usize,
     nesting: usize,
     ops: Vec<Op>,
+    numbers: Vec<Number>,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    /// Reads a whole text.
+    fn read(chars: &'a [char]) -> Result<Self, FormulaError> {
+        let mut reader = Reader { chars, position: 0, nesting: 0, ops: Vec::new(), numbers: Vec::new() };
+        reader.sum()?;
+        reader.skip_space();
+        if reader.position < chars.len() {
+            return Err(reader.unexpected("an operator or the end"));
+        }
+        Ok(reader)
+    }
+
     fn skip_space(&mut self) {
         while self.chars.get(self.position).is_some_and(|c| c.is_whitespace()) {
             self.position += 1;
@@ -319,8 +345,10 @@ impl Reader<'_> {
                 if self.take(')') { Ok(()) } else { Err(self.unexpected("')'")) }
             }
             Some(c) if c.is_ascii_digit() || c == '.' => {
+                let start = self.position;
                 let value = self.number()?;
                 self.ops.push(Op::Number(value));
+                self.numbers.push(Number { value, characters: start..self.position });
                 Ok(())
             }
             Some(c) if c.is_ascii_alphabetic() || c == '_' => self.name(),
@@ -424,6 +452,16 @@ mod tests {
         assert_eq!(value("-34.8*x*abs(y)"), -34.8 * 2.0 * 3.0);
         assert_eq!(value("winch_force[4] - (1e1 - 5E-1)"), -2.5);
         assert_eq!(value("sign(y) + tanh(0)"), -1.0);
+    }
+
+    #[test]
+    fn numbers_of_a_text_are_its_coefficients_and_no_exponents() {
+        let text = "-3.5e1*x^2 + 9E2 * sin( 2.5*cable_length[4] - .25)";
+        let found = numbers(text).unwrap();
+        let said: Vec<&str> = found.iter().map(|n| &text[n.characters.clone()]).collect();
+        assert_eq!(said, ["3.5e1", "9E2", "2.5", ".25"]);
+        assert_eq!(found.iter().map(|n| n.value).collect::<Vec<_>>(), [35.0, 900.0, 2.5, 0.25]);
+        assert_eq!(Formula::parse(text).unwrap().variables(), [Variable::Pose(0), Variable::CableLength(3)]);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use cdpr::parameters::CableModel;
 
 use crate::data::{Channel, Trial};
 use crate::spectrum::Wave;
+use crate::term::{self, literal};
 
 /// A column of the regression: a weighted sum of simulated variations of the model.
 pub(crate) type Combination = Vec<(usize, f64)>;
@@ -118,6 +119,15 @@ impl Library {
             lib.columns.push(combination);
         }
         lib
+    }
+
+    /// What tells a candidate from every other one: its id and cable, of a term also its target and text.
+    pub(crate) fn name(&self, candidate: &Candidate) -> String {
+        let term = candidate.columns.first().and_then(|column| self.columns[*column].first()).and_then(|(at, _)| {
+            let spec = &self.variations[*at];
+            Some(format!("{} {}", spec.target.as_deref()?, spec.expression.as_deref()?))
+        });
+        format!("{} {:?} {}", candidate.id, candidate.cable, term.unwrap_or_default())
     }
 
     fn vary(&mut self, id: &str, cable: Option<usize>, values: &[f64]) -> usize {
@@ -398,6 +408,9 @@ fn sensors(lib: &mut Library, situation: &Situation) {
     }
 }
 
+/// Force of a winch (N) by which terms in it are scaled.
+const FORCE: f64 = 1e4;
+
 /// The dictionary of terms outside the catalogue, for every axis of the platform and every winch.
 pub(crate) fn dictionary(situation: &Situation) -> Library {
     let mut lib = Library::default();
@@ -472,15 +485,16 @@ pub(crate) fn dictionary(situation: &Situation) -> Library {
             format!("{rate}*abs({rate})"),
             format!("{rate}^2"),
             format!("{rate}^3"),
-            format!("({force}/1e4)^2"),
-            format!("({force}/1e4)^3"),
-            format!("{force}/1e4*{rate}"),
             "time".to_owned(),
         ] {
             push_term(&mut lib, target, &term, 10.0);
         }
+        // In units of a winch's usual force.
+        push_term(&mut lib, target, &format!("{force}^2"), 10.0 / FORCE.powi(2));
+        push_term(&mut lib, target, &format!("{force}^3"), 10.0 / FORCE.powi(3));
+        push_term(&mut lib, target, &format!("{force}*{rate}"), 10.0 / FORCE);
         for other in (1..=4).filter(|other| *other != cable) {
-            push_term(&mut lib, target, &format!("winch_force[{other}]/1e4"), 10.0);
+            push_term(&mut lib, target, &format!("winch_force[{other}]"), 10.0 / FORCE);
         }
         for wave in situation.waves.iter().filter(|w| w.latent == 2 + cable) {
             push_wave(&mut lib, target, wave, 10.0);
@@ -512,11 +526,8 @@ fn push_wave(lib: &mut Library, target: &'static str, wave: &Wave, size: f64) {
     let build = move |a: &[f64]| {
         // a sin θ + b cos θ with θ moved by δ q: δ q (a cos θ - b sin θ) more.
         let moved = (a[0] * a[2] - a[1] * a[3]) / (half_range * (a[0] * a[0] + a[1] * a[1]));
-        let number =
-            format!("{:.5e}", number + moved.clamp(-1.0 / half_range, 1.0 / half_range)).parse::<f64>().ok()?;
-        let (sine, cosine) = (a[0] * size, a[1] * size);
-        let angle = format!("{number}*{from_middle}");
-        EffectSpec::expression(target, &format!("{sine:e}*sin({angle}) + {cosine:e}*cos({angle})")).ok()
+        let number = number + moved.clamp(-1.0 / half_range, 1.0 / half_range);
+        term::wave(target, &coordinate, [a[0] * size, a[1] * size], number, middle).ok()
     };
     lib.candidate("expression", None, columns, 0, Box::new(build));
 }
@@ -526,6 +537,6 @@ fn push_term(lib: &mut Library, target: &'static str, term: &str, size: f64) {
     lib.variations.push(spec);
     let column = lib.column(vec![(lib.variations.len() - 1, 1.0)]);
     let term = term.to_owned();
-    let build = move |a: &[f64]| EffectSpec::expression(target, &format!("{:e}*{term}", a[0] * size)).ok();
+    let build = move |a: &[f64]| EffectSpec::expression(target, &format!("{}*{term}", literal(a[0] * size))).ok();
     lib.candidate("expression", None, vec![column], 0, Box::new(build));
 }

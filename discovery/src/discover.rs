@@ -14,12 +14,13 @@ use crate::extension::{containing, count_in_use};
 use crate::fitted::{Evidence, Fitted, Trained};
 use crate::gap::predict;
 use crate::outcome::{Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, Stability, Verdict};
-use crate::report::phrase;
+use crate::report::{channel_words, phrase, printed};
 use crate::rivals::{Rival, told_apart_from};
 use crate::search::{NOTHING_LEFT, Progress, Search, Taken};
 use crate::stability::stability;
+use crate::term;
 use crate::verify;
-use crate::write::{label, place};
+use crate::write::{errors, label, place};
 
 /// Why there is no verdict.
 #[derive(Debug, thiserror::Error)]
@@ -71,6 +72,7 @@ pub fn discover(
     } else if search.taken.len() > 1 && fitted.train.randomness.has_latents() {
         fitted = or_single_term(&mut search, &base, fitted, &mut alternatives)?;
     }
+    fitted = search.refine_terms(fitted)?;
     progress("verifying on held-out data", 0.92);
     let given = search.given;
     let (mut effects, mut terms) = (Vec::new(), Vec::new());
@@ -126,7 +128,11 @@ pub fn discover(
     let white = whiteness.iter().all(|w| w.statistic <= w.limit);
     let verdict = judge(&fitted, &base, (&effects, &terms), white, &mut remarks);
     if !white {
-        let names: Vec<String> = whiteness.iter().filter(|w| w.statistic > w.limit).map(|w| w.channel.name()).collect();
+        let names: Vec<String> = whiteness
+            .iter()
+            .filter(|w| w.statistic > w.limit)
+            .map(|w| channel_words(&w.channel.name()).replace('\u{a0}', " "))
+            .collect();
         remarks.push(format!(
             "What remains is not white in {}: the laws found do not fit to the last detail.",
             names.join(", ")
@@ -139,7 +145,7 @@ pub fn discover(
     let arm = base.train.randomness.arm;
     // Terms are of another library, weighed after it.
     let last_weighing = search.null_test.filter(|_| terms.is_empty());
-    let (candidates, steps) = (search.candidates, std::mem::take(&mut search.steps));
+    let (candidates, steps) = (search.tried.len(), std::mem::take(&mut search.steps));
     let trials = compared(&base, &fitted, &evidence);
     progress("done", 1.0);
     Ok(Discovery {
@@ -370,7 +376,7 @@ fn judge(
 /// That an effect is not the same throughout.
 fn varying(found: &Found, stability: &Stability) -> String {
     let what = match &found.effect.expression {
-        Some(expression) => format!("The term {expression}"),
+        Some(expression) => format!("The term {}", printed(expression, &errors(found))),
         None => format!("The {}", phrase(&label(&found.effect), &place(&found.effect)).replace('\u{a0}', " ")),
     };
     format!(
@@ -411,7 +417,7 @@ fn separate_by(a: &EffectSpec, b: &EffectSpec) -> String {
 
 fn standard_errors(fitted: &Fitted, at: usize) -> Vec<Option<f64>> {
     let effect = &fitted.train.model.effects[at];
-    let mut out = vec![None; effect.values.len()];
+    let mut out = vec![None; term::values(effect).len()];
     if let Some(estimate) = &fitted.estimate {
         for (free, se) in estimate.free.iter().zip(&estimate.standard_error) {
             if free.effect == at && se.is_finite() {

@@ -34,6 +34,7 @@ mod second_look;
 mod signature;
 mod spectrum;
 mod stability;
+mod term;
 mod variation;
 mod vector;
 mod verify;

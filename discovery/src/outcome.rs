@@ -226,7 +226,7 @@ pub struct Discovery {
     pub trials: Vec<Compared>,
     /// What chance did in the last weighing, after which nothing more was taken up.
     pub null_test: Option<NullTest>,
-    /// Explanations tried.
+    /// Different explanations that were weighed, in all rounds together.
     pub candidates: usize,
     /// Outliers taken out.
     pub outliers: usize,

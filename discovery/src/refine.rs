@@ -1,6 +1,5 @@
 //! Parameters of a model's effects, refined by Gauss-Newton on the innovations.
 
-use cdpr::effect::EffectInfo;
 use cdpr::model_file::Model;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -12,6 +11,7 @@ use crate::kalman::{Keep, Randomness, filter};
 use crate::model::Examined;
 use crate::regression::ladder;
 use crate::signature::{Varied, sensitivities};
+use crate::term;
 use crate::whiten::{Normal, whiten};
 
 /// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
@@ -53,6 +53,9 @@ pub(crate) fn free_parameters(model: &Model, first: usize) -> Vec<Free> {
 /// Step for differences in a parameter.
 fn parameter_step(model: &Model, free: Free) -> f64 {
     let spec = &model.effects[free.effect];
+    if spec.expression.is_some() {
+        return term::step(spec, free.parameter);
+    }
     let typical = spec.info().map_or((0.0, 1.0), |i| i.parameters[free.parameter].typical);
     let scale = typical.0.abs().max(typical.1.abs());
     let scale = if scale > 0.0 { scale } else { 1.0 };
@@ -66,7 +69,8 @@ pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<Varied>>
             let step = parameter_step(model, *f);
             [step, -step].into_iter().find_map(|step| {
                 let mut varied = model.clone();
-                varied.effects[f.effect].values[f.parameter] += step;
+                let moved = term::values(&model.effects[f.effect])[f.parameter] + step;
+                varied.effects[f.effect] = term::with_value(&model.effects[f.effect], f.parameter, moved);
                 varied.effects[f.effect].check().ok()?;
                 let effect = varied.effects[f.effect].id.clone();
                 Some(Varied { examined: Examined::new(&varied).ok()?, effect, size: step })
@@ -127,14 +131,26 @@ pub(crate) fn refine(
     aim: Option<f64>,
 ) -> Result<Estimate, FitError> {
     let free = free_parameters(&fit.model, first);
+    refine_free(fit, trials, noise, &free, rounds, aim)
+}
+
+/// The same of the parameters that are `free`.
+pub(crate) fn refine_free(
+    fit: &mut Fit,
+    trials: &[Trial],
+    noise: &[f64],
+    free: &[Free],
+    rounds: usize,
+    aim: Option<f64>,
+) -> Result<Estimate, FitError> {
     if !fit.has_settled() && fit.model.effects.iter().any(is_friction) {
         // Else it is no likelihood yet, and better than any to come.
         fit.settle(trials, FIRST_MOVES)?;
     }
     let mut round = 1;
     loop {
-        let (mut proposals, usable) = proposals(fit, trials, &free, &ladder(&fit.randomness));
-        let estimate = to_estimate(&fit.model, &free, &usable, &proposals[0]);
+        let (mut proposals, usable) = proposals(fit, trials, free, &ladder(&fit.randomness));
+        let estimate = to_estimate(&fit.model, free, &usable, &proposals[0]);
         let start = proposals[0].normal.minus_two_log_likelihood;
         // The present size is the fall-back.
         proposals.iter_mut().skip(1).for_each(|p| p.promise += SETTLED);
@@ -146,7 +162,7 @@ pub(crate) fn refine(
         let mut best: Option<(Look, Fit)> = None;
         'tries: for proposal in &proposals[..=last] {
             for damping in [1.0, 0.3, 0.09] {
-                let Some(next) = moved(fit, trials, &free, &usable, proposal, damping) else { continue };
+                let Some(next) = moved(fit, trials, free, &usable, proposal, damping) else { continue };
                 let look = next.look(trials, next.randomness.clone());
                 let reached = look.value;
                 let kept = start - reached >= KEPT_PROMISE * (start - proposal.promise);
@@ -208,6 +224,11 @@ fn normal_error(covariance: &DMatrix<f64>, slot: usize) -> f64 {
 /// changes at most fourfold, and an angle by half a radian.
 fn move_parameter(model: &mut Model, free: Free, change: f64) {
     let spec = &mut model.effects[free.effect];
+    if spec.expression.is_some() {
+        let moved = term::values(spec)[free.parameter] + change;
+        *spec = term::with_value(spec, free.parameter, moved);
+        return;
+    }
     let Ok(info) = spec.info() else { return };
     let parameter = &info.parameters[free.parameter];
     let (low, high) = parameter.typical;
@@ -275,10 +296,9 @@ fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Propos
                 .iter()
                 .enumerate()
                 .filter(|(_, at)| {
-                    let shape = |i: &EffectInfo| i.parameters[free[**at].parameter].shape;
-                    free[**at].effect == effect && !model.effects[effect].info().is_ok_and(shape)
+                    free[**at].effect == effect && !term::is_shape(&model.effects[effect], free[**at].parameter)
                 })
-                .map(|(slot, at)| (slot, model.effects[effect].values[free[*at].parameter]))
+                .map(|(slot, at)| (slot, term::values(&model.effects[effect])[free[*at].parameter]))
                 .filter(|(slot, _)| covariance[(*slot, *slot)].is_finite())
                 .collect();
             if slots.is_empty() {

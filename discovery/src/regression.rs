@@ -142,6 +142,11 @@ impl Penalty {
         Self { parameter: (count.max(2) as f64).ln(), choice: 2.0 * 200.0_f64.ln() }
     }
 
+    /// Of one parameter more.
+    pub(crate) fn of_parameter(self) -> f64 {
+        self.parameter
+    }
+
     /// Of one effect with so many parameters.
     pub(crate) fn of(self, parameters: usize) -> f64 {
         self.choice + self.parameter * parameters as f64

@@ -48,7 +48,7 @@ impl Search<'_> {
     ) -> Result<Option<(Fitted, Taken)>, FitError> {
         let e = self.evidence;
         let fit = &fitted.train;
-        self.candidates = self.candidates.max(library.candidates.len());
+        self.tried.extend(library.candidates.iter().map(|candidate| library.name(candidate)));
         let sizes = ladder(&fit.randomness);
         let levels = levels(fit, &e.train, forcing, library, &sizes);
         let weighing = Weighing {

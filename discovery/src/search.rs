@@ -1,5 +1,6 @@
 //! The search: one effect after the other, refined, compared with its rivals, checked on held-out data.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use cdpr::effect::EffectSpec;
@@ -82,7 +83,8 @@ pub(crate) struct Search<'a> {
     pub(crate) given: usize,
     pub(crate) taken: Vec<Taken>,
     pub(crate) steps: Vec<SearchStep>,
-    pub(crate) candidates: usize,
+    /// The names of all candidates weighed so far.
+    pub(crate) tried: HashSet<String>,
     /// What chance did in the last weighing of the catalogue.
     pub(crate) null_test: Option<NullTest>,
     pub(crate) progress: Progress<'a>,
@@ -101,7 +103,7 @@ impl<'a> Search<'a> {
             given,
             taken: Vec::new(),
             steps: Vec::new(),
-            candidates: 0,
+            tried: HashSet::new(),
             null_test: None,
             progress,
             base_randomness: None,
