@@ -233,15 +233,16 @@ fn summary(discovery: &Discovery, report: &Report) -> String {
 
 fn found_text(found: &Found) -> String {
     let parameters = write::parameters(&found.effect, &found.standard_error);
-    format!("{}  (ΔBIC {})", sized(&found.effect, &parameters), signed(found.delta_bic))
+    let text = match &found.effect.expression {
+        Some(term) => format!("on {}: {}", write::place(&found.effect), report::term(term, &write::errors(found))),
+        None => sized(&found.effect, &parameters),
+    };
+    format!("{text}  (ΔBIC {})", signed(found.delta_bic))
 }
 
 /// `winch_coulomb_friction on winch[3]: force 180.2 ± 1.9 N`.
 fn sized(effect: &cdpr::effect::EffectSpec, parameters: &[report::Parameter]) -> String {
     let place = write::place(effect);
-    if let Some(expression) = &effect.expression {
-        return format!("{} on {place}", report::printed(expression));
-    }
     let list: Vec<String> = parameters
         .iter()
         .map(|p| {

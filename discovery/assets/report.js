@@ -86,8 +86,9 @@
   }
 
   function options(width, height, label, unit, spans, band, series) {
-    const digits = (value) =>
-      value === null || value === undefined ? "–" : value.toPrecision(6).replace("-", "−") + unit;
+    // Nothing where no time is pointed at, a dash where there is a gap.
+    const told = (value, index, text) => (index === null ? "" : value === null || value === undefined ? "–" : text(value));
+    const digits = (value, index) => told(value, index, (v) => v.toPrecision(6).replace("-", "−") + unit);
     return {
       width,
       height,
@@ -98,8 +99,8 @@
         axis({ label, labelSize: 20, size: width < 500 ? 56 : 66 }),
       ],
       series: [
-        { label: "time", value: (_, value) => (value === null ? "–" : value.toFixed(2) + " s") },
-        ...series.map((entry) => ({ value: (_, value) => digits(value), points: { show: false }, ...entry })),
+        { label: "time", value: (_, value, __, index) => told(value, index, (v) => v.toFixed(2) + " s") },
+        ...series.map((entry) => ({ value: (_, value, __, index) => digits(value, index), points: { show: false }, ...entry })),
       ],
       hooks: {
         drawClear: [(u) => shade(u, spans, band)],
@@ -243,7 +244,7 @@
       const block = Math.min(edges.length - 2, Math.max(0, edges.findIndex((edge) => edge > time) - 1));
       const value = row[figure.dataset.side][block];
       readOut.textContent =
-        ` ${row.channel}, ${edges[block].toPrecision(4)} to ${edges[block + 1].toPrecision(4)} s, ` +
+        ` ${facts.get(row.channel).label}, ${edges[block].toPrecision(4)} to ${edges[block + 1].toPrecision(4)} s, ` +
         `${figure.dataset.side}: ${value === null ? "no data" : value}`;
     });
   });

@@ -90,8 +90,8 @@ fn adapt(report: &mut Report) {
             report.effects.clear();
             report.terms = vec![Term {
                 target: "platform.force_x".to_owned(),
-                expression: "-34.8*x*abs(y) + 3.1*vy".to_owned(),
-                standard_errors: vec![0.6, 0.4],
+                expression: "-34.8*x*abs(y) + 12.3*sin(2.5*x)".to_owned(),
+                standard_errors: vec![0.6, 0.4, 0.003],
                 delta_bic: -241.0,
                 holdout_gap_without: Some(report.gap.train.before),
                 stability: Some(stability([0.74, 0.81, 0.93, 1.05, 1.19, 1.28])),
@@ -124,7 +124,7 @@ fn friction() -> Effect {
         label: "Coulomb friction".to_owned(),
         place: "winch[3]".to_owned(),
         cable: Some(3),
-        equation: "F_c tanh(l̇/v_s)".to_owned(),
+        equation: "F = 118.4 tanh(l̇/0.0123)".to_owned(),
         parameters: vec![
             parameter("force", 118.4, Some(1.3), "N"),
             parameter("transition_speed", 0.0123, Some(0.0008), "m/s"),
@@ -398,9 +398,9 @@ fn signature(noise: &mut Noise) -> Signature {
         .collect();
     Signature {
         label: "Coulomb friction on winch 3".to_owned(),
-        x_name: "reel-out speed of cable 3".to_owned(),
+        x_name: "reel-out speed 3".to_owned(),
         x_unit: "m/s".to_owned(),
-        y_name: "missing force at winch 3".to_owned(),
+        y_name: "missing pull at winch 3".to_owned(),
         y_unit: "N".to_owned(),
         points,
         law,

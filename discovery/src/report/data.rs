@@ -69,7 +69,7 @@ pub struct Effect {
     pub place: String,
     /// The cable it acts on, 1 to 4; `None` where it acts on the platform or on all cables.
     pub cable: Option<usize>,
-    /// The law in one line of plain text, e.g. `F_c tanh(l̇/v_s)`.
+    /// The law with the numbers found, in one line of plain text, e.g. `F = 180 tanh(l̇/0.02)`.
     pub equation: String,
     /// Its parameters, the one that tells its size first.
     pub parameters: Vec<Parameter>,
@@ -208,7 +208,7 @@ pub struct Gap {
     pub horizon_s: f64,
     /// On the data that was fitted, all channels together.
     pub train: BeforeAfter,
-    /// On data that the search never saw, all channels together; `None` where there was too little data to hold out.
+    /// On held-out data, which are not fitted but take part in deciding what stays, all channels together; `None` where there was too little data to hold out.
     pub holdout: Option<BeforeAfter>,
     /// What was held out, as a noun phrase: `trial c.csv`, `the last 30 s of a.csv`. Empty where nothing was.
     pub holdout_source: String,
@@ -335,11 +335,11 @@ pub struct ResidualRow {
 pub struct Signature {
     /// The effect or term with its place, as a heading: `Coulomb friction on winch 3`.
     pub label: String,
-    /// Name of the variable: `reel-out speed of cable 3`.
+    /// Name of the variable: `reel-out speed 3`.
     pub x_name: String,
     /// Its unit.
     pub x_unit: String,
-    /// Name of the residual: `missing force at winch 3`.
+    /// Name of the residual: `missing pull at winch 3`.
     pub y_name: String,
     /// Its unit.
     pub y_unit: String,
@@ -383,7 +383,7 @@ pub struct Setting {
 /// How the result was reached.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Method {
-    /// Explanations tried.
+    /// Different explanations tried.
     pub candidates: usize,
     /// Trials used for fitting.
     pub trials: usize,

@@ -6,10 +6,58 @@ use serde::Serialize;
 
 use super::axis::Axis;
 use super::data::{ResidualMap, ResidualRow, Trial};
-use super::number::decimals;
+use super::number::plain;
+use super::place::channel_words;
 
 /// Upper ends of the colour classes, in multiples of the noise; the last class is open.
-const CLASSES: [f64; 7] = [1.25, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0];
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Scale([f64; CLASSES]);
+
+/// Classes with an upper end.
+const CLASSES: usize = 7;
+/// Up to here an error is that of the noise.
+const NOISE: f64 = 1.25;
+/// The least error that the open class begins with: smaller ones shall not look large.
+const LEAST: f64 = 20.0;
+/// Share of the cells up to where the even steps lead.
+const BELOW: f64 = 0.99;
+/// Numbers that a reader takes for round.
+const ROUND: [f64; 10] = [1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0];
+
+impl Scale {
+    /// The scale of all pictures of a report: even steps in the logarithm from the noise to nearly the largest error, so that
+    /// the picture of a model that is far off shows where it is further off.
+    pub(super) fn of(trials: &[Trial]) -> Self {
+        let rows = trials.iter().flat_map(|t| &t.residuals.rows);
+        let mut cells: Vec<f64> =
+            rows.flat_map(|r| r.before.iter().chain(&r.after)).copied().filter(|v| v.is_finite()).collect();
+        cells.sort_by(f64::total_cmp);
+        let high = cells.get((BELOW * cells.len() as f64) as usize).map_or(LEAST, |v| v.max(LEAST));
+        let step = (high / NOISE).powf(1.0 / CLASSES as f64);
+        Self(std::array::from_fn(|i| if i == 0 { NOISE } else { round(NOISE * step.powi(i as i32)) }))
+    }
+
+    /// The colour key.
+    pub(super) fn key(&self) -> Vec<Key> {
+        let mut keys = vec![Key { class: 0, text: format!("up to {} (noise)", plain(NOISE)) }];
+        let limits = self.0.iter().enumerate().skip(1);
+        keys.extend(limits.map(|(class, limit)| Key { class, text: format!("to {}", plain(*limit)) }));
+        keys.push(Key { class: CLASSES, text: "above".to_owned() });
+        keys
+    }
+
+    /// Colour class of a residual.
+    fn class_of(&self, value: f64) -> usize {
+        self.0.iter().take_while(|limit| value > **limit).count()
+    }
+}
+
+/// The nearest round number.
+fn round(value: f64) -> f64 {
+    let power = 10f64.powf(value.log10().floor());
+    let near = ROUND.iter().chain(&[10.0]).map(|r| r * power);
+    near.min_by(|a, b| (a / value).ln().abs().total_cmp(&(b / value).ln().abs())).unwrap_or(value)
+}
 
 /// One trial's picture, before and after.
 #[derive(Serialize)]
@@ -33,7 +81,7 @@ pub(super) struct Key {
 }
 
 /// Draws a trial's residuals; `None` where it has none.
-pub(super) fn draw((index, trial): (usize, &Trial)) -> Option<HeatMap> {
+pub(super) fn draw(scale: &Scale, index: usize, trial: &Trial) -> Option<HeatMap> {
     let map = &trial.residuals;
     let (first, last) = (*map.edges.first()?, *map.edges.last()?);
     if map.rows.is_empty() {
@@ -44,51 +92,25 @@ pub(super) fn draw((index, trial): (usize, &Trial)) -> Option<HeatMap> {
         index,
         trial: trial.name.clone(),
         holdout: trial.holdout,
-        channels: map.rows.iter().map(|r| r.channel.clone()).collect(),
-        before: cells(map, |r| &r.before),
-        after: cells(map, |r| &r.after),
+        channels: map.rows.iter().map(|r| channel_words(&r.channel)).collect(),
+        before: cells(scale, map, |r| &r.before),
+        after: cells(scale, map, |r| &r.after),
         ticks: axis.ticks(6).into_iter().map(|(v, text)| (axis.at(v), text)).collect(),
     })
 }
 
-/// The colour key.
-pub(super) fn key() -> Vec<Key> {
-    let short = |v: f64| {
-        decimals(
-            v,
-            if v.fract() == 0.0 {
-                0
-            } else if v == 1.5 {
-                1
-            } else {
-                2
-            },
-        )
-    };
-    let mut keys = vec![Key { class: 0, text: format!("up to {} (noise)", short(CLASSES[0])) }];
-    for (i, pair) in CLASSES.windows(2).enumerate() {
-        keys.push(Key { class: i + 1, text: format!("to {}", short(pair[1])) });
-    }
-    keys.push(Key { class: CLASSES.len(), text: "above".to_owned() });
-    keys
-}
-
-/// Colour class of a residual.
-fn class_of(value: f64) -> usize {
-    CLASSES.iter().take_while(|limit| value > **limit).count()
-}
-
 /// One `<svg>`, stretched by the page: x in seconds from the start, y in rows; one path per colour class. Neighbours
 /// of the same class in a row become one rectangle.
-fn cells(map: &ResidualMap, pick: impl Fn(&ResidualRow) -> &Vec<f64>) -> String {
+fn cells(scale: &Scale, map: &ResidualMap, pick: impl Fn(&ResidualRow) -> &Vec<f64>) -> String {
     let origin = map.edges[0];
-    let mut paths = vec![String::new(); CLASSES.len() + 1];
+    let mut paths = vec![String::new(); CLASSES + 1];
     for (row, values) in map.rows.iter().map(pick).enumerate() {
         let mut i = 0;
         while i < values.len() {
             let start = i;
-            let class = class_of(values[start]);
-            while i < values.len() && values[i].is_nan() == values[start].is_nan() && class_of(values[i]) == class {
+            let class = scale.class_of(values[start]);
+            while i < values.len() && values[i].is_nan() == values[start].is_nan() && scale.class_of(values[i]) == class
+            {
                 i += 1;
             }
             if values[start].is_nan() {
@@ -114,33 +136,49 @@ fn cells(map: &ResidualMap, pick: impl Fn(&ResidualRow) -> &Vec<f64>) -> String 
 mod tests {
     use super::*;
 
-    #[test]
-    fn equal_neighbours_share_a_rectangle_and_gaps_stay_empty() {
-        let trial = Trial {
+    fn trial(before: Vec<f64>, after: Vec<f64>) -> Trial {
+        Trial {
             name: "a".to_owned(),
             holdout: false,
             time: vec![],
             series: vec![],
             residuals: ResidualMap {
-                edges: vec![10.0, 12.0, 14.0, 16.0],
-                rows: vec![ResidualRow {
-                    channel: "x".to_owned(),
-                    before: vec![30.0, 40.0, 1.0],
-                    after: vec![1.0, f64::NAN, 1.0],
-                }],
+                edges: (0..=before.len()).map(|k| 10.0 + 2.0 * k as f64).collect(),
+                rows: vec![ResidualRow { channel: "x".to_owned(), before, after }],
             },
-        };
-        let map = draw((0, &trial)).expect("a picture");
+        }
+    }
+
+    #[test]
+    fn equal_neighbours_share_a_rectangle_and_gaps_stay_empty() {
+        let trial = trial(vec![30.0, 40.0, 1.0], vec![1.0, f64::NAN, 1.0]);
+        let scale = Scale([1.25, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0]);
+        let map = draw(&scale, 0, &trial).expect("a picture");
         assert!(map.before.contains("class=\"h7\" d=\"M0.000 0h4.000v1h-4.000z\""), "{}", map.before);
         assert_eq!(map.after.matches("h2.000").count(), 2, "{}", map.after);
-        assert_eq!(key().len(), CLASSES.len() + 1);
+        assert_eq!((map.channels[0].as_str(), scale.key().len()), ("position x", CLASSES + 1));
     }
 
     #[test]
     fn classes_are_half_open() {
-        assert_eq!(class_of(0.2), 0);
-        assert_eq!(class_of(1.25), 0);
-        assert_eq!(class_of(1.26), 1);
-        assert_eq!(class_of(1e9), CLASSES.len());
+        let scale = Scale::of(&[]);
+        assert_eq!(scale.class_of(0.2), 0);
+        assert_eq!(scale.class_of(1.25), 0);
+        assert_eq!(scale.class_of(1.26), 1);
+        assert_eq!(scale.class_of(1e9), CLASSES);
+    }
+
+    #[test]
+    fn a_model_that_is_far_off_is_no_wall_of_one_colour() {
+        let before: Vec<f64> = (0..400).map(|k| 3.0 * 1.02_f64.powi(k)).collect();
+        let scale = Scale::of(&[trial(before.clone(), vec![1.0; 400])]);
+        assert!(scale.0.windows(2).all(|pair| pair[0] < pair[1]), "{scale:?}");
+        for class in 1..=CLASSES {
+            let share = before.iter().filter(|v| scale.class_of(**v) == class).count();
+            assert!(share < 120, "{share} of 400 in class {class}: {scale:?}");
+        }
+        assert_eq!(scale.class_of(1.0), 0);
+        // One that is near is not painted as if it were far.
+        assert!(Scale::of(&[trial(vec![1.0, 2.0], vec![1.0, 1.0])]).class_of(2.0) <= 2);
     }
 }

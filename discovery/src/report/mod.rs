@@ -21,11 +21,12 @@ mod words;
 pub use check::{ReportError, check};
 pub use data::*;
 pub use gather::gather;
+pub(crate) use number::plain;
 pub use number::{gap as gap_text, quantity, significant};
 pub use page::render;
 pub use picture::{gap_picture, most_telling};
 pub(crate) use place::channel_words;
-pub use words::{Summary, control_runs, phrase, printed, summary};
+pub use words::{Summary, control_runs, phrase, printed, summary, term};
 
 #[cfg(test)]
 mod tests;

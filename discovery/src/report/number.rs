@@ -6,6 +6,8 @@ const MINUS: &str = "\u{2212}";
 const THIN: char = '\u{202f}';
 /// Space that does not break.
 const NBSP: char = '\u{a0}';
+/// Most digits of a number, however small its error.
+const MOST_DIGITS: i32 = 9;
 
 /// `value` to `digits` significant digits: `0.0341`, `−812`, `15 200 000`, `3.2×10⁻⁶`.
 #[must_use]
@@ -24,8 +26,23 @@ pub fn significant(value: f64, digits: i32) -> String {
 }
 
 /// `value` to four significant digits without zeros at the end: `5`, `0.5`, `31.5`.
-pub(super) fn plain(value: f64) -> String {
-    let text = significant(value, 4);
+pub(crate) fn plain(value: f64) -> String {
+    trimmed(significant(value, 4))
+}
+
+/// `value` to the second digit of its `error`, without zeros at the end; like [`plain`] where it has none.
+pub(super) fn rounded(value: f64, error: Option<f64>) -> String {
+    match error.filter(|e| e.is_finite() && *e > 0.0) {
+        Some(error) => {
+            let last = exponent_of(error, 2) - 1;
+            trimmed(significant(value, (exponent_of(value, 1) - last + 1).clamp(1, MOST_DIGITS)))
+        }
+        None => plain(value),
+    }
+}
+
+/// Without zeros after the point at the end.
+fn trimmed(text: String) -> String {
     match text.split_once('.') {
         Some((whole, fraction)) if fraction.chars().all(|c| c.is_ascii_digit()) => {
             match fraction.trim_end_matches('0') {
@@ -166,6 +183,16 @@ mod tests {
         assert_eq!(with_error(3.21e-6, Some(1.2e-7)), "(3.21 ± 0.12)×10⁻⁶");
         assert_eq!(with_error(0.0, Some(0.5)), "0.00 ± 0.50");
         assert_eq!(with_error(2.5, None), "2.500");
+    }
+
+    #[test]
+    fn a_number_in_a_law_has_the_digits_its_error_allows() {
+        assert_eq!(rounded(899.876, Some(12.0)), "900");
+        assert_eq!(rounded(2.499_961, Some(0.0012)), "2.5");
+        assert_eq!(rounded(2.499_961, Some(1.2e-5)), "2.499961");
+        assert_eq!(rounded(0.031_41, None), "0.03141");
+        assert_eq!(rounded(-3.499e-7, Some(2e-9)), "−3.499×10⁻⁷");
+        assert_eq!(rounded(0.004, Some(0.2)), "0.004");
     }
 
     #[test]

@@ -39,10 +39,12 @@ pub fn render(input: &Report) -> Result<String, ReportError> {
         .iter()
         .filter_map(|s| {
             let svg = safe(signature::draw(s)?);
-            Some(context! { label => s.label, x => s.x_name, y => s.y_name, svg })
+            let [x, y] = signature::titles(s);
+            Some(context! { label => s.label, x, y, svg })
         })
         .collect();
-    let heat_maps: Vec<_> = input.trials.iter().enumerate().filter_map(heat::draw).collect();
+    let scale = heat::Scale::of(&input.trials);
+    let heat_maps: Vec<_> = input.trials.iter().enumerate().filter_map(|(k, t)| heat::draw(&scale, k, t)).collect();
     let (best, held_out) = words::best_gap(input);
     let whiteness_tested = input.channels.iter().any(|c| c.whiteness.is_some());
     let page = environment.get_template("report.html")?.render(context! {
@@ -71,7 +73,7 @@ pub fn render(input: &Report) -> Result<String, ReportError> {
         has_series => input.trials.iter().any(|t| !t.series.is_empty()),
         signatures => signatures,
         heat_maps => heat_maps,
-        heat_key => heat::key(),
+        heat_key => scale.key(),
         robot => safe(drawing.svg),
         marked => drawing.marked.join(", "),
         scale_note => robot::scale_note(drawing.enlarged),
@@ -108,12 +110,10 @@ fn add_filters(environment: &mut Environment<'_>) {
     environment.add_filter("place", |text: &str| Place::parse(text).noun());
     environment.add_filter("phrase", |text: &str| Place::parse(text).phrase());
     environment.add_filter("channel", |text: &str| channel_words(text));
-    environment.add_filter("expression", |text: &str| words::printed(text));
+    environment.add_filter("expression", |text: &str, errors: Vec<f64>| words::printed(text, &errors));
+    environment.add_filter("numbers", |text: &str, errors: Vec<f64>| words::numbers(text, &errors).join(", "));
     environment.add_filter("quantity", |name: &str, value: f64, error: Option<f64>, unit: &str| {
         number::quantity(name, value, error, unit)
-    });
-    environment.add_filter("values", |values: Vec<f64>| {
-        values.iter().map(|v| significant(*v, 2)).collect::<Vec<_>>().join(", ")
     });
 }
 

@@ -124,7 +124,7 @@ impl Part {
     }
 }
 
-/// `cable_length[1]` as `cable length 1`; `x` stays `x`.
+/// A signal's FMU name in words: `cable_length[1]` as `cable length 1`, `x` as `position x`.
 pub(crate) fn channel_words(channel: &str) -> String {
     let (name, index) = split_index(channel);
     match index {
@@ -133,10 +133,15 @@ pub(crate) fn channel_words(channel: &str) -> String {
     }
 }
 
+/// The name for people of a signal: the one used wherever it is shown.
 fn words(name: &str) -> String {
     match name {
         "phi" => "rotation φ".to_owned(),
         "x" | "y" => format!("position {name}"),
+        "vx" => "speed along x".to_owned(),
+        "vy" => "speed along y".to_owned(),
+        "omega" => "angular rate".to_owned(),
+        "unstretched_length_rate" => "reel-out speed".to_owned(),
         _ => name.replace('_', " "),
     }
 }
@@ -175,5 +180,6 @@ mod tests {
     fn channels_read_well() {
         assert_eq!(channel_words("cable_length[3]"), "cable length\u{a0}3");
         assert_eq!(channel_words("phi"), "rotation φ");
+        assert_eq!(channel_words("unstretched_length_rate[2]"), "reel-out speed\u{a0}2");
     }
 }

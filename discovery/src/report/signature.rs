@@ -9,11 +9,11 @@ use super::escape;
 use super::number::unit_text;
 
 const WIDTH: f64 = 560.0;
-const HEIGHT: f64 = 360.0;
-const LEFT: f64 = 92.0;
+const HEIGHT: f64 = 330.0;
+const LEFT: f64 = 84.0;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 12.0;
-const BOTTOM: f64 = 54.0;
+const BOTTOM: f64 = 28.0;
 /// Most points drawn; more are thinned evenly, the means still use all.
 const POINTS: usize = 3000;
 /// Bins of the means.
@@ -35,7 +35,7 @@ pub(super) fn draw(signature: &Signature) -> Option<String> {
         "<svg class=\"signature\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">",
         escape(&format!("{} against {}", signature.y_name, signature.x_name))
     );
-    grid(&mut svg, &x, &y, signature);
+    grid(&mut svg, &x, &y);
     cloud(&mut svg, &x, &y, &points);
     law(&mut svg, &x, &y, &signature.law);
     means(&mut svg, &x, &y, &points);
@@ -52,7 +52,7 @@ fn y_range(points: &[[f64; 2]], law: &[[f64; 2]]) -> (f64, f64) {
     range(middle.iter().copied().chain(law.iter().map(|p| p[1])))
 }
 
-fn grid(svg: &mut String, x: &Axis, y: &Axis, signature: &Signature) {
+fn grid(svg: &mut String, x: &Axis, y: &Axis) {
     let bottom = HEIGHT - BOTTOM;
     for (value, text) in y.ticks(6) {
         let at = y.at(value);
@@ -74,21 +74,18 @@ fn grid(svg: &mut String, x: &Axis, y: &Axis, signature: &Signature) {
             bottom + 20.0
         );
     }
-    let _ = write!(
-        svg,
-        "<text class=\"title\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text><text class=\"title\" transform=\"translate(17 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-        0.5 * (LEFT + WIDTH - RIGHT),
-        HEIGHT - 10.0,
-        title(&signature.x_name, &signature.x_unit),
-        0.5 * (TOP + bottom),
-        title(&signature.y_name, &signature.y_unit)
-    );
+}
+
+/// The names of the two axes with their units, across and up.
+pub(super) fn titles(signature: &Signature) -> [String; 2] {
+    [(&signature.x_name, &signature.x_unit), (&signature.y_name, &signature.y_unit)]
+        .map(|(name, unit)| title(name, unit))
 }
 
 fn title(name: &str, unit: &str) -> String {
     match unit {
-        "" | "1" => escape(name),
-        unit => escape(&format!("{name} ({})", unit_text(unit))),
+        "" | "1" => name.to_owned(),
+        unit => format!("{name} ({})", unit_text(unit)),
     }
 }
 

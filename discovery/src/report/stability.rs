@@ -33,7 +33,8 @@ pub(super) struct Drawn {
 /// A picture for each effect and term that has blocks.
 pub(super) fn draw(report: &Report) -> Vec<Drawn> {
     let effects = report.effects.iter().map(|e| (effect_phrase(e), &e.stability));
-    let terms = report.terms.iter().map(|t| (phrase(&printed(&t.expression), &t.target), &t.stability));
+    let terms =
+        report.terms.iter().map(|t| (phrase(&printed(&t.expression, &t.standard_errors), &t.target), &t.stability));
     effects
         .chain(terms)
         .filter_map(|(label, stability)| {

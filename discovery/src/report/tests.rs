@@ -94,7 +94,7 @@ fn effect(id: &str, label: &str, place: &str) -> Effect {
         label: label.to_owned(),
         place: place.to_owned(),
         cable: None,
-        equation: "F_c tanh(l̇/v_s)".to_owned(),
+        equation: "F = 251 tanh(l̇/0.02)".to_owned(),
         parameters: vec![Parameter {
             name: "force".to_owned(),
             value: 251.2,
@@ -225,21 +225,78 @@ fn unnamed_says_so_and_gives_the_term() {
     report.effects.clear();
     let (headline, text) = top(&report);
     assert_eq!(headline, "A force on the platform along x is missing from the model, of a kind outside the catalogue.");
-    assert!(text.contains("The best description found is −34.8·x·abs(y) (platform, force along x)"), "{text}");
+    assert!(
+        text.contains("The best description found is −(34.80 ± 0.60)·x·abs(y) (platform, force along x)"),
+        "{text}"
+    );
     report.terms.clear();
     report.located.clear();
     assert_eq!(top(&report).0, "Something that the catalogue does not contain is missing from the model.");
 }
 
 #[test]
+fn more_than_one_are_missing() {
+    let mut report = report();
+    report.verdict = Verdict::Unnamed;
+    report.terms = vec![term(), Term { target: "winch[2]".to_owned(), ..term() }];
+    assert!(top(&report).0.ends_with(
+        "is missing from the model, and so are a force on the platform along x and a force on winch 2 of a kind outside the catalogue."
+    ));
+    report.effects.clear();
+    assert_eq!(
+        top(&report).0,
+        "A force on the platform along x and a force on winch 2 are missing from the model, of a kind outside the catalogue."
+    );
+    report.terms.clear();
+    report.verdict = Verdict::Ambiguous;
+    report.effects =
+        ["winch[1]", "winch[3]"].map(|place| effect("winch_coulomb_friction", "Coulomb friction", place)).to_vec();
+    for effect in &mut report.effects {
+        effect.alternatives = vec![Alternative { place: effect.place.clone(), ..capstan(true) }];
+    }
+    assert!(
+        top(&report).0.contains(" are missing from the model; these data cannot tell which."),
+        "{}",
+        top(&report).0
+    );
+}
+
+/// Held-out data decide what stays, so nothing may be said to be new to the search.
+#[test]
+fn held_out_data_that_decided_are_not_called_unseen() {
+    let mut report = report();
+    for held_out in [true, false] {
+        let page = render(&report).expect("a page");
+        let text = page.split("<script").next().unwrap_or_default();
+        for claim in ["not seen", "never saw", "did not see", "held out from the search", "Held out from the search"] {
+            assert!(!text.contains(claim), "`{claim}`, held out: {held_out}");
+        }
+        report.gap.holdout = None;
+        report.gap.channels[0].holdout = None;
+    }
+}
+
+#[test]
+fn a_signal_has_one_name_on_the_page() {
+    let page = render(&report()).expect("a page");
+    let text = page.split("<script").next().unwrap_or_default();
+    assert!(text.contains("<li>position x</li>"), "rows of the picture of errors");
+    assert!(!text.contains("<li>x</li>"));
+}
+
+#[test]
 fn expressions_are_printed_for_people() {
-    let printed = super::printed;
+    let printed = |text| super::printed(text, &[]);
     assert_eq!(printed("-3.49981866852225e1*x*abs(y)"), "−35·x·abs(y)");
     assert_eq!(
         printed("2.0*vx^2 - 1.23456e-7*winch_force[3]*sin(0.5*time)"),
         "2·vx^2 − 1.235×10⁻⁷·winch_force[3]·sin(0.5·time)"
     );
     assert_eq!(printed("x2 + 1e"), "x2 + 1e");
+    let wave = "899.876*sin(2.499961*x^3)";
+    assert_eq!(super::printed(wave, &[12.0, 0.0012]), "900·sin(2.5·x^3)");
+    assert_eq!(super::term(wave, &[12.0, 0.0012]), "(900 ± 12)·sin((2.5000 ± 0.0012)·x^3)");
+    assert_eq!(super::term(wave, &[f64::NAN, f64::NAN]), "899.9·sin(2.5·x^3)");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::data::{Alternative, BeforeAfter, Effect, Parameter, Report, Span, Verdict};
 use super::gather;
-use super::number::{gap, percent, plain, quantity, significant};
+use super::number::{gap, percent, plain, quantity, rounded, significant, with_error};
 use super::place::Place;
 
 /// The result in words, as at the top of the report.
@@ -68,20 +68,25 @@ fn headline(report: &Report) -> String {
 }
 
 fn unnamed(report: &Report, named: &[String]) -> String {
-    let unknown = join(&unknown_places(report), "and");
-    let are = if named.len() == 1 { "is" } else { "are" };
+    let places = unknown_places(report);
+    let unknown = join(&places, "and");
+    let (are, so_are) = (is_are(named.len()), is_are(places.len()));
     match (named, unknown.as_str()) {
         ([], "") => "Something that the catalogue does not contain is missing from the model.".to_owned(),
-        ([], what) => capital(&format!("{what} is missing from the model, of a kind outside the catalogue.")),
+        ([], what) => capital(&format!("{what} {so_are} missing from the model, of a kind outside the catalogue.")),
         (named, "") => capital(&format!(
             "{} {are} missing from the model, and so is something outside the catalogue.",
             join(named, "and")
         )),
         (named, what) => capital(&format!(
-            "{} {are} missing from the model, and so is {what} of a kind outside the catalogue.",
+            "{} {are} missing from the model, and so {so_are} {what} of a kind outside the catalogue.",
             join(named, "and")
         )),
     }
+}
+
+fn is_are(count: usize) -> &'static str {
+    if count == 1 { "is" } else { "are" }
 }
 
 fn missing(named: &[String]) -> String {
@@ -107,12 +112,14 @@ fn ambiguous(report: &Report) -> String {
     match (sure.as_slice(), either.as_slice()) {
         (sure, []) => capital(&format!("{} would explain the gap, but the data do not settle it.", join(sure, "and"))),
         ([], either) => {
-            capital(&format!("{} is missing from the model; these data cannot tell which.", join(either, "and")))
+            let are = is_are(either.len());
+            capital(&format!("{} {are} missing from the model; these data cannot tell which.", join(either, "and")))
         }
         (sure, either) => capital(&format!(
-            "{} {} missing from the model, and so is {}; these data cannot tell which.",
+            "{} {} missing from the model, and so {} {}; these data cannot tell which.",
             join(sure, "and"),
-            if sure.len() == 1 { "is" } else { "are" },
+            is_are(sure.len()),
+            is_are(either.len()),
             join(either, "and")
         )),
     }
@@ -185,29 +192,66 @@ fn terms(report: &Report) -> Option<String> {
     let list: Vec<String> = report
         .terms
         .iter()
-        .map(|t| format!("{} ({})", printed(&t.expression), Place::parse(&t.target).noun()))
+        .map(|t| format!("{} ({})", term(&t.expression, &t.standard_errors), Place::parse(&t.target).noun()))
         .collect();
     Some(format!("The best description found is {}, added to the model as it stands.", join(&list, "and")))
 }
 
-/// An expression as a person reads it: numbers to four digits, a proper minus sign and multiplication dot.
+/// A term as a person reads it, its numbers with their standard errors: `(900 ± 12)·sin((2.5000 ± 0.0012)·x)`.
 #[must_use]
-pub fn printed(expression: &str) -> String {
+pub fn term(expression: &str, errors: &[f64]) -> String {
+    let mut errors = errors.iter().copied();
+    signs(&read(expression, |value| match errors.next().filter(|error| error.is_finite()) {
+        Some(error) => format!("({})", with_error(value, Some(error))),
+        None => plain(value),
+    }))
+}
+
+/// The numbers of a term that have standard errors, with them.
+pub(super) fn numbers(expression: &str, errors: &[f64]) -> Vec<String> {
+    let mut list = Vec::new();
+    read(expression, |value| {
+        list.push(value);
+        String::new()
+    });
+    let known = list.into_iter().zip(errors).filter(|(_, error)| error.is_finite());
+    known.map(|(value, error)| with_error(value, Some(*error))).collect()
+}
+
+/// An expression as a person reads it: numbers to the digits that their errors allow, or four, a proper minus sign and
+/// multiplication dot.
+#[must_use]
+pub fn printed(expression: &str, errors: &[f64]) -> String {
+    let mut errors = errors.iter().copied();
+    signs(&read(expression, |value| rounded(value, errors.next())))
+}
+
+/// With a proper minus sign and multiplication dot.
+fn signs(expression: &str) -> String {
+    expression.replace('-', "−").replace("**", "^").replace('*', "·")
+}
+
+/// The expression with every number that is no exponent as `number` writes it.
+fn read(expression: &str, mut number: impl FnMut(f64) -> String) -> String {
     let mut text = String::with_capacity(expression.len());
     let mut rest = expression;
     while let Some(c) = rest.chars().next() {
         // Digits within a name or an index are none of a number.
         let inside = text.ends_with(|p: char| p.is_alphanumeric() || p == '_' || p == '[');
         let length = if c.is_ascii_digit() && !inside { number_at(rest) } else { 0 };
-        if let Ok(value) = rest[..length].parse::<f64>() {
-            text.push_str(&plain(value));
+        let power = text.trim_end().ends_with('^');
+        if power && length > 0 {
+            text.push_str(&rest[..length]);
+            rest = &rest[length..];
+        } else if let Ok(value) = rest[..length].parse::<f64>() {
+            text.push_str(&number(value));
             rest = &rest[length..];
         } else {
             text.push(c);
             rest = &rest[c.len_utf8()..];
         }
     }
-    text.replace('-', "−").replace("**", "^").replace('*', "·")
+    text
 }
 
 /// Length of the number that `text` begins with, an exponent included.
@@ -340,20 +384,20 @@ fn gap_sentence(report: &Report) -> String {
     let on = if !held_out {
         "On the data fitted (none were held out)".to_owned()
     } else if report.gap.holdout_source.is_empty() {
-        "On data held out from the search".to_owned()
+        "On data that were not fitted".to_owned()
     } else {
-        format!("On data held out from the search ({})", report.gap.holdout_source)
+        format!("On data that were not fitted ({})", report.gap.holdout_source)
     };
     let horizon = plain(report.gap.horizon_s);
     if report.verdict == Verdict::NoMissingEffect {
         return format!(
-            "{on}, the model's prediction over {horizon} s is off by {} times the noise of the measurements; 1 is the best possible.",
+            "{on}, the model's prediction over {horizon}\u{a0}s is off by {} times the noise of the measurements; 1 is the best possible.",
             gap(value.after)
         );
     }
     let change = if value.after < value.before { "falls" } else { "goes" };
     format!(
-        "{on}, the error of the model's prediction over {horizon} s {change} from {} to {} times the noise of the measurements; 1 is the best possible.",
+        "{on}, the error of the model's prediction over {horizon}\u{a0}s {change} from {} to {} times the noise of the measurements; 1 is the best possible.",
         gap(value.before),
         gap(value.after)
     )

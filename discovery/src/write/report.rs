@@ -12,7 +12,7 @@ use crate::report::{
 };
 
 use super::json::training_trials;
-use super::label::{label, parameters, place};
+use super::label::{errors, label, law, parameters, place};
 use super::series::trial;
 use super::signature::signatures;
 
@@ -146,7 +146,7 @@ fn effect(found: &Found, trials: &[Compared]) -> report::Effect {
         label: label(&found.effect),
         place: place(&found.effect),
         cable: found.effect.cable,
-        equation: found.effect.info().map_or(String::new(), |info| info.equation.to_owned()),
+        equation: law(&found.effect),
         parameters: parameters(&found.effect, &found.standard_error),
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,
@@ -173,7 +173,7 @@ fn term(found: &Found, trials: &[Compared]) -> Term {
     Term {
         target: place(&found.effect),
         expression: found.effect.expression.clone().unwrap_or_default(),
-        standard_errors: found.standard_error.iter().map(|e| e.unwrap_or(f64::NAN)).collect(),
+        standard_errors: errors(found),
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,
         stability: found.stability.as_ref().map(|s| stability(s, trials)),

@@ -12,9 +12,9 @@ use cdpr::geometry::Geometry;
 use cdpr::parameters::CABLES;
 
 use crate::outcome::{Compared, Discovery, Found};
-use crate::report::{Signature, printed};
+use crate::report::{Signature, channel_words, printed};
 
-use super::label::heading;
+use super::label::{errors, heading};
 use super::moment::{Moment, moments};
 
 /// Time between points (s): nearer ones are the same estimate twice.
@@ -71,7 +71,7 @@ pub(super) fn signatures(discovery: &Discovery) -> Vec<Signature> {
             .filter(|other| *other != k)
             .filter_map(|other| Some((&found[other].effect, kinds[other].clone()?)))
             .collect();
-        match kinds[k].as_ref().and_then(|kind| view(&one.effect, kind, &all)) {
+        match kinds[k].as_ref().and_then(|kind| view(one, kind, &all)) {
             Some(view) => list.push(drawn(one, &view, &all, &Rest { others: &others })),
             None => shared = true,
         }
@@ -110,7 +110,8 @@ fn curve(points: &[[f64; 2]], law: &dyn Fn(f64) -> f64) -> Vec<[f64; 2]> {
 }
 
 /// How an effect is drawn; `None` where no force stands for it.
-fn view(spec: &EffectSpec, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
+fn view(found: &Found, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
+    let spec = &found.effect;
     let values = spec.values.clone();
     let size = values.first().copied().unwrap_or_default();
     let effect = kind.clone();
@@ -123,19 +124,17 @@ fn view(spec: &EffectSpec, kind: &EffectKind, moments: &[Moment]) -> Option<View
         }
         "winch_force_gain" | "winch_force_bias" | "winch_saturation" => {
             let law = move |force| effect.command(force, &[], &mut [], &WinchContext { time: 0.0, speed: 0.0 }) - force;
-            Some(at_winches(spec, ("commanded winch force", "N"), |m, i| m.inputs.winch_force[i], law))
+            Some(at_winches(spec, ("winch force", "N"), |m, i| m.inputs.winch_force[i], law))
         }
         "winch_lag" | "winch_delay" => {
-            Some(at_winches(spec, ("rate of the winch force", "N/s"), |m, i| m.force_rate[i], move |x| -size * x))
+            Some(at_winches(spec, ("rate of winch force", "N/s"), |m, i| m.force_rate[i], move |x| -size * x))
         }
         "winch_drum_inertia" => {
             Some(at_winches(spec, ("reel-out acceleration", "m/s²"), |m, i| m.winch_acceleration[i], move |x| size * x))
         }
         "platform_linear_drag" => Some(drag([0.0; 2], move |speed| size * speed)),
         "platform_quadratic_drag" => Some(drag([values[1], values[2]], move |speed| size * speed * speed)),
-        "platform_rotational_damping" => {
-            Some(torque(("angular rate of the platform", "rad/s"), |m| m.twist[2], move |x| -size * x))
-        }
+        "platform_rotational_damping" => Some(torque(("angular rate", "rad/s"), |m| m.twist[2], move |x| -size * x)),
         "platform_inertia" => {
             Some(torque(("angular acceleration", "rad/s²"), |m| m.acceleration[2], move |x| -size * x))
         }
@@ -177,7 +176,7 @@ fn view(spec: &EffectSpec, kind: &EffectKind, moments: &[Moment]) -> Option<View
                 law: Box::new(move |x| -size * (x - ground)),
             })
         }
-        "expression" => term(spec, kind),
+        "expression" => term(spec, &errors(found), kind),
         _ => None,
     }
 }
@@ -195,11 +194,11 @@ fn at_winches(
 ) -> View {
     let on = cables_of(spec);
     let (of, at) = match spec.cable {
-        Some(cable) => (format!("cable {cable}"), format!("winch {cable}")),
-        None => ("each cable".to_owned(), "its winch".to_owned()),
+        Some(cable) => (format!("\u{a0}{cable}"), format!("winch\u{a0}{cable}")),
+        None => (" of each winch".to_owned(), "that winch".to_owned()),
     };
     View {
-        x: (format!("{name}, {of}"), unit),
+        x: (format!("{name}{of}"), unit),
         y: (format!("missing pull at {at}"), "N"),
         points: Box::new(move |m, rest| on.iter().map(|i| [variable(m, *i), rest.pull(m, *i)]).collect()),
         law: Box::new(law),
@@ -257,7 +256,7 @@ fn drag(wind: [f64; 2], law: impl Fn(f64) -> f64 + 'static) -> View {
 }
 
 /// A term against its variable where it has only one, else against its own value.
-fn term(spec: &EffectSpec, kind: &EffectKind) -> Option<View> {
+fn term(spec: &EffectSpec, errors: &[f64], kind: &EffectKind) -> Option<View> {
     let target = spec.target.clone()?;
     let formula = Formula::parse(spec.expression.as_deref()?).ok()?;
     let winch = target.strip_prefix("winch[").and_then(|rest| rest.strip_suffix(']')?.parse::<usize>().ok());
@@ -267,7 +266,7 @@ fn term(spec: &EffectSpec, kind: &EffectKind) -> Option<View> {
         _ => 2,
     };
     let y = match winch {
-        Some(i) => (format!("missing pull at winch {i}"), "N"),
+        Some(i) => (format!("missing pull at winch\u{a0}{i}"), "N"),
         None => (
             ["missing force along x", "missing force along y", "missing torque"][axis].to_owned(),
             ["N", "N", "N m"][axis],
@@ -289,7 +288,7 @@ fn term(spec: &EffectSpec, kind: &EffectKind) -> Option<View> {
     let kind = kind.clone();
     let unit = y.1;
     Some(View {
-        x: (format!("the term, {}", printed(spec.expression.as_deref().unwrap_or_default())), unit),
+        x: (format!("the term, {}", printed(spec.expression.as_deref().unwrap_or_default(), errors)), unit),
         y,
         points: Box::new(move |m, rest| {
             let own = match winch {
@@ -315,28 +314,23 @@ fn value(m: &Moment, variable: Variable) -> f64 {
     }
 }
 
+/// A variable's name for people and its unit.
 fn named(variable: Variable) -> (String, &'static str) {
-    let cable = |name: &str, i: usize, unit| (format!("{name} {}", i + 1), unit);
-    match variable {
+    let of_cable = |name: &str, i: usize| format!("{name}[{}]", i + 1);
+    let (name, unit) = match variable {
         Variable::Time => ("time".to_owned(), "s"),
-        Variable::Pose(k) => [("position x", "m"), ("position y", "m"), ("rotation φ", "rad")].map(owned)[k].clone(),
-        Variable::Twist(k) => {
-            [("speed along x", "m/s"), ("speed along y", "m/s"), ("angular rate", "rad/s")].map(owned)[k].clone()
-        }
-        Variable::WinchForce(i) => cable("winch force", i, "N"),
+        Variable::Pose(k) => (["x", "y", "phi"][k].to_owned(), ["m", "m", "rad"][k]),
+        Variable::Twist(k) => (["vx", "vy", "omega"][k].to_owned(), ["m/s", "m/s", "rad/s"][k]),
+        Variable::WinchForce(i) => (of_cable("winch_force", i), "N"),
         Variable::Disturbance(k) => {
-            [("recorded force along x", "N"), ("recorded force along y", "N"), ("recorded torque", "N m")].map(owned)[k]
-                .clone()
+            (["disturbance_force_x", "disturbance_force_y", "disturbance_torque"][k].to_owned(), ["N", "N", "N m"][k])
         }
-        Variable::CableLength(i) => cable("length of cable", i, "m"),
-        Variable::CableSpeed(i) => cable("lengthening speed of cable", i, "m/s"),
-        Variable::UnstretchedLength(i) => cable("unstretched length of cable", i, "m"),
-        Variable::UnstretchedRate(i) => cable("reel-out speed, cable", i, "m/s"),
-    }
-}
-
-fn owned((name, unit): (&str, &'static str)) -> (String, &'static str) {
-    (name.to_owned(), unit)
+        Variable::CableLength(i) => (of_cable("cable_length", i), "m"),
+        Variable::CableSpeed(i) => (of_cable("cable_speed", i), "m/s"),
+        Variable::UnstretchedLength(i) => (of_cable("unstretched_length", i), "m"),
+        Variable::UnstretchedRate(i) => (of_cable("unstretched_length_rate", i), "m/s"),
+    };
+    (channel_words(&name), unit)
 }
 
 fn mean(moments: &[Moment], spec: &EffectSpec, value: impl Fn(&Moment, usize) -> f64) -> f64 {
@@ -379,7 +373,7 @@ fn common(discovery: &Discovery) -> Option<Signature> {
     }
     let every = points.len().div_ceil(SHARED).max(1);
     let points: Vec<[f64; 2]> = points.into_iter().step_by(every).collect();
-    let name = crate::report::channel_words(&best.name());
+    let name = channel_words(&best.name());
     Some(Signature {
         label: format!("all that was found, in {name}"),
         x_name: format!("change of the predicted {name} by what was found"),

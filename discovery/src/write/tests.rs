@@ -255,7 +255,7 @@ fn terms_are_drawn_against_their_variable_or_their_own_value() {
     two.terms = vec![term("winch[3]", "25.0*unstretched_length_rate[3]"), term("platform.force_y", "2.0*x*vy")];
     let report = report(&two, &About::default());
     let [one, many] = &report.signatures[..] else { panic!("{} pictures", report.signatures.len()) };
-    assert_eq!(one.x_name, "reel-out speed, cable 3");
+    assert_eq!(one.x_name, "reel-out speed\u{a0}3");
     assert!(one.law.iter().all(|p| (p[1] - 25.0 * p[0]).abs() < 1e-12));
     assert_eq!(many.x_name, "the term, 2·x·vy");
     assert!(many.law.iter().all(|p| p[0] == p[1]));
@@ -284,4 +284,27 @@ fn an_anchor_is_at_one_place_throughout_the_json() {
     }
     let report = report(&offset, &About::default());
     assert_eq!((report.located[0].place.as_str(), report.effects[0].place.as_str()), ("anchor[2]", "anchor[2]"));
+}
+
+#[test]
+fn the_law_is_that_of_the_shape_found() {
+    let report = report(&discovery(), &About::default());
+    assert_eq!(report.effects[0].equation, "F = 180 tanh(l̇/0.01)");
+}
+
+/// What the plots of friction, of a term and the list of channels call a signal.
+#[test]
+fn a_signal_has_the_same_name_in_all_pictures() {
+    let friction_name = report(&discovery(), &About::default()).signatures[0].x_name.clone();
+    let mut term_too = discovery();
+    term_too.effects.clear();
+    term_too.verdict = Verdict::Unnamed;
+    let names = |term_on: &str| {
+        let mut one = term_too.clone();
+        one.terms = vec![term("winch[3]", &format!("25.0*{term_on}"))];
+        report(&one, &About::default()).signatures[0].x_name.clone()
+    };
+    assert_eq!(names("unstretched_length_rate[3]"), friction_name);
+    assert_eq!(names("unstretched_length[3]"), crate::report::channel_words("unstretched_length[3]"));
+    assert_eq!(names("phi"), crate::report::channel_words("phi"));
 }
