@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use num_dual::Dual64;
 
 /// A taut plant, its Jacobian and factors as dense matrices.
+#[derive(Clone)]
 pub(crate) struct DenseSystem {
     plant: Arc<Plant>,
     pub(crate) inputs: Inputs,

@@ -1,10 +1,13 @@
 //! What a step costs, beside what it would cost otherwise. Run with `cargo bench --bench step`.
 //!
-//! Every figure is the best of many short batches, so that other work on the machine disturbs it little; ratios within
-//! one run are what to compare between machines. The measured table stands in `docs/performance.md`.
+//! The winch forces are those of a closed loop around the method that is timed, written down first and replayed, so that
+//! the controller's own time is not counted. Every stretch of it counts as the fastest of many runs took, so that other
+//! work on the machine disturbs it little; ratios within one call are what to compare between machines. The measured
+//! table stands in `docs/performance.md`.
 
+mod circle;
 mod dense;
-mod explicit;
+mod dormand_prince;
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -12,177 +15,237 @@ use std::time::Instant;
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
+use cdpr::geometry::Geometry;
 use cdpr::integrator::Radau;
 use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
-use cdpr::simulation::{Simulation, Start};
+use cdpr::simulation::{DEFAULT_TOLERANCE, Simulation, Start};
 
-/// Communication step (s).
-const STEP: f64 = 0.01;
-/// Steps of one batch: 2 s of motion.
-const BATCH: usize = 200;
-/// Batches; the fastest counts.
-const BATCHES: usize = 200;
+use circle::{Control, STEP, STEPS};
+use dense::DenseSystem;
+use dormand_prince::DormandPrince;
 
-/// Winch forces that a controller might ask for at step `k`: constant pretension and a slow weave, held over the step.
-fn command(k: usize) -> Inputs {
-    let t = STEP * k as f64;
-    let weave = 200.0 * (0.5 * t).sin();
-    Inputs { winch_force: [2e4 + weave, 2e4 - weave, 2e4 + weave, 2e4 - weave], disturbance: [0.0; 3] }
+/// Runs of a turn.
+const RUNS: usize = 50;
+/// Steps that are timed together.
+const STRETCH: usize = 100;
+
+/// Something that integrates the plant from one communication point to the next.
+trait Method: Clone {
+    fn states(&self) -> &[f64];
+    fn advance(&mut self, inputs: &Inputs);
+}
+
+impl Method for Simulation {
+    fn states(&self) -> &[f64] {
+        Simulation::states(self)
+    }
+
+    fn advance(&mut self, inputs: &Inputs) {
+        self.set_inputs(*inputs);
+        Simulation::advance(self, STEP).expect("the circle can be simulated");
+    }
+}
+
+impl Method for DormandPrince<'_> {
+    fn states(&self) -> &[f64] {
+        &self.states
+    }
+
+    fn advance(&mut self, inputs: &Inputs) {
+        DormandPrince::advance(self, inputs, STEP);
+    }
+}
+
+/// The same method as ours on a dense matrix.
+#[derive(Clone)]
+struct DenseRadau {
+    system: DenseSystem,
+    radau: Radau,
+    states: Vec<f64>,
+    steps: usize,
+}
+
+impl Method for DenseRadau {
+    fn states(&self) -> &[f64] {
+        &self.states
+    }
+
+    fn advance(&mut self, inputs: &Inputs) {
+        self.system.inputs = *inputs;
+        let time = STEP * self.steps as f64;
+        self.radau.advance(&mut self.system, time, &mut self.states, STEP).expect("as with the structured solve");
+        self.steps += 1;
+    }
 }
 
 fn simulation(model: CableModel, effects: &[EffectSpec], tolerance: f64) -> Simulation {
     let parameters = Parameters { cable_model: model, ..Parameters::default() };
     let plant = Arc::new(Plant::new(parameters, effects.to_vec()).expect("a plant of the defaults"));
-    let start = Start { pose: [0.1; 3], inputs: command(0), ..Start::default() };
+    let pose = circle::start_pose();
+    let states = [pose, [0.0; 3]].concat();
+    let inputs = control().inputs(0, &states);
+    let start = Start { pose, inputs, ..Start::default() };
     Simulation::new(plant, &start, tolerance).expect("a start inside the anchors")
 }
 
-/// Nanoseconds per step of `run`, which makes [`BATCH`] steps; the best of many.
-fn best(mut run: impl FnMut()) -> f64 {
-    let mut best = f64::INFINITY;
-    for _ in 0..BATCHES {
-        let begun = Instant::now();
-        run();
-        best = best.min(begun.elapsed().as_nanos() as f64 / BATCH as f64);
+fn control() -> Control {
+    Control::new(Geometry::new(&Parameters::default()))
+}
+
+/// A turn in the closed loop: the inputs of every step, and the states after it.
+struct Turn {
+    inputs: Vec<Inputs>,
+    states: Vec<Vec<f64>>,
+}
+
+impl Turn {
+    fn of<M: Method>(start: &M) -> Self {
+        let (mut method, mut control) = (start.clone(), control());
+        let mut turn = Self { inputs: Vec::new(), states: Vec::new() };
+        for k in 0..STEPS {
+            let inputs = control.inputs(k, method.states());
+            method.advance(&inputs);
+            turn.inputs.push(inputs);
+            turn.states.push(method.states().to_vec());
+        }
+        turn
     }
-    best
-}
 
-/// Advances a copy of `start` over a batch.
-fn batch(start: &Simulation) -> Simulation {
-    let mut simulation = start.clone();
-    for k in 0..BATCH {
-        simulation.set_inputs(command(k));
-        simulation.advance(STEP).expect("the release can be simulated");
+    /// Largest difference of pose and unstretched lengths anywhere on the way (m), the angle times the platform's radius.
+    fn error(&self, reference: &Self, plant: &Plant) -> f64 {
+        let lengths: Vec<usize> = (0..4).filter_map(|i| plant.unstretched_index(i)).collect();
+        let of = |a: &[f64], b: &[f64]| {
+            let pose = [(0, 1.0), (1, 1.0), (2, 10.0)].into_iter();
+            let all = pose.chain(lengths.iter().map(|at| (*at, 1.0)));
+            all.map(|(at, arm)| arm * (a[at] - b[at]).abs())
+                .fold(0.0, |worst: f64, e| if e.is_nan() { f64::INFINITY } else { worst.max(e) })
+        };
+        self.states.iter().zip(&reference.states).map(|(a, b)| of(a, b)).fold(0.0, f64::max)
     }
-    simulation
+
+    /// Nanoseconds a step of the same turn again. Each stretch of it counts as its fastest run took: a turn is too long to
+    /// be left alone by other work on the machine, a stretch is not.
+    fn replay<M: Method>(&self, start: &M) -> f64 {
+        let mut fastest = vec![f64::INFINITY; STEPS / STRETCH];
+        for _ in 0..RUNS {
+            let mut method = start.clone();
+            for (inputs, fastest) in self.inputs.chunks(STRETCH).zip(&mut fastest) {
+                let begun = Instant::now();
+                inputs.iter().for_each(|inputs| method.advance(inputs));
+                *fastest = fastest.min(begun.elapsed().as_nanos() as f64);
+            }
+            assert_eq!(method.states(), self.states.last().expect("a turn has steps").as_slice(), "not the same turn");
+        }
+        fastest.iter().sum::<f64>() / STEPS as f64
+    }
 }
 
-/// Largest difference of two poses, the angle times the platform's radius (m).
-fn pose_error(a: &[f64], b: &[f64]) -> f64 {
-    (a[0] - b[0]).abs().max((a[1] - b[1]).abs()).max((a[2] - b[2]).abs() * 10.0)
+/// Time (ns) and error (m) of one method, printed in a line.
+fn line<M: Method>(name: &str, start: &M, plant: &Plant, reference: &Turn) -> f64 {
+    let turn = Turn::of(start);
+    let error = turn.error(reference, plant);
+    if !error.is_finite() || error > 1.0 {
+        println!("  {name}: unstable");
+        return f64::NAN;
+    }
+    let nanoseconds = turn.replay(start);
+    println!("  {name}: {nanoseconds:.0} ns a step, error {error:.1e} m");
+    nanoseconds
 }
 
-fn ours(reference: &Simulation) -> f64 {
-    println!("Radau IIA(5), lumped_mass, 14 states, 10 ms between inputs");
-    let mut at_default = f64::NAN;
-    for tolerance in [1e-6, cdpr::simulation::DEFAULT_TOLERANCE, 1e-10] {
-        let start = simulation(CableModel::LumpedMass, &[], tolerance);
-        let end = batch(&start);
-        let nanoseconds = best(|| {
-            black_box(batch(black_box(&start)));
-        });
-        let s = end.statistics();
-        println!(
-            "  tolerance {tolerance:.0e}: {nanoseconds:7.0} ns a step, {:.2} evaluations, {:.2} Newton iterations, \
-             {:.3} factorisations; pose error {:.1e} m after 2 s",
-            s.evaluations as f64 / BATCH as f64,
-            s.newton_iterations as f64 / BATCH as f64,
-            s.factorisations as f64 / BATCH as f64,
-            pose_error(end.states(), reference.states()),
-        );
-        if tolerance == cdpr::simulation::DEFAULT_TOLERANCE {
-            at_default = nanoseconds;
+/// Ours at a tolerance, with what it counted.
+fn ours(name: &str, model: CableModel, effects: &[EffectSpec], tolerance: f64, reference: &Turn) -> f64 {
+    let start = simulation(model, effects, tolerance);
+    let nanoseconds = line(name, &start, start.plant(), reference);
+    let mut end = start.clone();
+    Turn::of(&start).inputs.iter().for_each(|inputs| Method::advance(&mut end, inputs));
+    let s = end.statistics();
+    let each = |count: u64| count as f64 / STEPS as f64;
+    println!(
+        "    {:.2} evaluations, {:.2} Newton iterations, {:.4} factorisations, {} Jacobians in all",
+        each(s.evaluations),
+        each(s.newton_iterations),
+        each(s.factorisations),
+        s.jacobians
+    );
+    nanoseconds
+}
+
+fn reference(model: CableModel, effects: &[EffectSpec]) -> Turn {
+    Turn::of(&simulation(model, effects, 1e-13))
+}
+
+fn explicit(model: CableModel, reference: &Turn, ours: f64) {
+    let start = simulation(model, &[], DEFAULT_TOLERANCE);
+    for parts in [1, 2, 4, 8, 16] {
+        let name = format!("Dormand-Prince, {parts} a step");
+        let time = line(&name, &DormandPrince::new(&start, parts), start.plant(), reference);
+        if time.is_finite() {
+            println!("    {:.2} of ours", time / ours);
         }
     }
-    at_default
 }
 
 fn variants() {
-    println!("the other models and effects, default tolerance");
-    let lag = EffectSpec::new("winch_lag", None, &[0.05]).expect("in range");
-    let friction = EffectSpec::new("winch_coulomb_friction", None, &[250.0, 0.01]).expect("in range");
-    let drag = EffectSpec::new("platform_quadratic_drag", None, &[20.0, 0.0, 0.0]).expect("in range");
+    println!("other models and effects, default tolerance");
+    let effect = |id: &str, values: &[f64]| EffectSpec::new(id, None, values).expect("in range");
+    let lag = effect("winch_lag", &[0.05]);
+    let friction = effect("winch_coulomb_friction", &[250.0, 0.01]);
+    let drag = effect("platform_quadratic_drag", &[20.0, 0.0, 0.0]);
     for (name, model, effects) in [
         ("rigid", CableModel::Rigid, vec![]),
-        ("massless_spring", CableModel::MasslessSpring, vec![]),
         ("lumped_mass with drag", CableModel::LumpedMass, vec![drag.clone()]),
+        ("lumped_mass with friction", CableModel::LumpedMass, vec![friction.clone()]),
+        ("lumped_mass with capstan loss", CableModel::LumpedMass, vec![effect("pulley_capstan_loss", &[0.01, 0.02])]),
+        ("lumped_mass with sag", CableModel::LumpedMass, vec![effect("cable_sag", &[2.0, 2e4])]),
         ("lumped_mass with lag, friction, drag", CableModel::LumpedMass, vec![lag, friction, drag]),
     ] {
-        let start = simulation(model, &effects, cdpr::simulation::DEFAULT_TOLERANCE);
-        let nanoseconds = best(|| {
-            black_box(batch(black_box(&start)));
-        });
-        let s = batch(&start).statistics();
-        println!(
-            "  {name}: {nanoseconds:.0} ns a step, {:.2} evaluations, {:.2} iterations",
-            s.evaluations as f64 / BATCH as f64,
-            s.newton_iterations as f64 / BATCH as f64
-        );
+        ours(name, model, &effects, DEFAULT_TOLERANCE, &reference(model, &effects));
     }
 }
 
 fn single_evaluation() -> f64 {
-    let start = simulation(CableModel::LumpedMass, &[], 1e-8);
-    let (plant, u) = (start.plant(), command(1));
+    let start = simulation(CableModel::LumpedMass, &[], DEFAULT_TOLERANCE);
+    let (plant, inputs) = (start.plant(), start.inputs());
     let mut rates = vec![0.0; plant.dimension()];
-    best(|| {
-        for _ in 0..BATCH {
-            plant.rates(0.0, black_box(start.states()), black_box(&u), [false; 4], &mut rates);
+    let mut fastest = f64::INFINITY;
+    for _ in 0..100 * RUNS {
+        let begun = Instant::now();
+        for _ in 0..STRETCH {
+            plant.rates(0.0, black_box(start.states()), black_box(&inputs), Simulation::slack(&start), &mut rates);
             black_box(&rates);
         }
-    })
-}
-
-fn dense_radau(reference: &Simulation) -> f64 {
-    let start = simulation(CableModel::LumpedMass, &[], cdpr::simulation::DEFAULT_TOLERANCE);
-    let run = || {
-        let mut system = dense::DenseSystem::new(start.plant().clone());
-        let mut radau = Radau::new(start.states().len(), 0, cdpr::simulation::DEFAULT_TOLERANCE);
-        let mut y = start.states().to_vec();
-        for k in 0..BATCH {
-            system.inputs = command(k);
-            radau.advance(&mut system, STEP * k as f64, &mut y, STEP).expect("as with the structured solve");
-        }
-        y
-    };
-    let error = pose_error(&run(), reference.states());
-    let nanoseconds = best(|| {
-        black_box(run());
-    });
-    println!("the same method with a dense LU: {nanoseconds:.0} ns a step; pose error {error:.1e} m");
-    nanoseconds
-}
-
-/// Largest difference of two pose and length states (m), the angle times the platform's radius.
-fn state_error(plant: &Plant, a: &[f64], b: &[f64]) -> f64 {
-    let lengths = (0..4).filter_map(|i| plant.unstretched_index(i)).map(|at| (a[at] - b[at]).abs());
-    lengths.fold(pose_error(a, b), |worst, e| if e.is_nan() { f64::INFINITY } else { worst.max(e) })
-}
-
-fn explicit_methods() {
-    for model in [CableModel::LumpedMass, CableModel::MasslessSpring] {
-        let start = simulation(model, &[], cdpr::simulation::DEFAULT_TOLERANCE);
-        let reference = batch(&simulation(model, &[], 1e-13));
-        let error = state_error(start.plant(), batch(&start).states(), reference.states());
-        let ours = best(|| {
-            black_box(batch(black_box(&start)));
-        });
-        println!("{model:?}, pose and lengths: ours {ours:.0} ns a step, error {error:.1e} m");
-        for parts in [1, 2, 4, 8, 16] {
-            let run = || explicit::runge_kutta_4(start.plant(), start.states(), BATCH, parts, STEP, command);
-            let error = state_error(start.plant(), &run(), reference.states());
-            if error > 1e3 {
-                println!("  RK4, {parts} per step: unstable");
-                continue;
-            }
-            let nanoseconds = best(|| {
-                black_box(run());
-            });
-            let ratio = nanoseconds / ours;
-            println!("  RK4, {parts} per step: {nanoseconds:.0} ns a step ({ratio:.2} of ours), error {error:.1e} m");
-        }
+        fastest = fastest.min(begun.elapsed().as_nanos() as f64 / STRETCH as f64);
     }
+    fastest
 }
 
 fn main() {
-    let reference = batch(&simulation(CableModel::LumpedMass, &[], 1e-13));
-    let step = ours(&reference);
-    let evaluation = single_evaluation();
-    println!("one evaluation of the rates: {evaluation:.0} ns, a step is {:.1} of them", step / evaluation);
+    println!("a circle of 5 m in 60 s at 20 kN, closed loop, forces held over 10 ms; errors: largest on the way");
+    let exact = reference(CableModel::LumpedMass, &[]);
+    let mut at_default = f64::NAN;
+    for tolerance in [1e-6, DEFAULT_TOLERANCE, 1e-10] {
+        let name = format!("lumped_mass, Radau IIA(5), tolerance {tolerance:.0e}");
+        let time = ours(&name, CableModel::LumpedMass, &[], tolerance, &exact);
+        if tolerance == DEFAULT_TOLERANCE {
+            at_default = time;
+        }
+    }
+    explicit(CableModel::LumpedMass, &exact, at_default);
+    let start = simulation(CableModel::LumpedMass, &[], DEFAULT_TOLERANCE);
+    let n = start.states().len();
+    let dense = DenseRadau {
+        system: DenseSystem::new(start.plant().clone()),
+        radau: Radau::new(n, 0, DEFAULT_TOLERANCE),
+        states: start.states().to_vec(),
+        steps: 0,
+    };
+    line("the same method with a dense LU", &dense, start.plant(), &exact);
+    println!("one evaluation of the rates: {:.0} ns", single_evaluation());
+
+    let exact = reference(CableModel::MasslessSpring, &[]);
+    let time = ours("massless_spring", CableModel::MasslessSpring, &[], DEFAULT_TOLERANCE, &exact);
+    explicit(CableModel::MasslessSpring, &exact, time);
     variants();
-    let dense = dense_radau(&reference);
-    println!("structured against dense solve: {:.2} times faster", dense / step);
-    explicit_methods();
 }
