@@ -5,6 +5,13 @@ use super::{Complex64, Radau, System};
 
 /// Most Newton iterations of one step.
 const NEWTON_LIMIT: u32 = 8;
+/// Defect that a step may leave: as the change that it would make without the Jacobian, in units of the tolerance.
+///
+/// A correction is small where the solution is near, but also where the Jacobian takes the equations for stiffer than they are:
+/// friction that has begun to slide would be held as if it still stuck. Then the defect stays as large as it was.
+const DEFECT: f64 = 0.01;
+/// From one iteration to the next, the contraction of a larger defect that shows that the Jacobian is right.
+const DEFECT_CONTRACTION: f64 = 0.1;
 /// Contraction above which a step that took several iterations has the Jacobian taken anew.
 const FRESH_CONTRACTION: f64 = 0.02;
 /// Contraction that is taken for granted after a single iteration.
@@ -72,6 +79,11 @@ fn defect(h: f64, f: [&[f64]; 3], w: [&[f64]; 3], real: &mut [f64], complex: &mu
     }
 }
 
+/// Whether no more than [`DEFECT`] is left of a defect after its correction, going by its contraction from `before`.
+fn settles(defect: f64, before: f64) -> bool {
+    defect * defect <= DEFECT * (before - defect)
+}
+
 impl Radau {
     fn prepare(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
         if !self.has_jacobian {
@@ -95,12 +107,13 @@ impl Radau {
         self.prepare(system, t, y, h);
         self.guess(system);
         let mut last_change = self.apply_correction();
+        let mut last_defect = f64::NAN;
         let mut iterations = 0;
         loop {
             if iterations == NEWTON_LIMIT {
                 return Outcome::NotConverged;
             }
-            self.correct(system, t, y, h);
+            let defect = self.correct(system, t, y, h);
             let change = self.apply_correction();
             iterations += 1;
             self.statistics.newton_iterations += 1;
@@ -113,7 +126,12 @@ impl Radau {
                 theta = theta.max(LEAST_CONTRACTION);
             }
             last_change = change;
-            if change == 0.0 || theta < 0.99 && theta / (1.0 - theta) * change <= self.newton_tolerance {
+            let small = change == 0.0 || theta < 0.99 && theta / (1.0 - theta) * change <= self.newton_tolerance;
+            let solved = defect <= DEFECT
+                || settles(defect, if iterations == 1 { self.first_defect(h) } else { last_defect })
+                || iterations > 1 && defect <= DEFECT_CONTRACTION * last_defect;
+            last_defect = defect;
+            if small && solved {
                 let old = self.jacobian_age >= AGE;
                 self.stale = if theta > FRESH_CONTRACTION {
                     // A single iteration may only show that the guess does not know how inputs change in time.
@@ -126,7 +144,7 @@ impl Radau {
             if iterations > 1 {
                 if theta >= 0.99 {
                     // At the level of rounding the iteration no longer contracts, and need not.
-                    if change < self.newton_tolerance {
+                    if change < self.newton_tolerance && solved {
                         break;
                     }
                     return Outcome::NotConverged;
@@ -155,8 +173,13 @@ impl Radau {
         system.solve_complex(&mut self.complex);
     }
 
-    /// The correction of the stages by one Newton iteration, into `error` and `complex`.
-    fn correct(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
+    /// Size of the [`defect`] of stages that all stand at the start of the step.
+    fn first_defect(&self, h: f64) -> f64 {
+        self.norm(&self.rates) * T_INVERSE_SUM[0] * h / GAMMA
+    }
+
+    /// The correction of the stages by one Newton iteration, into `error` and `complex`; returns the size of the [`defect`].
+    fn correct(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) -> f64 {
         for s in 0..3 {
             for ((stage, y), z) in self.stage.iter_mut().zip(y).zip(&self.z[s]) {
                 *stage = y + z;
@@ -167,8 +190,11 @@ impl Radau {
         let [f0, f1, f2] = &self.f;
         let [w0, w1, w2] = &self.w;
         defect(h, [f0, f1, f2], [w0, w1, w2], &mut self.error, &mut self.complex);
+        // Its real part stands for all of it.
+        let size = self.norm(&self.error) * h / GAMMA;
         system.solve_real(&mut self.error);
         system.solve_complex(&mut self.complex);
+        size
     }
 
     /// Adds the correction to the stages; returns its size in units of the tolerance.

@@ -2,7 +2,9 @@
 
 use cdpr::integrator::Radau;
 
-use crate::problems::{Dense, Oscillator, Problem, ProtheroRobinson, Robertson, TwoPulls, Unweighed, VanDerPol};
+use crate::problems::{
+    Dense, Dragged, Oscillator, Problem, ProtheroRobinson, Robertson, TwoPulls, Unweighed, VanDerPol,
+};
 
 fn run(problem: impl Problem, y: &mut [f64], tolerance: f64, stops: &[f64]) {
     let switches = problem.switches();
@@ -60,6 +62,20 @@ fn tolerances_are_kept_over_many_periods() {
         assert!(error < 200.0 * tolerance, "tolerance {tolerance:e}: {error:e}");
         assert!(error < 0.2 * last, "a tighter tolerance must help: {error:e} after {last:e}");
         last = error;
+    }
+}
+
+/// While it sticks, the Jacobian is so stiff that each correction is small whatever the pull: that must not hold it for good.
+#[test]
+fn friction_that_begins_to_slide_is_not_held_by_an_old_jacobian() {
+    for tolerance in [1e-3, 1e-4, 1e-6, 1e-8, 1e-10] {
+        for width in [1e-3, 1e-6, 1e-9] {
+            let stops: Vec<f64> = (1..=1000).map(|k| 0.01 * f64::from(k)).collect();
+            let mut y = [0.0];
+            run(Dragged { width }, &mut y, tolerance, &stops);
+            let exact = Dragged::AT_10;
+            assert!((y[0] / exact - 1.0).abs() < 0.01, "width {width:e}, tolerance {tolerance:e}: {y:?}, {exact}");
+        }
     }
 }
 

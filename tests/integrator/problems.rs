@@ -101,6 +101,29 @@ impl Problem for VanDerPol {
     }
 }
 
+/// A block on a rough floor, pulled harder and harder: `v' = 0.1 t - 0.2 tanh(v/w)`. It sticks until t = 2 s.
+pub(crate) struct Dragged {
+    pub(crate) width: f64,
+}
+
+impl Dragged {
+    /// Speed at t = 10 s as the width goes to zero: 0.05 (10 - 2)².
+    pub(crate) const AT_10: f64 = 3.2;
+}
+
+impl Problem for Dragged {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn rates(&self, time: f64, y: &[f64], rates: &mut [f64]) {
+        rates[0] = 0.1 * time - 0.2 * (y[0] / self.width).tanh();
+    }
+    fn jacobian(&self, _time: f64, y: &[f64], j: &mut DMatrix<f64>) {
+        let turn = (y[0] / self.width).tanh();
+        j[(0, 0)] = -0.2 * (1.0 - turn * turn) / self.width;
+    }
+}
+
 /// Robertson's reaction (H. H. Robertson, 1966).
 pub(crate) struct Robertson;
 
