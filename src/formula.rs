@@ -4,6 +4,8 @@
 //! of one argument. `^` takes a number as its exponent. Variables: `x y phi vx vy omega time`, `disturbance_force_x`,
 //! `disturbance_force_y`, `disturbance_torque`, and with an index 1 to 4 `winch_force[i]`, `cable_length[i]`,
 //! `cable_speed[i]`, `unstretched_length[i]`, `unstretched_length_rate[i]`. SI units, radians.
+//!
+//! `sign(a)` is `tanh(a / 1e-6)`, see [`SIGN_WIDTH`].
 
 use std::ops::Range;
 
@@ -11,9 +13,15 @@ use crate::scalar::{Real, tanh};
 
 /// What a formula is made of, in a few words.
 pub const GRAMMAR: &str = "numbers, + - * / ^ (to a number), parentheses, functions sin cos tan tanh exp log sqrt abs \
-    sign, variables x y phi vx vy omega time disturbance_force_x disturbance_force_y disturbance_torque, and of cable i \
+    sign (as tanh(a/1e-6)), variables x y phi vx vy omega time disturbance_force_x disturbance_force_y disturbance_torque, and of cable i \
     winch_force[i] cable_length[i] cable_speed[i] unstretched_length[i] unstretched_length_rate[i] (i = 1 to 4); SI \
     units, radians";
+
+/// Where `sign(a)` turns: it is `tanh(a / SIGN_WIDTH)`, in the unit of its argument. `sign(a / 1000)` turns more gently.
+///
+/// A jump would have no solution where both sides of it push back towards it, which is what dry friction at rest does. Smooth,
+/// `-500*sign(vx)` holds the platform against up to 500 N at a creep below some 1e-6 m/s, 4 mm an hour.
+pub const SIGN_WIDTH: f64 = 1e-6;
 
 /// A variable of a formula; indices count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -227,7 +235,7 @@ impl Formula {
                             }
                         }
                         Function::Abs => a.abs(),
-                        Function::Sign => S::from(if a.re() == 0.0 { 0.0 } else { a.re().signum() }),
+                        Function::Sign => tanh(a / SIGN_WIDTH),
                     };
                 }
             }

@@ -9,6 +9,9 @@ use crate::scalar::Real;
 /// `target` is `platform.force_x`, `platform.force_y` (N), `platform.torque` (N m) or `winch[1]` to `winch[4]` (N, added
 /// to the pull). The text may use the variables of [`crate::formula`]: pose, twist, time, inputs, lengths and speeds.
 ///
+/// Dry friction can be written with `sign`, which turns smoothly over 1e-6 of its argument's unit: `-500*sign(vx)` sticks at a
+/// creep of that many m/s. Kinks, as of `abs`, are left to the error control.
+///
 /// Shows in: the residual of its target.
 ///
 /// Valid for: the range of the data it was found on.

@@ -1,6 +1,7 @@
 //! The plant and its simulation, seen from outside.
 
 mod catalogue;
+mod dry_friction;
 mod effects;
 mod energy;
 mod failures;
