@@ -214,6 +214,7 @@ impl Simulation {
             return Err(RadauError::Duration { duration, time: self.time });
         }
         self.time_carry = 0.0;
+        self.radau.begin(self.time);
         let mut left = duration;
         while left > 0.0 {
             let mut part = left;
@@ -223,7 +224,8 @@ impl Simulation {
             if self.poses.active() {
                 part = part.min(HISTORY_STEP);
             }
-            let last = part >= left - 4.0 * f64::EPSILON * end.abs();
+            // Where the clock is so far on that it cannot tell so short a stretch, the rest is one.
+            let last = part >= left - 4.0 * f64::EPSILON * end.abs() || self.time + part == self.time;
             let (stop, part) = if last { (end, left) } else { (self.time + part, part) };
             self.advance_stretch(stop, part)?;
             left = if last { 0.0 } else { end - self.time };
@@ -238,7 +240,7 @@ impl Simulation {
             self.slack = self.plant.slack_cables(self.time, &self.y, &inputs.at(self.time));
         }
         let mut system = PlantSystem { plant: &self.plant, inputs, slack: &mut self.slack, work: &mut self.work };
-        let result = self.radau.advance(&mut system, self.time, &mut self.y, duration);
+        let result = self.radau.advance_part(&mut system, self.time, &mut self.y, duration);
         self.time = match &result {
             Ok(()) => stop,
             Err(error) => error.time(),

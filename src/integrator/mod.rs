@@ -6,6 +6,7 @@
 //! The method and its control follow E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., 1996,
 //! sections IV.5 and IV.8; the step size control is K. Gustafsson's, *ACM Trans. Math. Softw.* 20 (1994).
 
+mod allowance;
 mod coefficients;
 mod outcome;
 mod radau;

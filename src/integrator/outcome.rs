@@ -1,8 +1,5 @@
 //! What an integration has cost, and why it stopped.
 
-/// Most switches within one call, against endless chatter.
-pub(super) const SWITCH_LIMIT: u64 = 10_000;
-
 /// What the integration has cost so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
@@ -66,9 +63,30 @@ pub enum RadauError {
         /// State there.
         state: Vec<f64>,
     },
-    /// Switches follow each other without end.
-    #[error("more than {SWITCH_LIMIT} switches up to t = {time} s; state {state:?}")]
+    /// The time hardly moves on for all the work: the equations ask for steps too small to get anywhere.
+    #[error(
+        "{evaluations} evaluations have brought the time from {since} s to t = {time} s only, in {steps} steps; the forces or \
+         their changes are too fast for the plant, or the tolerance is too tight; state {state:?}"
+    )]
+    TooMuchWork {
+        /// Evaluations spent since the integration last kept up.
+        evaluations: u64,
+        /// Steps made with them.
+        steps: u64,
+        /// Time then (s).
+        since: f64,
+        /// Time reached (s).
+        time: f64,
+        /// State there.
+        state: Vec<f64>,
+    },
+    /// The same, where most steps ended at a switch.
+    #[error("{switches} switches have brought the time from {since} s to t = {time} s only; state {state:?}")]
     Chatter {
+        /// Switches since the integration last kept up.
+        switches: u64,
+        /// Time then (s).
+        since: f64,
         /// Time reached (s).
         time: f64,
         /// State there.
@@ -84,6 +102,7 @@ impl RadauError {
             | Self::StepTooSmall { time, .. }
             | Self::NotFinite { time, .. }
             | Self::OutOfBounds { time, .. }
+            | Self::TooMuchWork { time, .. }
             | Self::Chatter { time, .. } => *time,
         }
     }

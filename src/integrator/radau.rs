@@ -1,7 +1,7 @@
 //! The integrator: its memory, and the way from one communication point to the next.
 
+use super::allowance::Allowance;
 use super::coefficients::END_RATES;
-use super::outcome::SWITCH_LIMIT;
 use super::step::Outcome;
 use super::{Complex64, RadauError, Statistics, System};
 
@@ -51,6 +51,7 @@ pub struct Radau {
     pub(super) switch_values: Vec<f64>,
     pub(super) switch_start: Vec<f64>,
     pub(super) statistics: Statistics,
+    pub(super) allowance: Allowance,
 }
 
 impl Radau {
@@ -82,6 +83,7 @@ impl Radau {
             switch_values: vec![0.0; switches],
             switch_start: vec![0.0; switches],
             statistics: Statistics::default(),
+            allowance: Allowance::full(0.0),
         };
         radau.set_tolerance(relative_tolerance);
         radau
@@ -144,8 +146,26 @@ impl Radau {
     /// Advances `y` from `time` by `duration`, locating switches on the way.
     ///
     /// # Errors
-    /// When no step size gives convergence, or the equations do not hold. `y` is then the state at the time in the error.
+    /// When no step size gives convergence, the equations do not hold, or the work does not get anywhere. `y` is then the
+    /// state at the time in the error.
     pub fn advance(
+        &mut self,
+        system: &mut impl System,
+        time: f64,
+        y: &mut [f64],
+        duration: f64,
+    ) -> Result<(), RadauError> {
+        self.begin(time);
+        self.advance_part(system, time, y, duration)
+    }
+
+    /// Begins a call that is made up of parts; the work that it may be is for all of them together.
+    pub(crate) fn begin(&mut self, time: f64) {
+        self.allowance = Allowance::full(time);
+    }
+
+    /// [`Radau::advance`] as a part of a call.
+    pub(crate) fn advance_part(
         &mut self,
         system: &mut impl System,
         time: f64,
@@ -158,7 +178,6 @@ impl Radau {
         let end = time + duration;
         let mut t = time;
         let mut remaining = duration;
-        let switches_before = self.statistics.switches;
         let smallest = 1e-13 * duration.max(1e-3) + 4.0 * f64::EPSILON * end.abs();
         self.stale = false;
         self.weigh(system, y);
@@ -167,9 +186,10 @@ impl Radau {
         // Where a switch was seen: a step is made to end there before the switch is believed.
         let mut limit = f64::INFINITY;
         while remaining > 0.0 {
+            self.allowance.check(t, y)?;
             if !rates_known {
                 system.rates(t, y, &mut self.rates);
-                self.statistics.evaluations += 1;
+                self.count_evaluations(1);
                 if self.rates.iter().any(|r| !r.is_finite()) {
                     return Err(RadauError::NotFinite { time: t, state: y.to_vec() });
                 }
@@ -222,14 +242,13 @@ impl Radau {
                     rejected = false;
                     if let Some(fraction) = crossing {
                         self.statistics.switches += 1;
-                        if self.statistics.switches - switches_before > SWITCH_LIMIT {
-                            return Err(RadauError::Chatter { time: t, state: y.to_vec() });
-                        }
+                        self.allowance.count_switch();
                         let part = fraction * h;
                         self.stage_at(y, fraction);
                         y.copy_from_slice(&self.stage);
                         t += part;
                         remaining -= part;
+                        self.allowance.earn(part, t);
                         system.switch(t, y);
                         self.has_jacobian = false;
                         self.last = (0.0, 0.0);
@@ -243,6 +262,7 @@ impl Radau {
                         }
                         remaining = if h == remaining { 0.0 } else { remaining - h };
                         t = if remaining == 0.0 { end } else { end - remaining };
+                        self.allowance.earn(h, t);
                     }
                     if std::mem::take(&mut self.stale) {
                         self.has_jacobian = false;
@@ -257,6 +277,11 @@ impl Radau {
             }
         }
         Ok(())
+    }
+
+    pub(super) fn count_evaluations(&mut self, count: u64) {
+        self.statistics.evaluations += count;
+        self.allowance.spend(count);
     }
 
     /// Takes up what errors weigh at `y`.

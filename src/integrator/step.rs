@@ -186,7 +186,7 @@ impl Radau {
             }
             system.rates(t + C[s] * h, &self.stage, &mut self.f[s]);
         }
-        self.statistics.evaluations += 3;
+        self.count_evaluations(3);
         let [f0, f1, f2] = &self.f;
         let [w0, w1, w2] = &self.w;
         defect(h, [f0, f1, f2], [w0, w1, w2], &mut self.error, &mut self.complex);
@@ -227,7 +227,7 @@ impl Radau {
                 self.stage[k] = y[k] + self.error[k];
             }
             system.rates(t, &self.stage, &mut self.error);
-            self.statistics.evaluations += 1;
+            self.count_evaluations(1);
             for k in 0..n {
                 self.error[k] += self.w[0][k];
             }

@@ -35,8 +35,10 @@ impl Radau {
         // One may be negative from the start, by rounding right after its own switch or at a step's end: then it counts as
         // crossing where it falls further, not where it rises.
         system.switching_functions(t, y, &mut start);
+        self.allowance.spend(1);
         let mut check = |radau: &mut Self, fraction: f64| {
             radau.stage_at(y, fraction);
+            radau.allowance.spend(1);
             system.switching_functions(t + fraction * h, &radau.stage, &mut values);
             values.iter().zip(&start).any(|(v, s)| *v < s.min(0.0))
         };

@@ -89,3 +89,41 @@ fn endless_switching_is_an_error() {
     assert!(matches!(error, RadauError::Chatter { .. }), "{error}");
     assert!((error.time() - 0.5).abs() < 1e-6 && y[0].abs() < 1e-6, "{error}");
 }
+
+/// A circle that attracts, gone round at a million radians a second.
+struct Fast;
+
+impl Problem for Fast {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn rates(&self, _time: f64, y: &[f64], rates: &mut [f64]) {
+        let pull = 1.0 - y[0] * y[0] - y[1] * y[1];
+        rates[0] = 1e6 * (y[1] + y[0] * pull);
+        rates[1] = 1e6 * (y[1] * pull - y[0]);
+    }
+    fn jacobian(&self, _time: f64, y: &[f64], j: &mut DMatrix<f64>) {
+        let pull = 1.0 - y[0] * y[0] - y[1] * y[1];
+        j[(0, 0)] = 1e6 * (pull - 2.0 * y[0] * y[0]);
+        j[(0, 1)] = 1e6 * (1.0 - 2.0 * y[0] * y[1]);
+        j[(1, 0)] = 1e6 * (-1.0 - 2.0 * y[0] * y[1]);
+        j[(1, 1)] = 1e6 * (pull - 2.0 * y[1] * y[1]);
+    }
+}
+
+/// However long the call was to be: what it may cost grows with the time reached.
+#[test]
+fn a_call_that_does_not_get_on_ends() {
+    for duration in [0.1, 10.0, 1e3] {
+        let mut radau = Radau::new(2, 0, 1e-8);
+        let mut system = Dense::new(Fast);
+        let mut y = [1.0, 0.0];
+        let error = radau.advance(&mut system, 0.0, &mut y, duration).unwrap_err();
+        let RadauError::TooMuchWork { evaluations, since, time, .. } = error else { panic!("{error}") };
+        assert!(evaluations < 300_000 && radau.statistics().evaluations < 300_000, "{error}");
+        assert!(since == 0.0 && time > 0.0 && time < 0.1, "{error}");
+        assert!((y[0].hypot(y[1]) - 1.0).abs() < 1e-3, "{y:?}");
+        // The next call has an allowance of its own.
+        radau.advance(&mut system, time, &mut y, 1e-6).unwrap();
+    }
+}

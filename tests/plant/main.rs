@@ -15,3 +15,4 @@ mod sensors;
 mod slack;
 mod steps;
 mod symmetry;
+mod work;
