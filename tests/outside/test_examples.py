@@ -75,6 +75,26 @@ def test_discover_from_python(cdpr_bin, tmp_path):
     assert (tmp_path / "out" / "gap.png").stat().st_size > 10_000
 
 
+def test_the_lines_for_fmpy_in_the_readme_release_the_platform(fmu, tmp_path):
+    """But for the plot, which opens a browser."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    block = next(b for b in readme.split("```python\n") if b.startswith("from fmpy"))
+    *lines, plot = block.split("```")[0].splitlines()
+    assert plot.startswith("plot_result")
+    shutil.copy(fmu.path, tmp_path / "CablePlatform.fmu")
+    done = subprocess.run(
+        [sys.executable, "-c", "\n".join(lines)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    # The values of `src/release.rs` after 50 s.
+    assert figures(done.stdout) == pytest.approx([0.01818326125, 0.2778655904], rel=1e-6)
+
+
 PD = EXAMPLES / "pd_in_fmpy" / "pd.py"
 
 
