@@ -101,6 +101,7 @@ impl Oscillator {
                 ("half", "A step stops half way"),
                 ("panic", "A step panics"),
                 ("warn", "A step is taken, with a warning"),
+                ("tell", "A step is taken, with a word about it"),
             ],
         )];
         table.log_categories =
@@ -137,6 +138,10 @@ impl Oscillator {
     fn acceleration(&self) -> f64 {
         let Numbers { omega, zeta, .. } = self.now;
         self.now.gain * self.now.u - 2.0 * zeta * omega * self.now.v - omega * omega * self.now.x
+    }
+
+    fn say(&mut self, status: Status, message: &str) {
+        self.log.push(LogEntry { category: "logModel".into(), status, message: message.into() });
     }
 
     fn advance(&mut self, time: f64, step: f64) {
@@ -330,11 +335,8 @@ impl Model for Oscillator {
                 });
             }
             3 => panic!("asked to panic"),
-            4 => self.log.push(LogEntry {
-                category: "logModel".into(),
-                status: Status::Warning,
-                message: "asked to warn".into(),
-            }),
+            4 => self.say(Status::Warning, "asked to warn"),
+            5 => self.say(Status::Ok, "asked to tell"),
             _ => {}
         }
         if let Some(until) = self.until_wall(step) {

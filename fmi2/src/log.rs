@@ -58,9 +58,10 @@ impl Filter {
         Ok(())
     }
 
-    /// Errors always pass: a host that gets `fmi2Error` must be able to find out why.
+    /// What is not well always passes. A host that gets `fmi2Error` or `fmi2Discard` must be able to find out why, and
+    /// a warning is told nowhere else: the call returns `fmi2OK`. The categories choose among the rest.
     pub(crate) fn passes(&self, message: &Message) -> bool {
-        message.status >= Status::Error || self.on.contains("logAll") || self.on.contains(message.category.as_ref())
+        message.status > Status::Ok || self.on.contains("logAll") || self.on.contains(message.category.as_ref())
     }
 }
 
@@ -68,29 +69,42 @@ impl Filter {
 mod tests {
     use super::*;
 
-    fn passing(filter: &Filter) -> Vec<Status> {
-        [Status::Ok, Status::Warning, Status::Discard, Status::Error]
-            .into_iter()
-            .filter(|&s| filter.passes(&Message::of_layer(s, String::new())))
-            .collect()
+    fn message(status: Status, category: &'static str) -> Message {
+        Message { status, category: category.into(), text: String::new() }
+    }
+
+    fn passing(filter: &Filter) -> Vec<&'static str> {
+        ["logEvents", "logSolver"].into_iter().filter(|c| filter.passes(&message(Status::Ok, c))).collect()
     }
 
     #[test]
     fn categories_switch_on_and_off() {
-        let known = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logAll"];
+        let known = ["logEvents", "logSolver", "logAll"];
         let mut filter = Filter::new(known.map(String::from).to_vec(), false);
-        assert_eq!(passing(&filter), [Status::Error]);
+        assert!(passing(&filter).is_empty());
 
-        filter.switch(true, &["logStatusWarning"]).unwrap();
-        assert_eq!(passing(&filter), [Status::Warning, Status::Error]);
+        filter.switch(true, &["logEvents"]).unwrap();
+        assert_eq!(passing(&filter), ["logEvents"]);
 
         filter.switch(true, &[]).unwrap();
-        assert_eq!(passing(&filter).len(), 4);
+        assert_eq!(passing(&filter), ["logEvents", "logSolver"]);
 
-        filter.switch(true, &["logStatusDiscard", "noSuch"]).unwrap_err();
-        assert_eq!(passing(&filter).len(), 4, "a refused call changes nothing");
+        filter.switch(true, &["logEvents", "noSuch"]).unwrap_err();
+        assert_eq!(passing(&filter).len(), 2, "a refused call changes nothing");
 
-        filter.switch(false, &["logStatusDiscard"]).unwrap();
-        assert_eq!(passing(&filter), [Status::Error]);
+        filter.switch(true, &["logAll"]).unwrap();
+        assert_eq!(passing(&filter), ["logEvents", "logSolver"]);
+
+        filter.switch(false, &["logEvents"]).unwrap();
+        assert!(passing(&filter).is_empty());
+    }
+
+    #[test]
+    fn what_is_not_well_passes_whatever_is_switched_on() {
+        let filter = Filter::new(vec!["logModel".into()], false);
+        for status in [Status::Warning, Status::Discard, Status::Error] {
+            assert!(filter.passes(&Message::of_layer(status, String::new())), "{status:?}");
+            assert!(filter.passes(&message(status, "logModel")), "{status:?}");
+        }
     }
 }

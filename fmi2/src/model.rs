@@ -125,7 +125,8 @@ pub trait Model: Send + Sized + 'static {
 
     /// Messages that the model wants logged since the last call.
     ///
-    /// A [`Status::Warning`] among them turns the status of a call that went well into `fmi2Warning`.
+    /// Those with [`Status::Warning`] reach the host whatever it switched on; the call's status stays `fmi2OK`, because
+    /// many hosts end a run at `fmi2Warning`. So warn once, not at every step.
     fn take_log(&mut self) -> Vec<LogEntry> {
         Vec::new()
     }

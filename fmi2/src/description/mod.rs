@@ -191,7 +191,7 @@ pub struct LogCategory {
 
 /// The categories that the layer itself uses and always declares: name and description.
 pub const LAYER_LOG_CATEGORIES: [(&str, &str); 4] = [
-    ("logStatusWarning", "Calls that returned fmi2Warning"),
+    ("logStatusWarning", "What a host should know although its call went well"),
     ("logStatusDiscard", "Steps that were not taken in full"),
     ("logStatusError", "Calls that returned fmi2Error"),
     ("logAll", "Every message"),

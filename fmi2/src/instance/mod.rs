@@ -90,6 +90,9 @@ impl<M: Model> Instance<M> {
 
     /// The guard around every call: checks the state, catches panics, settles status and messages.
     ///
+    /// What the model warns of goes to the log only. Many hosts end a run at anything but `fmi2OK`, and a warning
+    /// is no reason to.
+    ///
     /// The messages are for the host's logger, to be delivered after the instance is free again, so
     /// that a logger that calls back does not block itself.
     pub(crate) fn call(
@@ -107,9 +110,6 @@ impl<M: Model> Instance<M> {
         let mut status = Status::Ok;
         let mut messages = Vec::new();
         for entry in from_model {
-            if entry.status == Status::Warning {
-                status = Status::Warning;
-            }
             messages.push(Message { status: entry.status, category: entry.category, text: entry.message });
         }
         if let Err(failure) = outcome {

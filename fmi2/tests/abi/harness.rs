@@ -119,6 +119,7 @@ pub(crate) mod fault {
     pub(crate) const HALF: i32 = 2;
     pub(crate) const PANIC: i32 = 3;
     pub(crate) const WARN: i32 = 4;
+    pub(crate) const TELL: i32 = 5;
 }
 
 /// One message, as formatted by `printf`.

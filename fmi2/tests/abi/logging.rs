@@ -12,40 +12,54 @@ fn switch(fmu: &Fmu, on: bool, categories: &[&CStr]) -> i32 {
     unsafe { fmi2SetDebugLogging(fmu.c, i32::from(on), pointers.len(), pointers.as_ptr()) }
 }
 
-/// One warning, one discard, one error: the categories that come through.
-fn provoke(fmu: &Fmu) -> Vec<String> {
+/// A word, a warning, a discard, an error: the categories that come through.
+fn provoke(fmu: &Fmu) -> Vec<(String, i32)> {
     let point = fmu.get(vr::TIME);
-    assert_eq!(fmu.set_integer(vr::FAULT, fault::WARN), OK);
-    assert_eq!(fmu.step(point, 0.25), WARNING);
-    assert_eq!(fmu.set_integer(vr::FAULT, fault::HALF), OK);
-    assert_eq!(fmu.step(point + 0.25, 0.5), DISCARD);
+    for (fault, status) in [(fault::TELL, OK), (fault::WARN, OK), (fault::HALF, DISCARD)] {
+        assert_eq!(fmu.set_integer(vr::FAULT, fault), OK);
+        assert_eq!(fmu.step(fmu.get(vr::TIME), 0.5), status);
+    }
     assert_eq!(fmu.step(point, -1.0), ERROR);
-    fmu.log().into_iter().map(|m| m.category).collect()
+    fmu.log().into_iter().map(|m| (m.category, m.status)).collect()
+}
+
+/// What no switch keeps back, as `provoke` brings it about.
+fn not_well() -> Vec<(String, i32)> {
+    [("logModel", WARNING), ("logStatusDiscard", DISCARD), ("logStatusError", ERROR)].map(|(c, s)| (c.into(), s)).into()
 }
 
 #[test]
-fn categories_decide_what_is_logged() {
+fn categories_decide_what_is_logged_of_what_is_well() {
     let fmu = Fmu::stepping();
-    assert_eq!(provoke(&fmu), ["logModel", "logStatusDiscard", "logStatusError"]);
+    let everything = [vec![("logModel".to_owned(), OK)], not_well()].concat();
+    assert_eq!(provoke(&fmu), everything);
     assert_eq!(switch(&fmu, false, &[]), OK);
-    assert_eq!(provoke(&fmu), ["logStatusError"], "errors always come through");
+    assert_eq!(provoke(&fmu), not_well(), "warnings, discards and errors always come through");
     assert_eq!(switch(&fmu, true, &[c"logStatusDiscard"]), OK);
-    assert_eq!(provoke(&fmu), ["logStatusDiscard", "logStatusError"]);
-    assert_eq!(switch(&fmu, true, &[c"logModel", c"logStatusError"]), OK);
-    assert_eq!(provoke(&fmu), ["logModel", "logStatusError"]);
-    assert_eq!(switch(&fmu, true, &[c"logAll"]), OK);
-    assert_eq!(provoke(&fmu).len(), 3);
+    assert_eq!(provoke(&fmu), not_well());
+    for category in [c"logModel", c"logAll"] {
+        assert_eq!(switch(&fmu, true, &[category]), OK);
+        assert_eq!(provoke(&fmu), everything);
+    }
     assert_eq!(switch(&fmu, true, &[c"logNothing"]), ERROR);
     assert!(fmu.message().contains("log category `logNothing` is not one of"));
 }
 
+/// A host that did not ask for debug logging could not find out why its run ended.
 #[test]
-fn logging_off_at_the_start_is_off() {
+fn a_discard_without_logging_on_tells_its_reason() {
     let fmu = Fmu::with_logging(false);
     assert_eq!(fmu.setup(0.0, None), OK);
     assert_eq!(fmu.enter(), OK);
     assert_eq!(fmu.exit(), OK);
-    assert_eq!(provoke(&fmu), ["logStatusError"]);
+    assert_eq!(fmu.set_integer(vr::FAULT, fault::HALF), OK);
+    assert_eq!(fmu.step(0.0, 0.5), DISCARD);
+    assert!(fmu.message().contains("asked to stop half way"));
+    assert_eq!(fmu.step(0.25, -1.0), ERROR);
+    assert!(fmu.message().contains("not positive"));
+    assert_eq!(fmu.set_integer(vr::FAULT, fault::TELL), OK);
+    assert_eq!(fmu.step(0.25, 0.5), OK);
+    assert_eq!(fmu.log(), [], "what is well needs logging on");
 }
 
 /// The harness passes each message through `printf`, as a logger in C does.

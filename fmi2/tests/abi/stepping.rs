@@ -94,15 +94,22 @@ fn a_panic_does_not_cross_and_is_healed_by_reset_or_restore() {
     }
 }
 
+/// fmusim, OMSimulator and PyFMI end a run at `fmi2Warning`.
 #[test]
-fn a_model_can_warn() {
-    let fmu = Fmu::stepping();
-    assert_eq!(fmu.set_integer(vr::FAULT, fault::WARN), OK);
-    assert_eq!(fmu.step(0.0, 0.1), WARNING);
-    let log = fmu.log();
-    assert_eq!(log.len(), 1);
-    assert_eq!((log[0].category.as_str(), log[0].text.as_str()), ("logModel", "asked to warn"));
-    assert_eq!(fmu.step(0.1, 0.1), WARNING);
+fn a_warning_is_logged_and_does_not_end_the_run() {
+    for logging_on in [true, false] {
+        let fmu = Fmu::with_logging(logging_on);
+        assert_eq!(fmu.setup(0.0, None), OK);
+        assert_eq!(fmu.enter(), OK);
+        assert_eq!(fmu.exit(), OK);
+        assert_eq!(fmu.set_integer(vr::FAULT, fault::WARN), OK);
+        assert_eq!(fmu.step(0.0, 0.1), OK);
+        let log = fmu.log();
+        assert_eq!(log.len(), 1);
+        assert_eq!((log[0].category.as_str(), log[0].text.as_str()), ("logModel", "asked to warn"));
+        assert_eq!(log[0].status, WARNING);
+        assert_eq!(fmu.step(0.1, 0.1), OK);
+    }
 }
 
 #[test]
