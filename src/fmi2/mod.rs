@@ -10,11 +10,15 @@
 //! - A directional derivative with respect to an output that is a state is with respect to the state as the sensor
 //!   shows it. What a dead time holds back does not depend on present states and inputs: with `pose_sensor_delay` the
 //!   outputs `x`, `y`, `phi`, with `winch_delay` everything with respect to that winch's force. `der(x)` is the present
-//!   rate all the same. There are no directional derivatives before initialisation has ended.
+//!   rate all the same.
+//! - In Initialization Mode a directional derivative says how an initial unknown follows the start values, parameters,
+//!   inputs and start time that can be set there, through whatever `initialization` computes. It is by differences, to
+//!   about eight digits; once initialised they are exact.
 //! - `relative_tolerance` follows the experiment's tolerance until it is changed.
 
 mod dependencies;
 mod derivatives;
+mod initial_derivatives;
 mod parameters;
 mod role;
 mod saved;
@@ -386,7 +390,10 @@ impl FmiModel for CablePlatform {
         seed: &[f64],
         out: &mut [f64],
     ) -> Result<(), ModelError> {
-        self.along(unknowns, knowns, seed, out)
+        match self.phase {
+            Phase::Initialising(experiment) => self.along_starts(experiment, unknowns, knowns, seed, out),
+            _ => self.along(unknowns, knowns, seed, out),
+        }
     }
 
     fn save(&self, out: &mut Vec<u8>) {

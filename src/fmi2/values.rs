@@ -40,11 +40,7 @@ impl CablePlatform {
             self.present()?;
         }
         if let (Some(simulation), None) = (&self.simulation, &self.now) {
-            let evaluation = simulation.evaluate();
-            let outputs = simulation.outputs_of(&evaluation);
-            self.rates.resize(simulation.states().len(), 0.0);
-            simulation.plant().write_rates(simulation.states(), &evaluation, &mut self.rates);
-            self.now = Some(Now { evaluation, outputs });
+            self.now = Some(Now::of(simulation, &mut self.rates));
         }
         match (&self.simulation, &self.now) {
             (Some(simulation), Some(now)) => Ok((simulation, now, &self.rates)),
@@ -54,20 +50,7 @@ impl CablePlatform {
 
     fn computed(&mut self, role: Role) -> Result<f64, ModelError> {
         let (simulation, now, rates) = self.now()?;
-        let acceleration = match role {
-            Role::Rate(State::UnstretchedRate(_)) => simulation.unstretched_accelerations(&now.evaluation),
-            _ => Default::default(),
-        };
-        let plant = simulation.plant();
-        let instant = Instant {
-            outputs: &now.outputs,
-            states: simulation.states(),
-            rates,
-            acceleration,
-            scale: plant.cable.each_ref().map(|c| c.unstretched_sensor.0),
-            effects: std::array::from_fn(|i| plant.effect_states(i).start),
-        };
-        instant.real(role).ok_or_else(|| ModelError::new("no real variable of the plant"))
+        read(simulation, now, rates, role)
     }
 
     /// Gives the variable that stands for `role` a value.
@@ -132,8 +115,37 @@ impl CablePlatform {
     }
 }
 
+impl Now {
+    /// The present instant of `simulation`, and the rates of its states.
+    pub(super) fn of(simulation: &Simulation, rates: &mut Vec<f64>) -> Self {
+        let evaluation = simulation.evaluate();
+        let outputs = simulation.outputs_of(&evaluation);
+        rates.resize(simulation.states().len(), 0.0);
+        simulation.plant().write_rates(simulation.states(), &evaluation, rates);
+        Self { evaluation, outputs }
+    }
+}
+
+/// A real variable that follows from the states.
+pub(super) fn read(simulation: &Simulation, now: &Now, rates: &[f64], role: Role) -> Result<f64, ModelError> {
+    let acceleration = match role {
+        Role::Rate(State::UnstretchedRate(_)) => simulation.unstretched_accelerations(&now.evaluation),
+        _ => Default::default(),
+    };
+    let plant = simulation.plant();
+    let instant = Instant {
+        outputs: &now.outputs,
+        states: simulation.states(),
+        rates,
+        acceleration,
+        scale: plant.cable.each_ref().map(|c| c.unstretched_sensor.0),
+        effects: std::array::from_fn(|i| plant.effect_states(i).start),
+    };
+    instant.real(role).ok_or_else(|| ModelError::new("no real variable of the plant"))
+}
+
 /// Where the start value of a state is kept.
-fn start_field(start: &mut Start, state: State) -> Option<&mut f64> {
+pub(super) fn start_field(start: &mut Start, state: State) -> Option<&mut f64> {
     Some(match state {
         State::Pose(k) => &mut start.pose[k],
         State::Twist(k) => &mut start.twist[k],

@@ -115,6 +115,10 @@ pub enum BaseType {
     String,
 }
 
+impl BaseType {
+    pub(crate) const ALL: [Self; 4] = [Self::Real, Self::Integer, Self::Boolean, Self::String];
+}
+
 /// The role of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Causality {

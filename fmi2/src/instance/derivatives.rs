@@ -79,10 +79,12 @@ impl<M: Model> Instance<M> {
             if fits(self, index, &self.model.description().variables[index]) {
                 return Ok(index);
             }
+            // Derivatives are of Real variables only, which a host may overlook: references count by type.
             Err(Failure::refused(format!(
-                "`{}` is not {role} in state `{}`",
+                "the Real `{}` (value reference {reference}) is not {role} in state `{}`{}",
                 self.name(index),
-                self.progress.state.name()
+                self.progress.state.name(),
+                self.namesake(BaseType::Real, reference)
             )))
         };
         references.iter().map(to_index).collect()

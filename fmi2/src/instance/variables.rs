@@ -153,8 +153,18 @@ impl<M: Model> Instance<M> {
     /// Index of the variable behind a value reference.
     pub(super) fn index(&self, base: BaseType, reference: u32) -> Outcome<usize> {
         self.lookup.index(base, reference).ok_or_else(|| {
-            Failure::refused(format!("no variable of type {base:?} has the value reference {reference}"))
+            let namesake = self.namesake(base, reference);
+            Failure::refused(format!("no variable of type {base:?} has the value reference {reference}{namesake}"))
         })
+    }
+
+    /// Who else has this value reference, for messages: each base type counts its own.
+    pub(super) fn namesake(&self, base: BaseType, reference: u32) -> String {
+        let others = BaseType::ALL.into_iter().filter(|other| *other != base);
+        others
+            .filter_map(|other| Some((other, self.lookup.index(other, reference)?)))
+            .map(|(other, index)| format!("; as {other:?} it is `{}`", self.name(index)))
+            .collect()
     }
 
     fn value(&mut self, index: usize) -> Outcome<Value> {

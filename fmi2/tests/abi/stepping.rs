@@ -245,6 +245,34 @@ fn directional_derivatives_give_the_state_matrix() {
     assert_eq!(get(&[99], &[vr::X], &[1.0]), None);
 }
 
+/// Value references count by type: 0 is the Boolean `inside` and, as Real, time.
+#[test]
+fn a_boolean_reference_asked_for_a_derivative_is_named_as_such() {
+    let fmu = Fmu::stepping();
+    let ask = |unknown: u32, known: u32| {
+        let (seed, mut out) = (1.0, f64::NAN);
+        // SAFETY: one value each.
+        let status = unsafe {
+            fmi2GetDirectionalDerivative(
+                fmu.c,
+                &raw const unknown,
+                1,
+                &raw const known,
+                1,
+                &raw const seed,
+                &raw mut out,
+            )
+        };
+        assert_eq!(status, ERROR);
+        fmu.message()
+    };
+    let told = ask(vr::INSIDE, vr::X);
+    assert!(told.contains("Real `time` (value reference 0) is not an unknown"), "{told}");
+    assert!(told.contains("as Boolean it is `inside`"), "{told}");
+    let told = ask(vr::X, vr::HOLD + 100);
+    assert!(told.contains("no variable of type Real has the value reference 101"), "{told}");
+}
+
 #[test]
 fn exact_starts_are_knowns_while_initialising() {
     let fmu = Fmu::initialising();

@@ -2,6 +2,7 @@
 
 mod derivatives;
 mod description;
+mod initial_derivatives;
 mod lifecycle;
 mod saving;
 
