@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from .cases_hard import ELASTICITY, LOOK_ALIKES, MOORDYN, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
 from .cases_pair import PAIRS, TRIPLES
+from .cases_realistic import REALISTIC
 from .cases_single import SINGLES
 
 SUITE = [
@@ -17,8 +18,8 @@ SUITE = [
     *MOORDYN,
     *NULLS,
 ]
-_BY_NAME = {case.name: case for case in SUITE}
-if len(_BY_NAME) != len(SUITE):
+_BY_NAME = {case.name: case for case in [*SUITE, *REALISTIC]}
+if len(_BY_NAME) != len(SUITE) + len(REALISTIC):
     raise ValueError("the suite holds two cases of one name")
 
 

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import bilinear, lfilter
 
-from . import parameters
+from . import imperfections, parameters
 from .control import closed_loop
+from .imperfections import NONE, Imperfections
 from .plant import lengths
 
 
@@ -38,6 +39,7 @@ class Settings:
     gaps: float = 0.0  # share of readings lost, in runs
     outliers: float = 0.0  # share of readings thrown far off
     loop: tuple = (0.5, 0.8, 2.5)  # loop frequency (rad/s), damping, observer frequency (rad/s)
+    imperfections: Imperfections = NONE  # of what is written, beside white noise
 
     def but(self, **changes):
         """The same trial with these settings changed."""
@@ -279,16 +281,16 @@ def _read_sensors(record, poses, pose_errors, effects, asked):
 
 def write_csv(record, path):
     """Write the record as measured data: time, inputs as applied, readings; a gap is empty."""
-    n = len(record.states)
-    names, cells = ["time"], [[f"{k * record.dt:.6g}" for k in range(n)]]
+    written = imperfections.apply(record, record.settings.imperfections)
+    names, cells = ["time"], [[f"{t:.6g}" for t in written.time]]
     for i in range(4):
         names.append(f"winch_force[{i + 1}]")
-        cells.append([f"{v:.3f}" for v in record.forces[:, i]])
+        cells.append([f"{v:.3f}" for v in written.forces[:, i]])
     if record.settings.wind > 0.0:
         for axis, name in enumerate(("force_x", "force_y", "torque")):
             names.append(f"disturbance_{name}")
             cells.append([f"{v:.3f}" for v in record.recorded[:, axis]])
-    for name, column in record.columns.items():
+    for name, column in written.columns.items():
         names.append(name)
         digits = 9 if name == "phi" else (3 if name.startswith("tension") else 7)
         cells.append(["" if np.isnan(v) else f"{v:.{digits}f}" for v in column])
