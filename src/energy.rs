@@ -16,8 +16,9 @@ use num_dual::Dual64;
 
 use crate::dynamics::{Evaluation, Inputs, MAX_EFFECT_STATES, swing_tension};
 use crate::effect::{PlatformContext, SwingContext};
-use crate::kinematics::CableArrays;
-use crate::parameters::{CABLES, CableInertia, CableModel};
+use crate::kinematics;
+use crate::parameters::{CableInertia, CableModel};
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
 
@@ -30,6 +31,8 @@ pub struct Energy<S = f64> {
     pub cables_across: S,
     /// Kinetic energy of the cables along their direction, and of the drums.
     pub cables_along: S,
+    /// Potential energy of the platform in gravity, zero with its centre of mass at the origin.
+    pub gravity: S,
     /// Elastic energy of the taut cables; zero for cables with effects on their elastic law, whose work is
     /// [`Power::cable_laws`].
     pub elastic: S,
@@ -38,7 +41,7 @@ pub struct Energy<S = f64> {
 impl<S: Real> Energy<S> {
     /// All of it (J).
     pub fn total(&self) -> S {
-        self.platform + self.cables_across + self.cables_along + self.elastic
+        self.platform + self.cables_across + self.cables_along + self.gravity + self.elastic
     }
 }
 
@@ -72,12 +75,12 @@ impl Plant {
     ///
     /// A rigid or massless-spring cable that is slack has no axial motion of its own in the model; its axial energy is
     /// left out, so the total jumps when such a cable goes slack in motion.
-    pub fn energy<S: Real>(&self, y: &[S], slack: [bool; CABLES]) -> Energy<S> {
+    pub fn energy<S: Real>(&self, y: &[S], slack: &PerCable<bool>) -> Energy<S> {
         let data = &self.data;
         let zero = S::from(0.0);
         let (pose, twist) = ([y[0], y[1], y[2]], [y[3], y[4], y[5]]);
         let (sin, cos) = pose[2].sin_cos();
-        let k = CableArrays::new(&data.geometry, &pose, [cos, sin], &twist);
+        let cables = kinematics::cables(&data.geometry, &pose, &twist);
         let [cx, cy] = self.com_arm([cos, sin]);
         let centre = [twist[0] - twist[2] * cy, twist[1] + twist[2] * cx];
         let mut energy = Energy {
@@ -85,29 +88,31 @@ impl Plant {
                 + twist[2] * twist[2] * (0.5 * data.inertia),
             cables_across: zero,
             cables_along: zero,
+            gravity: -((pose[0] + cx) * data.gravity[0] + (pose[1] + cy) * data.gravity[1]) * data.mass,
             elastic: zero,
         };
-        for i in 0..CABLES {
+        for i in 0..self.cables() {
+            let k = &cables[i];
             let cable = &data.cables[i];
             let at = self.offset[i];
-            let turning = k.length[i] * k.angular_rate[i];
-            energy.cables_across += k.length[i] * turning * turning * (0.5 * cable.straight_density);
+            let turning = k.length * k.angular_rate;
+            energy.cables_across += k.length * turning * turning * (0.5 * cable.straight_density);
             if !self.cable[i].swing.is_empty() {
                 let states = self.gather_effect_states(i, y);
                 for (kind, at) in &self.cable[i].swing {
-                    energy.cables_across += kind.swing_energy(k.length[i], &states[*at..]);
+                    energy.cables_across += kind.swing_energy(k.length, &states[*at..]);
                 }
             }
-            energy.cables_along += k.length[i] * k.speed[i] * k.speed[i] * (0.5 * cable.end_density);
+            energy.cables_along += k.length * k.speed * k.speed * (0.5 * cable.end_density);
             let (length, rate) = match cable.model {
                 CableModel::LumpedMass => (y[at], y[at + 1]),
-                CableModel::Rigid | CableModel::MasslessSpring => (k.length[i], k.speed[i]),
+                CableModel::Rigid | CableModel::MasslessSpring => (k.length, k.speed),
             };
             if cable.model == CableModel::LumpedMass || !slack[i] {
                 energy.cables_along += cable.axial_mass(length) * rate * rate * 0.5;
             }
-            if cable.model != CableModel::Rigid && self.cable[i].law.is_empty() && k.length[i].re() > y[at].re() {
-                let stretch = k.length[i] - y[at];
+            if cable.model != CableModel::Rigid && self.cable[i].law.is_empty() && k.length.re() > y[at].re() {
+                let stretch = k.length - y[at];
                 energy.elastic += stretch * stretch / y[at] * (0.5 * cable.axial_stiffness);
             }
         }
@@ -136,7 +141,7 @@ impl Plant {
             cable_laws: 0.0,
             reeling: 0.0,
         };
-        for i in 0..CABLES {
+        for i in 0..self.cables() {
             let (cable, effects, k) = (&self.data.cables[i], &self.cable[i], &e.kinematics[i]);
             let turning = k.length * k.angular_rate;
             power.effects +=

@@ -2,19 +2,20 @@
 //!
 //! Grammar: numbers, variables, `+ - * / ^`, parentheses, and the functions `sin cos tan tanh exp log sqrt abs sign`
 //! of one argument. `^` takes a number as its exponent. Variables: `x y phi vx vy omega time`, `disturbance_force_x`,
-//! `disturbance_force_y`, `disturbance_torque`, and with an index 1 to 4 `winch_force[i]`, `cable_length[i]`,
+//! `disturbance_force_y`, `disturbance_torque`, and with the number of a cable `winch_force[i]`, `cable_length[i]`,
 //! `cable_speed[i]`, `unstretched_length[i]`, `unstretched_length_rate[i]`. SI units, radians.
 //!
 //! `sign(a)` is `tanh(a / 1e-6)`, see [`SIGN_WIDTH`].
 
 use std::ops::Range;
 
+use crate::per_cable::MAX_CABLES;
 use crate::scalar::{Real, tanh};
 
 /// What a formula is made of, in a few words.
 pub const GRAMMAR: &str = "numbers, + - * / ^ (to a number), parentheses, functions sin cos tan tanh exp log sqrt abs \
     sign (as tanh(a/1e-6)), variables x y phi vx vy omega time disturbance_force_x disturbance_force_y disturbance_torque, and of cable i \
-    winch_force[i] cable_length[i] cable_speed[i] unstretched_length[i] unstretched_length_rate[i] (i = 1 to 4); SI \
+    winch_force[i] cable_length[i] cable_speed[i] unstretched_length[i] unstretched_length_rate[i] (i = 1 to n); SI \
     units, radians";
 
 /// Where `sign(a)` turns: it is `tanh(a / SIGN_WIDTH)`, in the unit of its argument. `sign(a / 1000)` turns more gently.
@@ -189,6 +190,21 @@ impl Formula {
             }
         }
         list
+    }
+
+    /// The last cable (from 0) that a variable belongs to, if any does.
+    pub fn last_cable(&self) -> Option<usize> {
+        let cable = |op: &Op| match op {
+            Op::Variable(
+                Variable::WinchForce(i)
+                | Variable::CableLength(i)
+                | Variable::CableSpeed(i)
+                | Variable::UnstretchedLength(i)
+                | Variable::UnstretchedRate(i),
+            ) => Some(*i),
+            _ => None,
+        };
+        self.ops.iter().filter_map(cable).max()
     }
 
     /// The value, with `variable` giving the value of each variable.
@@ -411,8 +427,8 @@ impl<'a> Reader<'a> {
             if !self.take(']') {
                 return Err(self.unexpected("']'"));
             }
-            if ![1.0, 2.0, 3.0, 4.0].contains(&value) {
-                return Err(self.error(position, format!("index {value}, expected 1 to 4")));
+            if value.fract() != 0.0 || !(1.0..=MAX_CABLES as f64).contains(&value) {
+                return Err(self.error(position, format!("index {value}, expected 1 to {MAX_CABLES}")));
             }
             Some(value as usize - 1)
         } else {
@@ -495,7 +511,7 @@ mod tests {
             ("", 1, "the end"),
             ("1 +", 4, "the end"),
             ("2 * z", 5, "no variable 'z'"),
-            ("winch_force[5]", 13, "index 5"),
+            ("winch_force[13]", 13, "index 13"),
             ("foo(1)", 1, "no function 'foo'"),
             ("(1", 3, "')'"),
             ("1e999", 1, "finite"),

@@ -1,24 +1,36 @@
 //! Where the cables begin and end.
 
-use crate::parameters::{CABLES, ParameterError, Parameters};
+use crate::parameters::{ParameterError, Parameters};
+use crate::per_cable::PerCable;
 
 /// Anchors in the fixed frame and attachment points in the body frame, equations (2) and (30).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Geometry {
     /// `A_i` (m), fixed frame.
-    pub anchor: [[f64; 2]; CABLES],
+    pub anchor: PerCable<[f64; 2]>,
     /// `B_i` (m), body frame with origin G.
-    pub attachment: [[f64; 2]; CABLES],
+    pub attachment: PerCable<[f64; 2]>,
 }
 
 impl Geometry {
-    /// The circles of Table I: `A_i` by (2), `B_i` by (1) at `φ = 0`.
+    /// The points that the parameters give: coordinates, or the circles of Table I by (2) and (1) at `φ = 0`.
     pub fn new(parameters: &Parameters) -> Self {
-        let on_circle = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin()];
+        let circles;
+        let cables = if parameters.cable.is_empty() {
+            circles = parameters.on_circles();
+            &circles
+        } else {
+            &parameters.cable
+        };
         Self {
-            anchor: parameters.anchor_angle.map(|a| on_circle(parameters.anchor_radius, a)),
-            attachment: parameters.attachment_angle.map(|a| on_circle(parameters.attachment_radius, a)),
+            anchor: PerCable::from_fn(cables.len(), |i| cables[i].anchor),
+            attachment: PerCable::from_fn(cables.len(), |i| cables[i].attachment),
         }
+    }
+
+    /// Number of cables.
+    pub fn cables(&self) -> usize {
+        self.anchor.len()
     }
 
     /// Largest distance of an anchor from the origin (m).
@@ -46,7 +58,7 @@ impl Geometry {
             Err(ParameterError::new("pose", format!("[{}, {}, {}]", pose[0], pose[1], pose[2]), expected))
         };
         let points = self.attachment_points(pose);
-        if let Some(i) = (0..CABLES).find(|i| !inside(&self.anchor, points[*i])) {
+        if let Some(i) = points.iter().position(|p| !inside(&self.anchor, *p)) {
             let [x, y] = points[i];
             return fail(format!(
                 "a pose inside the anchors; attachment point {} is at ({x:.3}, {y:.3}) m, outside their polygon",
@@ -64,10 +76,10 @@ impl Geometry {
         self.attachment_points(pose).into_iter().all(|p| inside(&self.anchor, p))
     }
 
-    /// The first cable (0 to 3) that runs through the platform at `pose` (m, rad).
+    /// The first cable (from 0) that runs through the platform at `pose` (m, rad).
     pub fn blocked_cable(&self, pose: &[f64; 3]) -> Option<usize> {
         let points = self.attachment_points(pose);
-        (0..CABLES).find(|i| {
+        (0..points.len()).find(|i| {
             // A point a little before the end is inside exactly when the cable arrives from inside the platform.
             let (anchor, end) = (self.anchor[*i], points[*i]);
             inside(&points, [end[0] + 1e-6 * (anchor[0] - end[0]), end[1] + 1e-6 * (anchor[1] - end[1])])
@@ -75,7 +87,7 @@ impl Geometry {
     }
 
     /// The attachment points in the fixed frame (m).
-    fn attachment_points(&self, pose: &[f64; 3]) -> [[f64; 2]; CABLES] {
+    fn attachment_points(&self, pose: &[f64; 3]) -> PerCable<[f64; 2]> {
         let [sin, cos] = [pose[2].sin(), pose[2].cos()];
         self.attachment.map(|b| [pose[0] + cos * b[0] - sin * b[1], pose[1] + sin * b[0] + cos * b[1]])
     }
@@ -85,13 +97,23 @@ fn cross(o: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])
 }
 
-/// Whether `p` lies in the convex hull of four points, which is the union of their triangles.
-fn inside(points: &[[f64; 2]; CABLES], p: [f64; 2]) -> bool {
-    [[0, 1, 2], [2, 3, 0], [1, 2, 3], [3, 0, 1]].into_iter().any(|triangle: [usize; 3]| {
-        let [u, v, w] = triangle.map(|i| points[i]);
-        let sides = [cross(u, v, p), cross(v, w, p), cross(w, u, p)];
-        cross(u, v, w) != 0.0 && (sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0))
-    })
+/// Whether `p` lies in the convex hull of `points`, its border included; points on one line have no inside.
+///
+/// `p` is outside exactly when all points lie within half a turn as seen from it: then one of them is the rightmost, with
+/// every other to its left or straight behind it.
+fn inside(points: &[[f64; 2]], p: [f64; 2]) -> bool {
+    let apart = |a: [f64; 2], b: [f64; 2]| [b[0] - a[0], b[1] - a[1]];
+    let rightmost = |q: [f64; 2]| {
+        points.iter().all(|r| {
+            let turn = cross(p, q, *r);
+            let ([qx, qy], [rx, ry]) = (apart(p, q), apart(p, *r));
+            turn > 0.0 || turn == 0.0 && qx * rx + qy * ry > 0.0
+        })
+    };
+    let first = points[0];
+    let spread = points.iter().find(|q| **q != first);
+    let has_inside = spread.is_some_and(|second| points.iter().any(|r| cross(first, *second, *r) != 0.0));
+    has_inside && !points.iter().any(|q| rightmost(*q))
 }
 
 #[cfg(test)]

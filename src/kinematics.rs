@@ -1,9 +1,9 @@
 //! Kinematics of the 4RPR manipulator, equations (1)-(16).
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DVector, MatrixXx3};
 
 use crate::geometry::Geometry;
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 use crate::scalar::Real;
 
 /// One cable at one instant: vectors, length, and their first derivatives.
@@ -28,6 +28,35 @@ pub struct CableKinematics<S = f64> {
 }
 
 impl<S: Real> CableKinematics<S> {
+    /// The cable from `anchor` (m, fixed frame) to `attachment` (m, body frame) at `pose` `[x, y, φ]` with
+    /// `rotation = [cos φ, sin φ]` and `twist` `[vx, vy, φ̇]`.
+    #[inline(always)]
+    pub(crate) fn new(
+        anchor: [f64; 2],
+        attachment: [f64; 2],
+        pose: &[S; 3],
+        [cos, sin]: [S; 2],
+        twist: &[S; 3],
+    ) -> Self {
+        let ([anchor_x, anchor_y], [body_x, body_y]) = (anchor, attachment);
+        let (arm_x, arm_y) = (cos * body_x - sin * body_y, sin * body_x + cos * body_y);
+        let (x, y) = (pose[0] + arm_x - anchor_x, pose[1] + arm_y - anchor_y);
+        let length = (x * x + y * y).sqrt();
+        let inverse = length.recip();
+        let (direction_x, direction_y) = (x * inverse, y * inverse);
+        let cross = arm_x * direction_y - arm_y * direction_x;
+        let dot = arm_x * direction_x + arm_y * direction_y;
+        Self {
+            arm: [arm_x, arm_y],
+            direction: [direction_x, direction_y],
+            length,
+            speed: direction_x * twist[0] + direction_y * twist[1] + cross * twist[2],
+            angular_rate: (direction_x * twist[1] - direction_y * twist[0] + dot * twist[2]) * inverse,
+            arm_cross_direction: cross,
+            arm_dot_direction: dot,
+        }
+    }
+
     /// Row of `J_M`, equation (8): `L̇ = J_M [vx, vy, φ̇]`. Units: 1, 1, m.
     #[inline]
     pub fn jacobian_row(&self) -> [S; 3] {
@@ -67,28 +96,28 @@ impl<S: Real> CableKinematics<S> {
     }
 }
 
-/// The same for all cables, one array per quantity, so that the processor works on several cables at once.
+/// The same for all cables, one array per quantity, so that the processor works on several cables at once. Places beyond
+/// the last cable repeat some cable.
 ///
 /// Fields as in [`CableKinematics`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct CableArrays<S> {
-    pub(crate) arm_x: [S; CABLES],
-    pub(crate) arm_y: [S; CABLES],
-    pub(crate) direction_x: [S; CABLES],
-    pub(crate) direction_y: [S; CABLES],
-    pub(crate) length: [S; CABLES],
-    pub(crate) speed: [S; CABLES],
-    pub(crate) angular_rate: [S; CABLES],
-    pub(crate) arm_cross_direction: [S; CABLES],
-    pub(crate) arm_dot_direction: [S; CABLES],
+pub(crate) struct CableArrays<S, const LANES: usize> {
+    pub(crate) arm_x: [S; LANES],
+    pub(crate) arm_y: [S; LANES],
+    pub(crate) direction_x: [S; LANES],
+    pub(crate) direction_y: [S; LANES],
+    pub(crate) length: [S; LANES],
+    pub(crate) speed: [S; LANES],
+    pub(crate) angular_rate: [S; LANES],
+    pub(crate) arm_cross_direction: [S; LANES],
+    pub(crate) arm_dot_direction: [S; LANES],
 }
 
-impl<S: Real> CableArrays<S> {
+impl<S: Real, const LANES: usize> CableArrays<S, LANES> {
     /// Kinematics of the cables at `pose` `[x, y, φ]` with `rotation = [cos φ, sin φ]` and `twist` `[vx, vy, φ̇]`.
     #[inline]
     pub(crate) fn new(geometry: &Geometry, pose: &[S; 3], rotation: [S; 2], twist: &[S; 3]) -> Self {
-        let zeros = [S::from(0.0); CABLES];
-        let [cos, sin] = rotation;
+        let zeros = [S::from(0.0); LANES];
         let mut k = Self {
             arm_x: zeros,
             arm_y: zeros,
@@ -100,24 +129,16 @@ impl<S: Real> CableArrays<S> {
             arm_cross_direction: zeros,
             arm_dot_direction: zeros,
         };
-        for i in 0..CABLES {
-            let ([anchor_x, anchor_y], [body_x, body_y]) = (geometry.anchor[i], geometry.attachment[i]);
-            let (arm_x, arm_y) = (cos * body_x - sin * body_y, sin * body_x + cos * body_y);
-            let (x, y) = (pose[0] + arm_x - anchor_x, pose[1] + arm_y - anchor_y);
-            let length = (x * x + y * y).sqrt();
-            let inverse = length.recip();
-            let (direction_x, direction_y) = (x * inverse, y * inverse);
-            let cross = arm_x * direction_y - arm_y * direction_x;
-            let dot = arm_x * direction_x + arm_y * direction_y;
-            k.arm_x[i] = arm_x;
-            k.arm_y[i] = arm_y;
-            k.direction_x[i] = direction_x;
-            k.direction_y[i] = direction_y;
-            k.length[i] = length;
-            k.speed[i] = direction_x * twist[0] + direction_y * twist[1] + cross * twist[2];
-            k.angular_rate[i] = (direction_x * twist[1] - direction_y * twist[0] + dot * twist[2]) * inverse;
-            k.arm_cross_direction[i] = cross;
-            k.arm_dot_direction[i] = dot;
+        let (anchor, attachment) = (geometry.anchor.padded::<LANES>(), geometry.attachment.padded::<LANES>());
+        for i in 0..LANES {
+            let one = CableKinematics::new(anchor[i], attachment[i], pose, rotation, twist);
+            [k.arm_x[i], k.arm_y[i]] = one.arm;
+            [k.direction_x[i], k.direction_y[i]] = one.direction;
+            k.length[i] = one.length;
+            k.speed[i] = one.speed;
+            k.angular_rate[i] = one.angular_rate;
+            k.arm_cross_direction[i] = one.arm_cross_direction;
+            k.arm_dot_direction[i] = one.arm_dot_direction;
         }
         k
     }
@@ -138,28 +159,28 @@ impl<S: Real> CableArrays<S> {
 }
 
 /// Kinematics of all cables at `pose` `[x, y, φ]` (m, rad) and `twist` `[vx, vy, φ̇]` (m/s, rad/s): equations (1)-(10), (30), (31).
-pub fn cables<S: Real>(geometry: &Geometry, pose: &[S; 3], twist: &[S; 3]) -> [CableKinematics<S>; CABLES] {
+pub fn cables<S: Real>(geometry: &Geometry, pose: &[S; 3], twist: &[S; 3]) -> PerCable<CableKinematics<S>> {
     let (sin, cos) = pose[2].sin_cos();
-    let arrays = CableArrays::new(geometry, pose, [cos, sin], twist);
-    std::array::from_fn(|i| arrays.cable(i))
+    PerCable::from_fn(geometry.cables(), |i| {
+        CableKinematics::new(geometry.anchor[i], geometry.attachment[i], pose, [cos, sin], twist)
+    })
 }
 
-/// Inverse kinematics: the four cable lengths (m) at `pose`, equation (4).
-pub fn cable_lengths(geometry: &Geometry, pose: &[f64; 3]) -> SVector<f64, CABLES> {
-    let cables = cables(geometry, pose, &[0.0; 3]);
-    SVector::from_fn(|i, _| cables[i].length)
+/// Inverse kinematics: the cable lengths (m) at `pose`, equation (4).
+pub fn cable_lengths(geometry: &Geometry, pose: &[f64; 3]) -> PerCable<f64> {
+    cables(geometry, pose, &[0.0; 3]).map(|cable| cable.length)
 }
 
-/// The manipulator Jacobian `J_M` (4×3), equation (8): `L̇ = J_M Ẋ`. The structure matrix is `-J_Mᵀ`.
-pub fn jacobian(geometry: &Geometry, pose: &[f64; 3]) -> SMatrix<f64, CABLES, 3> {
+/// The manipulator Jacobian `J_M` (n×3), equation (8): `L̇ = J_M Ẋ`. The structure matrix is `-J_Mᵀ`.
+pub fn jacobian(geometry: &Geometry, pose: &[f64; 3]) -> MatrixXx3<f64> {
     let cables = cables(geometry, pose, &[0.0; 3]);
-    SMatrix::from_fn(|i, j| cables[i].jacobian_row()[j])
+    MatrixXx3::from_fn(cables.len(), |i, j| cables[i].jacobian_row()[j])
 }
 
-/// `J_α` (4×3), equation (9): `α̇ = J_α Ẋ`.
-pub fn angular_jacobian(geometry: &Geometry, pose: &[f64; 3]) -> SMatrix<f64, CABLES, 3> {
+/// `J_α` (n×3), equation (9): `α̇ = J_α Ẋ`.
+pub fn angular_jacobian(geometry: &Geometry, pose: &[f64; 3]) -> MatrixXx3<f64> {
     let cables = cables(geometry, pose, &[0.0; 3]);
-    SMatrix::from_fn(|i, j| cables[i].normal_row()[j] / cables[i].length)
+    MatrixXx3::from_fn(cables.len(), |i, j| cables[i].normal_row()[j] / cables[i].length)
 }
 
 /// Accelerations of lengths `L̈` (m/s²) and angles `α̈` (rad/s²), equations (12) and (14).
@@ -168,7 +189,7 @@ pub fn accelerations(
     pose: &[f64; 3],
     twist: &[f64; 3],
     acceleration: &[f64; 3],
-) -> ([f64; CABLES], [f64; CABLES]) {
+) -> (PerCable<f64>, PerCable<f64>) {
     let cables = cables(geometry, pose, twist);
     let dot = |row: [f64; 3]| row.iter().zip(acceleration).map(|(a, b)| a * b).sum::<f64>();
     let length = cables.map(|c| dot(c.jacobian_row()) + c.length_acceleration_bias(twist[2]));
@@ -182,7 +203,7 @@ pub enum ForwardKinematicsError {
     /// A length is no length.
     #[error("length of cable {cable} is {found} m, expected a finite number greater than 0")]
     BadLength {
-        /// Cable 1 to 4.
+        /// Cable, from 1.
         cable: usize,
         /// What was found (m).
         found: f64,
@@ -195,7 +216,7 @@ pub enum ForwardKinematicsError {
         /// Size of the last step (m; an angle counts by the platform's largest arm).
         last_step: f64,
     },
-    /// The four lengths contradict each other beyond the tolerance: no pose nearby has them.
+    /// The lengths contradict each other beyond the tolerance: no pose nearby has them.
     #[error("no pose has these cable lengths: the best one misses them by {residual:e} m (tolerance {tolerance:e} m)")]
     Inconsistent {
         /// Root mean square misfit of the lengths (m).
@@ -205,9 +226,9 @@ pub enum ForwardKinematicsError {
     },
 }
 
-/// Forward kinematics: the pose whose four cable lengths fit `lengths` (m) best, by Gauss-Newton from `guess`.
+/// Forward kinematics: the pose whose cable lengths fit `lengths` (m) best, by Gauss-Newton from `guess`.
 ///
-/// Four lengths for three unknowns: redundant, so the misfit tells whether the lengths belong together. Of several poses
+/// With more lengths than three unknowns the misfit tells whether the lengths belong together. Of several poses
 /// with the same lengths (the mirror images of the platform) the iteration takes the one that `guess` leads to.
 ///
 /// # Errors
@@ -215,24 +236,27 @@ pub enum ForwardKinematicsError {
 /// `tolerance` (m).
 pub fn forward_kinematics(
     geometry: &Geometry,
-    lengths: &[f64; CABLES],
+    lengths: &PerCable<f64>,
     guess: [f64; 3],
     tolerance: f64,
 ) -> Result<[f64; 3], ForwardKinematicsError> {
     const ITERATIONS: usize = 50;
-    if let Some(i) = (0..CABLES).find(|i| !(lengths[*i] > 0.0 && lengths[*i].is_finite())) {
+    if let Some(i) = lengths.iter().position(|l| !(*l > 0.0 && l.is_finite())) {
         return Err(ForwardKinematicsError::BadLength { cable: i + 1, found: lengths[i] });
     }
-    let target = SVector::<f64, CABLES>::from(*lengths);
+    let misfit_at = |pose: &[f64; 3]| {
+        let shown = cable_lengths(geometry, pose);
+        DVector::from_fn(shown.len(), |i, _| lengths[i] - shown[i])
+    };
     // The arm turns the angle into a length, so that one step limit serves all three.
     let arm = geometry.attachment_scale();
     let mut pose = guess;
     let (mut iterations, mut last_step) = (0, f64::NAN);
     while iterations < ITERATIONS {
         iterations += 1;
-        let misfit = target - cable_lengths(geometry, &pose);
+        let misfit = misfit_at(&pose);
         let j = jacobian(geometry, &pose);
-        let Some(step) = (j.transpose() * j).cholesky().map(|c| c.solve(&(j.transpose() * misfit))) else { break };
+        let Some(step) = j.tr_mul(&j).cholesky().map(|c| c.solve(&j.tr_mul(&misfit))) else { break };
         last_step = step[0].abs().max(step[1].abs()).max(step[2].abs() * arm);
         if !last_step.is_finite() {
             break;
@@ -242,7 +266,7 @@ pub fn forward_kinematics(
             pose[k] += damping * step[k];
         }
         if last_step < 1e-11 * geometry.size() {
-            let residual = (target - cable_lengths(geometry, &pose)).norm() / (CABLES as f64).sqrt();
+            let residual = misfit_at(&pose).norm() / (geometry.cables() as f64).sqrt();
             if residual > tolerance {
                 return Err(ForwardKinematicsError::Inconsistent { residual, tolerance });
             }

@@ -15,6 +15,7 @@ pub mod inverse;
 pub mod kinematics;
 pub mod model_file;
 pub mod parameters;
+pub mod per_cable;
 pub mod plant;
 pub mod release;
 pub mod scalar;

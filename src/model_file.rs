@@ -9,7 +9,8 @@ use toml::Spanned;
 
 use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
-use crate::parameters::{CABLES, CableInertia, CableModel, Initialization, ParameterError, Parameters};
+use crate::parameters::{CableInertia, CableModel, CableParameters, Initialization, ParameterError, Parameters};
+use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::{Plant, PlantError};
 use crate::simulation::{DEFAULT_TOLERANCE, Simulation, Start, StartError};
 
@@ -55,15 +56,19 @@ struct Keys {
     cable_inertia: Option<CableInertia>,
     platform_mass: Option<f64>,
     platform_inertia: Option<f64>,
+    centre_of_mass: Option<[f64; 2]>,
+    gravity: Option<[f64; 2]>,
     anchor_radius: Option<f64>,
     attachment_radius: Option<f64>,
-    anchor_angle: Option<[f64; CABLES]>,
-    attachment_angle: Option<[f64; CABLES]>,
+    anchor_angle: Option<PerCable<f64>>,
+    attachment_angle: Option<PerCable<f64>>,
     cable_density: Option<f64>,
     youngs_modulus: Option<f64>,
     cable_area: Option<f64>,
     cable_damping: Option<f64>,
     relative_tolerance: Option<f64>,
+    #[serde(default)]
+    cable: Vec<CableParameters>,
     initialization: Option<Initialization>,
     #[serde(default)]
     start: StartKeys,
@@ -80,9 +85,9 @@ struct StartKeys {
     vx: Option<f64>,
     vy: Option<f64>,
     omega: Option<f64>,
-    unstretched_length: Option<[f64; CABLES]>,
-    unstretched_length_rate: Option<[f64; CABLES]>,
-    winch_force: Option<[f64; CABLES]>,
+    unstretched_length: Option<PerCable<f64>>,
+    unstretched_length_rate: Option<PerCable<f64>>,
+    winch_force: Option<PerCable<f64>>,
     disturbance_force_x: Option<f64>,
     disturbance_force_y: Option<f64>,
     disturbance_torque: Option<f64>,
@@ -105,12 +110,21 @@ impl Model {
             ModelFileError { line, message }
         })?;
         let default = Parameters::default();
-        let start = Start::default();
+        let circles = keys.anchor_angle.is_some() || keys.attachment_angle.is_some();
+        let circles = circles || keys.anchor_radius.is_some() || keys.attachment_radius.is_some();
+        if circles && !keys.cable.is_empty() {
+            let message = "`[[cable]]` tables and the circles (`anchor_radius`, `attachment_radius`, `anchor_angle`, \
+                           `attachment_angle`) both say where the cables are; expected one of the two";
+            return Err(ModelFileError { line: line_of_key(text, "cable"), message: message.to_owned() });
+        }
         let parameters = Parameters {
             cable_model: keys.cable_model.unwrap_or(default.cable_model),
             cable_inertia: keys.cable_inertia.unwrap_or(default.cable_inertia),
             platform_mass: keys.platform_mass.unwrap_or(default.platform_mass),
             platform_inertia: keys.platform_inertia.unwrap_or(default.platform_inertia),
+            centre_of_mass: keys.centre_of_mass.unwrap_or(default.centre_of_mass),
+            gravity: keys.gravity.unwrap_or(default.gravity),
+            cable: keys.cable,
             anchor_radius: keys.anchor_radius.unwrap_or(default.anchor_radius),
             attachment_radius: keys.attachment_radius.unwrap_or(default.attachment_radius),
             anchor_angle: keys.anchor_angle.unwrap_or(default.anchor_angle),
@@ -120,7 +134,20 @@ impl Model {
             cable_area: keys.cable_area.unwrap_or(default.cable_area),
             cable_damping: keys.cable_damping.unwrap_or(default.cable_damping),
         };
+        let cables = parameters.cables();
+        if !(2..=MAX_CABLES).contains(&cables) {
+            let message = format!("{cables} cables, expected 2 to {MAX_CABLES}");
+            return Err(ModelFileError { line: line_of_key(text, "cable"), message });
+        }
+        let start = Start::pulling(cables);
         let s = keys.start;
+        let per_cable = |key: &str, given: Option<PerCable<f64>>, default: PerCable<f64>| match given {
+            Some(given) if given.len() != cables => Err(ModelFileError {
+                line: line_of_key(text, key),
+                message: format!("`{key}` has {} entries, expected {cables}, one for each cable", given.len()),
+            }),
+            given => Ok(given.unwrap_or(default)),
+        };
         let or = |value: Option<f64>| value.unwrap_or(0.0);
         let model = Self {
             parameters,
@@ -130,10 +157,14 @@ impl Model {
                 initialization: keys.initialization.unwrap_or_default(),
                 pose: [or(s.x), or(s.y), or(s.phi)],
                 twist: [or(s.vx), or(s.vy), or(s.omega)],
-                unstretched_length: s.unstretched_length.unwrap_or(start.unstretched_length),
-                unstretched_length_rate: s.unstretched_length_rate.unwrap_or(start.unstretched_length_rate),
+                unstretched_length: per_cable("unstretched_length", s.unstretched_length, start.unstretched_length)?,
+                unstretched_length_rate: per_cable(
+                    "unstretched_length_rate",
+                    s.unstretched_length_rate,
+                    start.unstretched_length_rate,
+                )?,
                 inputs: Inputs {
-                    winch_force: s.winch_force.unwrap_or(start.inputs.winch_force),
+                    winch_force: per_cable("winch_force", s.winch_force, start.inputs.winch_force)?,
                     disturbance: [or(s.disturbance_force_x), or(s.disturbance_force_y), or(s.disturbance_torque)],
                 },
             },
@@ -142,7 +173,10 @@ impl Model {
         let lines: Vec<usize> = keys.effect.iter().map(|e| line_at(text, e.span().start)).collect();
         model.check().map_err(|error| ModelFileError {
             line: match &error {
-                ModelError::Plant(PlantError::Parameter(e)) | ModelError::Value(e) => line_of_key(text, &e.key),
+                ModelError::Plant(PlantError::Parameter(e)) | ModelError::Value(e) => {
+                    // Angles are as many as the others: either key may be the one that stands there.
+                    line_of_key(text, &e.key).or_else(|| line_of_key(text, "attachment_angle"))
+                }
                 ModelError::Plant(PlantError::Effect(e)) => line_of_effect(&model, &lines, &e.id),
                 ModelError::Plant(PlantError::Twice { id, .. }) => line_of_effect(&model, &lines, id),
                 ModelError::Plant(PlantError::TooManyStates { .. }) | ModelError::Start(_) => None,
@@ -180,7 +214,7 @@ impl Model {
         let start = s.behind_sensors(&plant);
         plant.geometry().check_pose(&start.pose)?;
         if s.initialization == Initialization::FromStates {
-            for i in (0..CABLES).filter(|i| plant.unstretched_index(*i).is_some()) {
+            for i in (0..plant.cables()).filter(|i| plant.unstretched_index(*i).is_some()) {
                 if start.unstretched_length[i] <= 0.0 {
                     let found = s.unstretched_length[i];
                     let expected = "lengths greater than 0 where `initialization` is \"from_states\"";
@@ -217,15 +251,19 @@ impl Model {
             let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
         };
         let name = |value: String| format!("{:?}", snake_case(&value));
-        let array = |values: [f64; CABLES]| format!("{values:?}");
+        let array = |values: PerCable<f64>| format!("{values:?}");
         line("cable_model", name(format!("{:?}", p.cable_model)), "rigid, massless_spring or lumped_mass");
         line("cable_inertia", name(format!("{:?}", p.cable_inertia)), "paper, reeled or none");
         line("platform_mass", format!("{:?}", p.platform_mass), "kg");
         line("platform_inertia", format!("{:?}", p.platform_inertia), "kg m2");
-        line("anchor_radius", format!("{:?}", p.anchor_radius), "m");
-        line("attachment_radius", format!("{:?}", p.attachment_radius), "m");
-        line("anchor_angle", array(p.anchor_angle), "rad");
-        line("attachment_angle", array(p.attachment_angle), "rad, body frame");
+        line("centre_of_mass", format!("{:?}", p.centre_of_mass), "m, body frame");
+        line("gravity", format!("{:?}", p.gravity), "m/s2, on the platform");
+        if p.cable.is_empty() {
+            line("anchor_radius", format!("{:?}", p.anchor_radius), "m");
+            line("attachment_radius", format!("{:?}", p.attachment_radius), "m");
+            line("anchor_angle", array(p.anchor_angle), "rad");
+            line("attachment_angle", array(p.attachment_angle), "rad, body frame");
+        }
         line("cable_density", format!("{:?}", p.cable_density), "kg/m");
         line("youngs_modulus", format!("{:?}", p.youngs_modulus), "Pa");
         line("cable_area", format!("{:?}", p.cable_area), "m2");
@@ -259,6 +297,25 @@ impl Model {
             ("disturbance_torque", s.inputs.disturbance[2], "N m"),
         ] {
             line(key, format!("{value:?}"), unit);
+        }
+        for (i, cable) in p.cable.iter().enumerate() {
+            let _ = writeln!(out, "\n[[cable]] # {}", i + 1);
+            let mut line = |key: &str, value: String, comment: &str| {
+                let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
+            };
+            line("anchor", format!("{:?}", cable.anchor), "m, fixed frame");
+            line("attachment", format!("{:?}", cable.attachment), "m, body frame");
+            let own = [
+                ("youngs_modulus", cable.youngs_modulus, "Pa, instead of the robot's"),
+                ("area", cable.area, "m2, instead of the robot's"),
+                ("density", cable.density, "kg/m, instead of the robot's"),
+                ("damping", cable.damping, "N s, instead of the robot's"),
+            ];
+            for (key, value, comment) in own {
+                if let Some(value) = value {
+                    line(key, format!("{value:?}"), comment);
+                }
+            }
         }
         for effect in &self.effects {
             let info = effect.info().ok();
@@ -366,7 +423,10 @@ mod tests {
             ("[[effect]]\nid = \"winch_lag\"", Some(1), "no `time_constant`"),
             ("[start]\nx = 1\ny = 1000.0", Some(2), "inside the anchors"),
             ("[start]\n\nphi = 1.2", Some(3), "cable"),
-            ("anchor_angle = [0.0, 1.0]", Some(1), "length 4"),
+            ("anchor_angle = [0.0, 1.0]", Some(1), "`anchor_angle` is 2 angles, expected 4"),
+            ("attachment_angle = [0.0, 1.0, 2.0]", Some(1), "`anchor_angle` is 4 angles, expected 3"),
+            ("[start]\nwinch_force = [1.0, 2.0]", Some(2), "`winch_force` has 2 entries, expected 4"),
+            ("[[cable]]\nanchor = [0.0, 1.0]\nattachment = [0.0, 0.0]", Some(1), "1 cables, expected 2 to 12"),
             ("platform_mass = ", Some(1), ""),
         ] {
             let error = Model::from_toml(text).unwrap_err();

@@ -4,8 +4,7 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-/// Number of cables of the manipulator.
-pub const CABLES: usize = 4;
+use crate::per_cable::{MAX_CABLES, PerCable};
 
 /// Which model of a cable's axial behaviour the plant uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,9 +45,39 @@ pub enum Initialization {
     StaticEquilibrium,
 }
 
+/// One cable given by coordinates: a `[[cable]]` table of `model.toml`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CableParameters {
+    /// Anchor `A_i` in the fixed frame (m).
+    pub anchor: [f64; 2],
+    /// Attachment point `B_i` in the body frame (m).
+    pub attachment: [f64; 2],
+    /// Its own Young's modulus (Pa); the robot's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub youngs_modulus: Option<f64>,
+    /// Its own cross-section area (m²); the robot's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area: Option<f64>,
+    /// Its own mass per unstretched length (kg/m); the robot's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    /// Its own damping `b l` (N s); the robot's where absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+}
+
+impl CableParameters {
+    /// A cable between these points (m) with the robot's properties.
+    pub fn between(anchor: [f64; 2], attachment: [f64; 2]) -> Self {
+        Self { anchor, attachment, youngs_modulus: None, area: None, density: None, damping: None }
+    }
+}
+
 /// Geometry, inertia and cable properties. SI units, radians. Defaults are Tables I and II with `A = 4e-4 m²`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+///
+/// Where the cables begin and end is said in one of two ways: on two circles, as in Table I, or by coordinates in `cable`.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Parameters {
     /// Which cable model, see [`CableModel`].
     pub cable_model: CableModel,
@@ -58,14 +87,20 @@ pub struct Parameters {
     pub platform_mass: f64,
     /// Moment of inertia `I_M` of the platform about its centre of mass (kg m²).
     pub platform_inertia: f64,
+    /// Centre of mass of the platform in the body frame, from its reference point G (m).
+    pub centre_of_mass: [f64; 2],
+    /// Acceleration by gravity, on the platform (m/s²); the cables are straight and their weight is left out.
+    pub gravity: [f64; 2],
+    /// Cables by coordinates; where there are any, the two circles are not used.
+    pub cable: Vec<CableParameters>,
     /// Radius `R_A` of the circle of anchors `A_i` (m).
     pub anchor_radius: f64,
     /// Radius `R_B` of the circle of attachment points `B_i` (m).
     pub attachment_radius: f64,
     /// Angles `θ_Ai` of the anchors (rad).
-    pub anchor_angle: [f64; CABLES],
+    pub anchor_angle: PerCable<f64>,
     /// Angles `θ_Bi` of the attachment points in the body frame (rad).
-    pub attachment_angle: [f64; CABLES],
+    pub attachment_angle: PerCable<f64>,
     /// Cable mass per unstretched length `ρ` (kg/m).
     pub cable_density: f64,
     /// Effective Young's modulus `E` (Pa).
@@ -83,10 +118,13 @@ impl Default for Parameters {
             cable_inertia: CableInertia::Paper,
             platform_mass: 2500.0,
             platform_inertia: 3.5e5,
+            centre_of_mass: [0.0; 2],
+            gravity: [0.0; 2],
+            cable: Vec::new(),
             anchor_radius: 900.0,
             attachment_radius: 10.0,
-            anchor_angle: [-0.75 * PI, -0.25 * PI, 0.25 * PI, 0.75 * PI],
-            attachment_angle: [-0.25 * PI, -0.75 * PI, 0.75 * PI, 0.25 * PI],
+            anchor_angle: [-0.75 * PI, -0.25 * PI, 0.25 * PI, 0.75 * PI].into(),
+            attachment_angle: [-0.25 * PI, -0.75 * PI, 0.75 * PI, 0.25 * PI].into(),
             cable_density: 0.215,
             youngs_modulus: 38e9,
             cable_area: 4e-4,
@@ -141,9 +179,24 @@ impl Parameters {
         Self { cable_area: 4e-8, ..Self::default() }
     }
 
-    /// Axial stiffness `EA` (N).
+    /// Number of cables.
+    pub fn cables(&self) -> usize {
+        if self.cable.is_empty() { self.anchor_angle.len() } else { self.cable.len() }
+    }
+
+    /// Axial stiffness `EA` (N) of a cable without properties of its own.
     pub fn axial_stiffness(&self) -> f64 {
         self.youngs_modulus * self.cable_area
+    }
+
+    /// The two circles as coordinates (m): `A_i` by (2), `B_i` by (1) at `φ = 0`.
+    pub fn on_circles(&self) -> Vec<CableParameters> {
+        let on_circle = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin()];
+        let ends = self.anchor_angle.iter().zip(&self.attachment_angle);
+        ends.map(|(a, b)| {
+            CableParameters::between(on_circle(self.anchor_radius, *a), on_circle(self.attachment_radius, *b))
+        })
+        .collect()
     }
 
     /// Checks every value on its own.
@@ -153,20 +206,13 @@ impl Parameters {
     pub fn check(&self) -> Result<(), ParameterError> {
         check_positive("platform_mass", self.platform_mass)?;
         check_positive("platform_inertia", self.platform_inertia)?;
-        check_positive("anchor_radius", self.anchor_radius)?;
-        check_range("attachment_radius", self.attachment_radius, 0.0, f64::INFINITY)?;
-        if self.attachment_radius >= self.anchor_radius {
-            return Err(ParameterError::new(
-                "attachment_radius",
-                self.attachment_radius,
-                format!("less than `anchor_radius` ({}): the anchors surround the platform", self.anchor_radius),
-            ));
+        for (axis, value) in ["x", "y"].into_iter().zip(self.centre_of_mass) {
+            check_range(&format!("centre_of_mass ({axis})"), value, f64::NEG_INFINITY, f64::INFINITY)?;
         }
-        for (key, angles) in [("anchor_angle", &self.anchor_angle), ("attachment_angle", &self.attachment_angle)] {
-            for (i, angle) in angles.iter().enumerate() {
-                check_range(&format!("{key}[{}]", i + 1), *angle, f64::NEG_INFINITY, f64::INFINITY)?;
-            }
+        for (axis, value) in ["x", "y"].into_iter().zip(self.gravity) {
+            check_range(&format!("gravity ({axis})"), value, f64::NEG_INFINITY, f64::INFINITY)?;
         }
+        if self.cable.is_empty() { self.check_circles() } else { self.check_cables() }?;
         check_range("cable_density", self.cable_density, 0.0, f64::INFINITY)?;
         check_positive("youngs_modulus", self.youngs_modulus)?;
         check_positive("cable_area", self.cable_area)?;
@@ -176,5 +222,67 @@ impl Parameters {
             check_positive("cable_damping", self.cable_damping)?;
         }
         Ok(())
+    }
+    /// Checks the two circles.
+    fn check_circles(&self) -> Result<(), ParameterError> {
+        check_positive("anchor_radius", self.anchor_radius)?;
+        check_range("attachment_radius", self.attachment_radius, 0.0, f64::INFINITY)?;
+        if self.attachment_radius >= self.anchor_radius {
+            return Err(ParameterError::new(
+                "attachment_radius",
+                self.attachment_radius,
+                format!("less than `anchor_radius` ({}): the anchors surround the platform", self.anchor_radius),
+            ));
+        }
+        check_count("anchor_angle", self.anchor_angle.len())?;
+        if self.attachment_angle.len() != self.anchor_angle.len() {
+            return Err(ParameterError::new(
+                "anchor_angle",
+                format!("{} angles", self.anchor_angle.len()),
+                format!("{}, as many as `attachment_angle` has", self.attachment_angle.len()),
+            ));
+        }
+        for (key, angles) in [("anchor_angle", &self.anchor_angle), ("attachment_angle", &self.attachment_angle)] {
+            for (i, angle) in angles.iter().enumerate() {
+                check_range(&format!("{key}[{}]", i + 1), *angle, f64::NEG_INFINITY, f64::INFINITY)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks the cables given by coordinates.
+    fn check_cables(&self) -> Result<(), ParameterError> {
+        check_count("cable", self.cable.len())?;
+        for (i, cable) in self.cable.iter().enumerate() {
+            let key = |name: &str| format!("cable[{}].{name}", i + 1);
+            for (name, point) in [("anchor", cable.anchor), ("attachment", cable.attachment)] {
+                if !point.iter().all(|v| v.is_finite()) {
+                    return Err(ParameterError::new(key(name), format!("{point:?}"), "two finite numbers"));
+                }
+            }
+            for (name, own) in [("youngs_modulus", cable.youngs_modulus), ("area", cable.area)] {
+                own.map_or(Ok(()), |value| check_positive(&key(name), value))?;
+            }
+            for (name, own) in [("density", cable.density), ("damping", cable.damping)] {
+                own.map_or(Ok(()), |value| check_range(&key(name), value, 0.0, f64::INFINITY))?;
+            }
+            let same = |other: &CableParameters| other.anchor == cable.anchor && other.attachment == cable.attachment;
+            if let Some(twin) = self.cable[..i].iter().position(same) {
+                return Err(ParameterError::new(
+                    key("anchor"),
+                    format!("{:?} with attachment {:?}", cable.anchor, cable.attachment),
+                    format!("another anchor or attachment than cable {}: two cables in one place are one", twin + 1),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_count(key: &str, count: usize) -> Result<(), ParameterError> {
+    if (2..=MAX_CABLES).contains(&count) {
+        Ok(())
+    } else {
+        Err(ParameterError::new(key, format!("{count} entries"), format!("2 to {MAX_CABLES}, one for each cable")))
     }
 }

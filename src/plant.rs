@@ -4,11 +4,9 @@ use std::sync::OnceLock;
 
 use crate::dynamics::{CableConstants, Inputs, MAX_EFFECT_STATES, PlantData};
 use crate::effect::{EffectKind, EffectSpec, PlatformContext, SpecError, Stage, WinchContext, acts_on};
-use crate::parameters::{CABLES, CableModel, ParameterError, Parameters};
+use crate::parameters::{CableModel, ParameterError, Parameters};
+use crate::per_cable::PerCable;
 use crate::{dynamics, geometry, kinematics};
-
-/// Largest number of states: pose, twist, and on each cable `l`, its rate and effect states.
-pub const MAX_STATES: usize = 6 + CABLES * (2 + MAX_EFFECT_STATES);
 
 /// A model that cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -30,7 +28,7 @@ pub enum PlantError {
     /// More effect states on one cable than are kept.
     #[error("cable {cable} has {found} effect states, expected {MAX_EFFECT_STATES} or fewer")]
     TooManyStates {
-        /// Cable 1 to 4.
+        /// Cable, from 1.
         cable: usize,
         /// States found.
         found: usize,
@@ -64,7 +62,7 @@ pub struct EffectStates {
     pub effect: usize,
     /// Where it acts on the cable.
     pub stage: Stage,
-    /// The cable (0 to 3).
+    /// The cable (from 0).
     pub cable: usize,
     /// First of its states within [`Plant::effect_states`] of that cable.
     pub first: usize,
@@ -78,13 +76,13 @@ pub struct Plant {
     parameters: Parameters,
     effects: Vec<EffectSpec>,
     pub(crate) data: PlantData,
-    pub(crate) cable: [CableEffects; CABLES],
+    pub(crate) cable: Vec<CableEffects>,
     pub(crate) wrench: Vec<EffectKind>,
     pub(crate) pose_bias: [f64; 3],
     pub(crate) pose_delay: f64,
     states_of_effects: Vec<EffectStates>,
     /// Index of each cable's first state.
-    pub(crate) offset: [usize; CABLES],
+    pub(crate) offset: Vec<usize>,
     dimension: usize,
     pub(crate) constants: CableConstants,
     pub(crate) has: Has,
@@ -115,28 +113,27 @@ impl Plant {
         parameters.check()?;
         check_unique(&effects)?;
         let mut data = PlantData::new(&parameters);
-        let mut cable: [CableEffects; CABLES] = std::array::from_fn(|_| CableEffects {
-            unstretched_sensor: (1.0, 0.0),
-            length_sensor: (1.0, 0.0),
-            ..CableEffects::default()
-        });
+        let cables = parameters.cables();
+        let nothing =
+            CableEffects { unstretched_sensor: (1.0, 0.0), length_sensor: (1.0, 0.0), ..CableEffects::default() };
+        let mut cable = vec![nothing; cables];
         let (mut wrench, mut pose_bias, mut pose_delay) = (Vec::new(), [0.0; 3], 0.0);
         // `cable_elasticity` sets what other effects scale, so it comes first whatever the order in the file.
         let mut order: Vec<(usize, &EffectSpec)> = effects.iter().enumerate().collect();
         order.sort_by_key(|(_, spec)| spec.id != "cable_elasticity");
         let mut states_of_effects = Vec::new();
         for (effect, spec) in order {
-            spec.check()?;
+            spec.check_on(cables)?;
             let kind = EffectKind::new(spec)?;
-            let on = acts_on(spec.cable);
-            let cables = || (0..CABLES).filter(move |i| on[*i]);
+            let on = acts_on(spec.cable, cables);
+            let cables = || (0..cables).filter(move |i| on[*i]);
             if kind.states() > 0 {
                 let (stage, count) = (kind.stage(), kind.states());
                 let place = |i: usize| EffectStates { effect, stage, cable: i, first: cable[i].states, count };
                 states_of_effects.extend(cables().map(place));
             }
             match kind.stage() {
-                Stage::Parameters => kind.change(&mut data, on),
+                Stage::Parameters => kind.change(&mut data, &on),
                 Stage::CommandDelay => cables().for_each(|i| cable[i].delay += kind.delay()),
                 Stage::Command(_) => cables().for_each(|i| {
                     let at = cable[i].states;
@@ -155,7 +152,7 @@ impl Plant {
                     cable[i].law.push((kind.clone(), at));
                 }),
                 Stage::Transverse if kind.states() > 0 => {
-                    kind.change(&mut data, on);
+                    kind.change(&mut data, &on);
                     cables().for_each(|i| {
                         let place = (kind.clone(), cable[i].states);
                         cable[i].states += kind.states();
@@ -197,12 +194,12 @@ impl Plant {
         }
         check_data(&data)?;
         let mut dimension = 6;
-        let offset = std::array::from_fn(|i| {
-            let at = dimension;
-            dimension += axial_states(data.cables[i].model) + cable[i].states;
-            at
-        });
-        if let Some(i) = (0..CABLES).find(|i| cable[*i].states > MAX_EFFECT_STATES) {
+        let mut offset = Vec::with_capacity(cables);
+        for (data, effects) in data.cables.iter().zip(&cable) {
+            offset.push(dimension);
+            dimension += axial_states(data.model) + effects.states;
+        }
+        if let Some(i) = cable.iter().position(|c| c.states > MAX_EFFECT_STATES) {
             return Err(PlantError::TooManyStates { cable: i + 1, found: cable[i].states });
         }
         let on_cable = |c: &CableEffects| {
@@ -253,6 +250,12 @@ impl Plant {
         &self.data.geometry
     }
 
+    /// Number of cables.
+    #[inline]
+    pub fn cables(&self) -> usize {
+        self.data.cables.len()
+    }
+
     /// Number of states.
     pub fn dimension(&self) -> usize {
         self.dimension
@@ -268,22 +271,22 @@ impl Plant {
         })
     }
 
-    /// Factors by which the sensors of `cable` (0 to 3) show its length and its unstretched length.
+    /// Factors by which the sensors of `cable` (from 0) show its length and its unstretched length.
     pub fn length_sensor_factors(&self, cable: usize) -> [f64; 2] {
         [self.cable[cable].length_sensor.0, self.cable[cable].unstretched_sensor.0]
     }
 
-    /// Index of the unstretched length of `cable` (0 to 3) among the states; `None` for a rigid cable.
+    /// Index of the unstretched length of `cable` (from 0) among the states; `None` for a rigid cable.
     pub fn unstretched_index(&self, cable: usize) -> Option<usize> {
         (axial_states(self.data.cables[cable].model) > 0).then(|| self.offset[cable])
     }
 
-    /// Index of the rate of the unstretched length of `cable` (0 to 3); `None` where it is no state.
+    /// Index of the rate of the unstretched length of `cable` (from 0); `None` where it is no state.
     pub fn rate_index(&self, cable: usize) -> Option<usize> {
         (axial_states(self.data.cables[cable].model) > 1).then(|| self.offset[cable] + 1)
     }
 
-    /// Range of the effect states of `cable` (0 to 3) among the states.
+    /// Range of the effect states of `cable` (from 0) among the states.
     pub fn effect_states(&self, cable: usize) -> std::ops::Range<usize> {
         let start = self.offset[cable] + axial_states(self.data.cables[cable].model);
         start..start + self.cable[cable].states
@@ -299,7 +302,7 @@ impl Plant {
     pub(crate) fn nominal(&self, out: &mut [f64]) {
         let arm = self.data.geometry.attachment_scale();
         out[..6].copy_from_slice(&[1.0, 1.0, 1.0 / arm, 1.0, 1.0, 1.0 / arm]);
-        for i in 0..CABLES {
+        for i in 0..self.cables() {
             out[self.offset[i]..self.effect_states(i).start].fill(1.0);
             let mut states = [0.0; MAX_EFFECT_STATES];
             self.start_effect_states(i, 1e3, 1e3, &mut states);
@@ -351,7 +354,7 @@ impl Plant {
         look: impl FnOnce(&PlatformContext<'_, f64>) -> R,
     ) -> R {
         let lengths = kinematics::cables(&self.data.geometry, pose, &[0.0; 3]).map(|c| c.length);
-        let zero = [0.0; CABLES];
+        let zero = PerCable::filled(self.cables(), 0.0);
         look(&PlatformContext {
             time,
             pose,
@@ -365,8 +368,8 @@ impl Plant {
     }
 
     /// Pulls (N) that the winches hold on their cables at rest under constant commands, all effects included.
-    pub(crate) fn pulls_at_rest(&self, context: &PlatformContext<'_, f64>) -> [f64; CABLES] {
-        std::array::from_fn(|i| {
+    pub(crate) fn pulls_at_rest(&self, context: &PlatformContext<'_, f64>) -> PerCable<f64> {
+        PerCable::from_fn(self.cables(), |i| {
             let effects = &self.cable[i];
             let mut states = [0.0; MAX_EFFECT_STATES];
             let command = context.inputs.winch_force[i];
@@ -377,13 +380,13 @@ impl Plant {
         })
     }
 
-    /// The unstretched length (m) of `cable` (0 to 3) at which it carries `tension` (N) at rest, at this chord (m) and
+    /// The unstretched length (m) of `cable` (from 0) at which it carries `tension` (N) at rest, at this chord (m) and
     /// these effect states. Not positive where no length does: a sagging cable needs a tension.
     pub fn unstretched_length_for(&self, cable: usize, time: f64, chord: f64, tension: f64, states: &[f64]) -> f64 {
         dynamics::unstretched_length(&self.data.cables[cable], &self.cable[cable].law, time, chord, tension, states)
     }
 
-    /// The tension (N) of `cable` (0 to 3) at rest at this chord and unstretched length (m) and these effect states; less
+    /// The tension (N) of `cable` (from 0) at rest at this chord and unstretched length (m) and these effect states; less
     /// than zero where it would be slack.
     pub fn tension_for(&self, cable: usize, time: f64, chord: f64, unstretched: f64, states: &[f64]) -> f64 {
         dynamics::elastic_tension(&self.data.cables[cable], &self.cable[cable].law, time, chord, unstretched, states)

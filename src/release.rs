@@ -1,7 +1,5 @@
 //! A release of the platform with known answers, to check any way of running the plant against.
 
-use crate::parameters::CABLES;
-
 /// One instant of [`RELEASE`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReleaseRow {
@@ -10,9 +8,9 @@ pub struct ReleaseRow {
     /// Pose `[x, y, φ]` (m, rad).
     pub pose: [f64; 3],
     /// Unstretched lengths (m).
-    pub unstretched_length: [f64; CABLES],
+    pub unstretched_length: [f64; 4],
     /// Tensions (N).
-    pub tension: [f64; CABLES],
+    pub tension: [f64; 4],
 }
 
 /// Start pose of [`RELEASE`] (m, rad).

@@ -15,7 +15,7 @@ pub use tangent::{Direction, Tangent};
 
 use crate::dynamics::{Evaluation, Inputs};
 use crate::integrator::{Radau, RadauError, Statistics};
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
 use command::CommandHistory;
@@ -36,19 +36,19 @@ pub struct Outputs<S = f64> {
     /// Twist `[vx, vy, φ̇]`.
     pub twist: [S; 3],
     /// Measured geometric cable lengths, equation (4).
-    pub cable_length: [S; CABLES],
+    pub cable_length: PerCable<S>,
     /// Measured unstretched lengths.
-    pub unstretched_length: [S; CABLES],
+    pub unstretched_length: PerCable<S>,
     /// Rates of the unstretched lengths, by the same sensors.
-    pub unstretched_length_rate: [S; CABLES],
+    pub unstretched_length_rate: PerCable<S>,
     /// Tensions.
-    pub tension: [S; CABLES],
+    pub tension: PerCable<S>,
     /// Strains `(L - l)/l`.
-    pub strain: [S; CABLES],
+    pub strain: PerCable<S>,
     /// Cable angles `α`, equation (5).
-    pub cable_angle: [S; CABLES],
+    pub cable_angle: PerCable<S>,
     /// Whether each cable is slack.
-    pub slack: [bool; CABLES],
+    pub slack: PerCable<bool>,
 }
 
 /// A plant in motion. Everything a simulation is: set inputs, advance, read outputs, save and restore.
@@ -60,13 +60,13 @@ pub struct Simulation {
     time_carry: f64,
     y: Vec<f64>,
     /// Which cables the equations in force take as slack.
-    slack: [bool; CABLES],
+    slack: PerCable<bool>,
     /// Inputs at `input_time` and their slopes, as commanded.
     inputs: Inputs,
     input_slopes: Inputs,
     input_time: f64,
     /// Force added to each winch command after its dead time.
-    winch_disturbance: [f64; CABLES],
+    winch_disturbance: PerCable<f64>,
     commands: CommandHistory,
     poses: PoseHistory,
     radau: Radau,
@@ -85,8 +85,8 @@ impl Simulation {
 
     /// A simulation from these states, laid out as in [`Plant::rates`].
     pub fn from_states(plant: Arc<Plant>, time: f64, y: Vec<f64>, inputs: Inputs, relative_tolerance: f64) -> Self {
-        let n = plant.dimension();
-        let radau = Radau::new(n, CABLES, relative_tolerance);
+        let (n, cables) = (plant.dimension(), plant.cables());
+        let radau = Radau::new(n, plant.cables(), relative_tolerance);
         let work = Workspace::new(&plant);
         let commands = CommandHistory::new(&plant, time, inputs.winch_force);
         let poses = PoseHistory::new(plant.pose_delay, time, &y);
@@ -95,11 +95,11 @@ impl Simulation {
             time,
             time_carry: 0.0,
             y,
-            slack: [false; CABLES],
+            slack: PerCable::filled(cables, false),
             inputs,
-            input_slopes: Inputs::default(),
+            input_slopes: Inputs::none(cables),
             input_time: time,
-            winch_disturbance: [0.0; CABLES],
+            winch_disturbance: PerCable::filled(cables, 0.0),
             commands,
             poses,
             radau,
@@ -125,13 +125,13 @@ impl Simulation {
     }
 
     /// Which cables carry nothing.
-    pub fn slack(&self) -> [bool; CABLES] {
+    pub fn slack(&self) -> PerCable<bool> {
         self.slack_under(&self.inputs_felt().at(self.time))
     }
 
     /// Which cables carry nothing under these inputs. Where tension follows the inputs directly, it may have changed with
     /// them since the last step.
-    fn slack_under(&self, inputs: &Inputs) -> [bool; CABLES] {
+    fn slack_under(&self, inputs: &Inputs) -> PerCable<bool> {
         if self.plant.has.platform_side { self.plant.slack_cables(self.time, &self.y, inputs) } else { self.slack }
     }
 
@@ -140,7 +140,9 @@ impl Simulation {
         let at = |value: f64, slope: f64| value + slope * (self.time - self.input_time);
         let zip = |a: &[f64], b: &[f64], k: usize| at(a[k], b[k]);
         Inputs {
-            winch_force: std::array::from_fn(|i| zip(&self.inputs.winch_force, &self.input_slopes.winch_force, i)),
+            winch_force: PerCable::from_fn(self.plant.cables(), |i| {
+                zip(&self.inputs.winch_force, &self.input_slopes.winch_force, i)
+            }),
             disturbance: std::array::from_fn(|k| zip(&self.inputs.disturbance, &self.input_slopes.disturbance, k)),
         }
     }
@@ -152,7 +154,7 @@ impl Simulation {
 
     /// Sets the inputs from now on, held constant.
     pub fn set_inputs(&mut self, inputs: Inputs) {
-        self.set_inputs_with_slopes(inputs, Inputs::default());
+        self.set_inputs_with_slopes(inputs, Inputs::none(self.plant.cables()));
     }
 
     /// Sets the inputs from now on, changing at `slopes` (per second).
@@ -179,7 +181,7 @@ impl Simulation {
     }
 
     /// Sets an unmeasured force (N) added to each winch command after its dead time, for state estimation.
-    pub fn set_winch_disturbance(&mut self, force: [f64; CABLES]) {
+    pub fn set_winch_disturbance(&mut self, force: PerCable<f64>) {
         self.winch_disturbance = force;
     }
 
@@ -267,14 +269,14 @@ impl Simulation {
     /// Everything known of the plant now.
     pub fn evaluate(&self) -> Evaluation {
         let inputs = self.inputs_felt().at(self.time);
-        self.plant.evaluate(self.time, &self.y, &inputs, self.slack_under(&inputs))
+        self.plant.evaluate(self.time, &self.y, &inputs, &self.slack_under(&inputs))
     }
 
     /// Rates of the states now.
     pub fn rates(&self) -> Vec<f64> {
         let mut rates = vec![0.0; self.y.len()];
         let inputs = self.inputs_felt().at(self.time);
-        self.plant.rates(self.time, &self.y, &inputs, self.slack_under(&inputs), &mut rates);
+        self.plant.rates(self.time, &self.y, &inputs, &self.slack_under(&inputs), &mut rates);
         rates
     }
 
@@ -295,15 +297,16 @@ impl Simulation {
         let plant = &*self.plant;
         let scaled = |value: S, (factor, bias): (f64, f64)| value * factor + bias;
         let cable = |i: usize| &plant.cable[i];
+        let over_cables = |of: &dyn Fn(usize) -> S| PerCable::from_fn(plant.cables(), of);
         Outputs {
             pose: std::array::from_fn(|k| pose[k] + plant.pose_bias[k]),
             twist,
-            cable_length: std::array::from_fn(|i| scaled(e.kinematics[i].length, cable(i).length_sensor)),
-            unstretched_length: std::array::from_fn(|i| scaled(e.unstretched[i], cable(i).unstretched_sensor)),
-            unstretched_length_rate: std::array::from_fn(|i| e.unstretched_rate[i] * cable(i).unstretched_sensor.0),
+            cable_length: over_cables(&|i| scaled(e.kinematics[i].length, cable(i).length_sensor)),
+            unstretched_length: over_cables(&|i| scaled(e.unstretched[i], cable(i).unstretched_sensor)),
+            unstretched_length_rate: over_cables(&|i| e.unstretched_rate[i] * cable(i).unstretched_sensor.0),
             tension: e.tension,
-            strain: std::array::from_fn(|i| (e.kinematics[i].length - e.unstretched[i]) / e.unstretched[i]),
-            cable_angle: std::array::from_fn(|i| e.kinematics[i].angle()),
+            strain: over_cables(&|i| (e.kinematics[i].length - e.unstretched[i]) / e.unstretched[i]),
+            cable_angle: over_cables(&|i| e.kinematics[i].angle()),
             slack: e.slack,
         }
     }

@@ -64,7 +64,7 @@ fn a_step_does_not_allocate() {
             let inputs = |k: u32| {
                 // Cable 1 goes slack on the way.
                 let first = if (40..50).contains(&k) { -500.0 } else { 2e4 + f64::from(k) };
-                Inputs { winch_force: [first, 2e4, 2e4, 2e4], disturbance: [10.0, 0.0, 0.0] }
+                Inputs { winch_force: [first, 2e4, 2e4, 2e4].into(), disturbance: [10.0, 0.0, 0.0] }
             };
             let start = Start { pose: [1.0, 2.0, 0.05], inputs: inputs(0), ..Start::default() };
             let mut simulation = Simulation::new(plant, &start, 1e-8).unwrap();

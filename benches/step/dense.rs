@@ -21,7 +21,7 @@ pub(crate) struct DenseSystem {
 impl DenseSystem {
     pub(crate) fn new(plant: Arc<Plant>) -> Self {
         let n = plant.dimension();
-        Self { plant, inputs: Inputs::default(), jacobian: DMatrix::zeros(n, n), real: None, complex: None }
+        Self { plant, inputs: Inputs::none(4), jacobian: DMatrix::zeros(n, n), real: None, complex: None }
     }
 }
 
@@ -31,7 +31,7 @@ impl System for DenseSystem {
     }
 
     fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]) {
-        self.plant.rates(time, y, &self.inputs, [false; 4], rates);
+        self.plant.rates(time, y, &self.inputs, &[false; 4].into(), rates);
     }
 
     fn scale(&self, _y: &[f64], scale: &mut [f64]) {
@@ -46,7 +46,7 @@ impl System for DenseSystem {
         for column in 0..n {
             let seeded: Vec<Dual64> =
                 y.iter().enumerate().map(|(k, v)| Dual64::new(*v, f64::from(u8::from(k == column)))).collect();
-            self.plant.rates(Dual64::from(time), &seeded, &self.inputs.lift(), [false; 4], &mut rates);
+            self.plant.rates(Dual64::from(time), &seeded, &self.inputs.lift(), &[false; 4].into(), &mut rates);
             for row in 0..n {
                 self.jacobian[(row, column)] = rates[row].eps;
             }

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use cdpr::dynamics::Inputs;
-use cdpr::parameters::CABLES;
+use cdpr::per_cable::PerCable;
 use cdpr::simulation::Outputs;
 use csv::{ReaderBuilder, StringRecord, Trim};
 
@@ -19,14 +19,14 @@ pub(crate) fn indexed(name: &str, i: usize) -> String {
     format!("{name}[{}]", i + 1)
 }
 
-/// Reads a table of inputs: `time` (s), strictly increasing, the four winch forces (N) and any of the disturbances (N,
+/// Reads a table of inputs: `time` (s), strictly increasing, the winch forces (N) of a robot with `cables` cables and any of the disturbances (N,
 /// N m), which are zero where they are missing. Each row's inputs hold until the next. Other columns are left alone.
-pub(crate) fn read_inputs(path: &Path) -> Result<Vec<(f64, Inputs)>, BadInput> {
+pub(crate) fn read_inputs(path: &Path, cables: usize) -> Result<Vec<(f64, Inputs)>, BadInput> {
     let bad = |message: String| BadInput::in_file(path, message);
     let bytes = read_text(path)?;
     let mut reader = ReaderBuilder::new().trim(Trim::All).flexible(true).from_reader(bytes.as_slice());
     let header = reader.headers().map_err(|error| bad(error.to_string()))?.clone();
-    let columns = Columns::find(&header).map_err(bad)?;
+    let columns = Columns::find(&header, cables).map_err(bad)?;
     let mut rows: Vec<(f64, Inputs)> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| bad(error.to_string()))?;
@@ -84,12 +84,12 @@ pub(crate) fn line_at(bytes: &[u8], begin: u64) -> usize {
 /// Where the inputs stand in a row.
 struct Columns {
     time: usize,
-    winch_force: [usize; CABLES],
+    winch_force: PerCable<usize>,
     disturbance: [Option<usize>; 3],
 }
 
 impl Columns {
-    fn find(header: &StringRecord) -> Result<Self, String> {
+    fn find(header: &StringRecord, cables: usize) -> Result<Self, String> {
         // Spreadsheets put a byte order mark before the first name.
         let names: Vec<&str> = header.iter().map(|name| name.trim_start_matches('\u{feff}').trim()).collect();
         let find = |name: &str| {
@@ -100,7 +100,7 @@ impl Columns {
             }
         };
         let need = |name: &str| find(name)?.ok_or_else(|| no_column(name, &names));
-        let mut winch_force = [0; CABLES];
+        let mut winch_force = PerCable::filled(cables, 0);
         let time = need("time")?;
         for (i, place) in winch_force.iter_mut().enumerate() {
             *place = need(&indexed("winch_force", i))?;
@@ -123,7 +123,7 @@ impl Columns {
                 _ => Err(format!("`{name}` is {cell:?}, expected a finite number")),
             }
         };
-        let mut inputs = Inputs::default();
+        let mut inputs = Inputs::none(self.winch_force.len());
         let time = number(self.time)?;
         for (value, column) in inputs.winch_force.iter_mut().zip(self.winch_force) {
             *value = number(column)?;
@@ -138,12 +138,12 @@ impl Columns {
 }
 
 /// The names of the outputs in a table of results, in the order of [`output_values`].
-pub(crate) fn output_names() -> Vec<String> {
+pub(crate) fn output_names(cables: usize) -> Vec<String> {
     let mut names: Vec<String> = ["x", "y", "phi", "vx", "vy", "omega"].map(String::from).into();
     for quantity in
         ["cable_length", "unstretched_length", "unstretched_length_rate", "tension", "strain", "cable_angle"]
     {
-        names.extend((0..CABLES).map(|i| indexed(quantity, i)));
+        names.extend((0..cables).map(|i| indexed(quantity, i)));
     }
     names
 }
@@ -165,8 +165,8 @@ pub(crate) fn output_values(outputs: &Outputs) -> Vec<f64> {
 }
 
 /// The names of the inputs, in the order of [`input_values`].
-pub(crate) fn input_names() -> Vec<String> {
-    let forces = (0..CABLES).map(|i| indexed("winch_force", i));
+pub(crate) fn input_names(cables: usize) -> Vec<String> {
+    let forces = (0..cables).map(|i| indexed("winch_force", i));
     forces.chain(DISTURBANCES.map(String::from)).collect()
 }
 
@@ -181,10 +181,10 @@ pub(crate) struct ResultWriter<W: Write> {
 }
 
 impl<W: Write> ResultWriter<W> {
-    /// Writes the header.
-    pub(crate) fn new(out: W) -> csv::Result<Self> {
+    /// Writes the header for a robot with `cables` cables.
+    pub(crate) fn new(out: W, cables: usize) -> csv::Result<Self> {
         let mut csv = csv::Writer::from_writer(out);
-        csv.write_record(std::iter::once("time".to_owned()).chain(input_names()).chain(output_names()))?;
+        csv.write_record(std::iter::once("time".to_owned()).chain(input_names(cables)).chain(output_names(cables)))?;
         Ok(Self { csv })
     }
 
@@ -208,7 +208,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.csv");
         std::fs::write(&path, text).unwrap();
-        read_inputs(&path).map_err(|e| e.to_string())
+        read_inputs(&path, 4).map_err(|e| e.to_string())
     }
 
     const HEADER: &str = "time,winch_force[1],winch_force[2],winch_force[3],winch_force[4]";
@@ -219,7 +219,7 @@ mod tests {
                     4,hello,3,2,1,9.5,0\r\n\r\n8,,7,6,5,0,1\r\n";
         let rows = read(text).unwrap();
         assert_eq!(rows.len(), 2);
-        assert_eq!(rows[0].1, Inputs { winch_force: [1.0, 2.0, 3.0, 4.0], disturbance: [0.0, 0.0, 9.5] });
+        assert_eq!(rows[0].1, Inputs { winch_force: [1.0, 2.0, 3.0, 4.0].into(), disturbance: [0.0, 0.0, 9.5] });
         assert_eq!(rows[1].0, 1.0);
     }
 

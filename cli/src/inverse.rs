@@ -7,7 +7,8 @@ use cdpr::dynamics::Inputs;
 use cdpr::inverse::distribution::Selection;
 use cdpr::inverse::{Ends, Instant, InverseDynamics, InverseError, SplineTrajectory, Trajectory};
 use cdpr::model_file::Model;
-use cdpr::parameters::{CABLES, CableModel, Initialization};
+use cdpr::parameters::{CableModel, Initialization};
+use cdpr::per_cable::PerCable;
 use cdpr_fmu_build::whole_file;
 use clap::ValueEnum;
 
@@ -136,10 +137,11 @@ fn write_forces(
 ) -> anyhow::Result<()> {
     let mut csv = csv::Writer::from_writer(WholeFile::create(&arguments.output)?);
     let mut header = vec!["time".to_owned()];
-    header.extend(input_names());
+    let cables = instants.first().map_or(0, |instant| instant.tension.len());
+    header.extend(input_names(cables));
     header.extend(["x", "y", "phi", "vx", "vy", "omega"].map(str::to_owned));
     for name in ["tension", "unstretched_length", "unstretched_length_rate"] {
-        header.extend((0..CABLES).map(|i| indexed(name, i)));
+        header.extend((0..cables).map(|i| indexed(name, i)));
     }
     csv.write_record(&header)?;
     for (instant, inputs) in instants.iter().zip(inputs) {
@@ -169,7 +171,7 @@ fn start_on(model: &mut Model, first: &Instant) {
 }
 
 fn summary(instants: &[Instant]) -> anyhow::Result<()> {
-    let range = |pick: &dyn Fn(&Instant) -> [f64; CABLES]| {
+    let range = |pick: &dyn Fn(&Instant) -> PerCable<f64>| {
         instants.iter().flat_map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
     };
     let (tension, force) = (range(&|i| i.tension), range(&|i| i.winch_force));

@@ -27,7 +27,7 @@ const MOST_ROWS: f64 = 1e8;
 #[command(after_help = "Examples:\n  \
     cdpr simulate --pose 0.1,0.1,0.1 --stop 50 -o release.csv --plot release.svg\n  \
     cdpr simulate --model model.toml --input forces.csv --step 0.02 -o run.csv\n\n\
-    The input table has a header and the columns time (s), winch_force[1] to winch_force[4] (N) and, where not zero, \
+    The input table has a header and the columns time (s), winch_force[1] and so on (N) and, where not zero, \
     disturbance_force_x, disturbance_force_y (N), disturbance_torque (N m). Inputs are held from row to row; the run \
     begins at the first row's time. Without a table the model's start values are held from time 0.\n\n\
     A row of results shows the inputs from its time on, and the outputs just before they change. It can be an input \
@@ -59,7 +59,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (_, mut model) = model::read(arguments.model.as_deref())?;
     let inputs = match &arguments.input {
-        Some(path) => csv_io::read_inputs(path)?,
+        Some(path) => csv_io::read_inputs(path, model.parameters.cables())?,
         None => vec![(0.0, model.start.inputs)],
     };
     let begin = inputs[0].0;
@@ -77,10 +77,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     model.start.inputs = inputs[0].1;
     let mut simulation = begin_simulation(&model)?;
 
-    let mut table = ResultWriter::new(WholeFile::create(&arguments.output)?)?;
+    let mut table = ResultWriter::new(WholeFile::create(&arguments.output)?, model.parameters.cables())?;
     // Begun before the run: whether it can be written shows at once.
     let picture = arguments.plot.as_deref().map(WholeFile::create).transpose()?;
-    let mut recording = picture.is_some().then(Recording::new);
+    let mut recording = picture.is_some().then(|| Recording::new(model.parameters.cables()));
     let mut progress = Progress::new("simulating");
     let mut blocked = false;
     let schedule = Schedule { inputs: &inputs, begin, stop, step: arguments.step };
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn the_end_is_a_row_once() {
-        let inputs = [(0.0, Inputs::default())];
+        let inputs = [(0.0, Inputs::none(4))];
         let schedule = |stop, step| Schedule { inputs: &inputs, begin: 0.0, stop, step };
         assert_eq!(rows(&schedule(1.0, 0.25)), [0.0, 0.25, 0.5, 0.75, 1.0]);
         assert_eq!(rows(&schedule(1.0, 0.4)), [0.0, 0.4, 0.8, 1.0]);
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn inputs_change_between_rows_and_on_them() {
-        let force = |f: f64| Inputs { winch_force: [f, 1000.0, 1000.0, 1000.0], disturbance: [0.0; 3] };
+        let force = |f: f64| Inputs { winch_force: [f, 1000.0, 1000.0, 1000.0].into(), disturbance: [0.0; 3] };
         let inputs = [(0.0, force(1000.0)), (0.15, force(1500.0)), (0.3, force(2000.0))];
         let run = |step: f64| {
             let mut simulation = Model::default().simulation().unwrap();

@@ -5,6 +5,7 @@ use std::time::Instant;
 use cdpr::effect::{DependsOn, EffectSpec, Place};
 use cdpr::model_file::Model;
 use cdpr::parameters::CABLES;
+use cdpr::per_cable::PerCable;
 
 use crate::alike::likeness;
 use crate::data::Trial;
@@ -481,7 +482,7 @@ fn compared(base: &Fitted, fitted: &Fitted, evidence: &Evidence) -> Vec<Compared
                         let y = new.states(k);
                         let [pose, twist] = [[y[0], y[1], y[2]], [y[3], y[4], y[5]]];
                         let cables = cdpr::kinematics::cables(plant.geometry(), &pose, &twist);
-                        std::array::from_fn(|i| plant.rate_index(i).map_or(cables[i].speed, |at| y[at]))
+                        PerCable::from_fn(cables.len(), |i| plant.rate_index(i).map_or(cables[i].speed, |at| y[at]))
                     })
                     .collect(),
                 trial: trial.clone(),

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use cdpr::dynamics::{Evaluation, Inputs};
 use cdpr::model_file::Model;
-use cdpr::parameters::{CABLES, Initialization};
+use cdpr::parameters::Initialization;
+use cdpr::per_cable::PerCable;
 use cdpr::plant::{Plant, PlantError};
 use cdpr::simulation::{Simulation, Start};
 
@@ -21,7 +22,7 @@ pub(crate) struct Moment<'a> {
     pub(crate) time: f64,
     pub(crate) y: &'a [f64],
     pub(crate) felt: &'a Inputs,
-    pub(crate) slack: [bool; CABLES],
+    pub(crate) slack: PerCable<bool>,
 }
 
 /// Time (s) over which the growth of the acceleration is taken.
@@ -29,13 +30,13 @@ const INSTANT: f64 = 1e-3;
 
 impl Moment<'_> {
     fn evaluate(&self, plant: &Plant) -> Evaluation {
-        plant.evaluate(self.time, self.y, self.felt, self.slack)
+        plant.evaluate(self.time, self.y, self.felt, &self.slack)
     }
 
     /// Growth of the platform's acceleration (m/s³, rad/s³), the inputs held.
     fn jerk(&self, plant: &Plant) -> [f64; 3] {
         let mut rates = vec![0.0; self.y.len()];
-        plant.rates(self.time, self.y, self.felt, self.slack, &mut rates);
+        plant.rates(self.time, self.y, self.felt, &self.slack, &mut rates);
         let [before, after] = [-INSTANT, INSTANT].map(|t| {
             let y: Vec<f64> = self.y.iter().zip(&rates).map(|(y, rate)| y + t * rate).collect();
             Moment { time: self.time + t, y: &y, ..*self }.evaluate(plant).acceleration
@@ -244,7 +245,7 @@ pub(crate) fn disturb(simulation: &mut Simulation, inputs: &Inputs, latents: &[f
         inputs.disturbance[k] += latents[k];
     }
     simulation.set_inputs(inputs);
-    simulation.set_winch_disturbance([latents[3], latents[4], latents[5], latents[6]]);
+    simulation.set_winch_disturbance(PerCable::from_fn(LATENTS - 3, |i| latents[3 + i]));
 }
 
 #[cfg(test)]

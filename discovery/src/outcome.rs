@@ -2,6 +2,7 @@
 
 use cdpr::effect::{DependsOn, EffectSpec, Place};
 use cdpr::model_file::Model;
+use cdpr::per_cable::PerCable;
 
 use crate::data::{Channel, Trial};
 
@@ -181,7 +182,7 @@ pub struct Compared {
     /// Smoothed pose and twist with the final model.
     pub motion: Vec<[f64; 6]>,
     /// Smoothed rates of the unstretched lengths with the final model (m/s).
-    pub winch_speed: Vec<[f64; 4]>,
+    pub winch_speed: Vec<PerCable<f64>>,
 }
 
 /// One step of the search.

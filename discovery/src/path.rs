@@ -2,7 +2,7 @@
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectKind;
-use cdpr::parameters::CABLES;
+use cdpr::per_cable::PerCable;
 use cdpr::plant::EffectStates;
 use cdpr::simulation::Simulation;
 use rayon::prelude::*;
@@ -64,7 +64,7 @@ pub(crate) struct LinearTrial {
     pub(crate) residual: Vec<f64>,
     /// Inputs as the plant feels them, and slack cables, at each sample.
     pub(crate) felt: Vec<Inputs>,
-    pub(crate) slack: Vec<[bool; CABLES]>,
+    pub(crate) slack: Vec<PerCable<bool>>,
     /// Prior guess of the first states minus the trajectory's.
     pub(crate) prior: Vec<f64>,
     /// Standard deviation of that guess.
@@ -184,8 +184,8 @@ pub(crate) fn linearise(
         shows: Vec::new(),
         shown: vec![0.0; len * m],
         residual: vec![0.0; len * m],
-        felt: vec![Inputs::default(); len],
-        slack: vec![[false; CABLES]; len],
+        felt: vec![Inputs::none(model.plant.cables()); len],
+        slack: vec![PerCable::filled(model.plant.cables(), false); len],
         prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
         prior_deviation: prior_deviation(model),
     };
@@ -226,7 +226,7 @@ struct Part<'a> {
     shown: &'a mut [f64],
     residual: &'a mut [f64],
     felt: &'a mut [Inputs],
-    slack: &'a mut [[bool; CABLES]],
+    slack: &'a mut [PerCable<bool>],
 }
 
 impl Part<'_> {

@@ -38,7 +38,7 @@ fn end_rates(model: &Examined, linear: &LinearTrial, trial: &Trial, trajectory: 
         let mut rates = vec![0.0; (trial.len() - 1) * n];
         for (k, rates) in rates.chunks_exact_mut(n).enumerate() {
             let (time, y) = (trial.time[k + end], trajectory.states(k + end));
-            model.plant.rates(time, y, &linear.felt[k], linear.slack[k], rates);
+            model.plant.rates(time, y, &linear.felt[k], &linear.slack[k], rates);
         }
         rates
     })
@@ -164,7 +164,7 @@ fn quick(
         let target = &mut out.step[k * n..(k + 1) * n];
         // Else it is that at the end of the step before.
         if k == 0 || !by_states || slack != linear.slack[k - 1] {
-            varied.plant.rates(trial.time[k], &y, felt, slack, &mut rates[0]);
+            varied.plant.rates(trial.time[k], &y, felt, &slack, &mut rates[0]);
             for (r, slot) in difference.iter_mut().enumerate() {
                 *slot = rates[0][map[r]] - base_rates[0][k * n + r];
             }
@@ -178,7 +178,7 @@ fn quick(
         }
         take(&mut y, k + 1);
         own.iter().for_each(|at| y[*at] += 2.0 * half * rates[0][*at]);
-        varied.plant.rates(trial.time[k + 1], &y, felt, slack, &mut rates[1]);
+        varied.plant.rates(trial.time[k + 1], &y, felt, &slack, &mut rates[1]);
         own.iter().for_each(|at| y[*at] += half * (rates[1][*at] - rates[0][*at]));
         for (r, (slot, difference)) in target.iter_mut().zip(&mut difference).enumerate() {
             *difference = rates[1][map[r]] - base_rates[1][k * n + r];
@@ -356,10 +356,10 @@ fn respond(
         step.inner_point(&mut point);
         let places = [(step.inner_time(), &point[..]), (step.end_time(), step.to)];
         for ((time, y), forced) in places.into_iter().zip(&mut forced) {
-            base.plant.rates(time, y, &step.felt, step.slack, &mut own);
+            base.plant.rates(time, y, &step.felt, &step.slack, &mut own);
             for (c, at) in acting.iter().enumerate() {
                 let Varied { examined, size, .. } = &varied[*at];
-                examined.plant.rates(time, y, &step.felt, step.slack, &mut moved);
+                examined.plant.rates(time, y, &step.felt, &step.slack, &mut moved);
                 for (r, (moved, own)) in moved.iter().zip(&own).enumerate() {
                     forced[r * width + c] = (moved - own) / size;
                 }

@@ -1,7 +1,7 @@
 //! How deviations from a trajectory, and latent disturbances, grow over one sampling interval.
 
 use cdpr::dynamics::{Inputs, Jacobian};
-use cdpr::parameters::CABLES;
+use cdpr::per_cable::PerCable;
 
 use crate::model::{Examined, LATENTS};
 use crate::vector::{FULL, add, vectorised};
@@ -13,7 +13,7 @@ pub(crate) struct Step<'a> {
     pub(crate) from: &'a [f64],
     pub(crate) to: &'a [f64],
     pub(crate) felt: Inputs,
-    pub(crate) slack: [bool; CABLES],
+    pub(crate) slack: PerCable<bool>,
 }
 
 impl Step<'_> {
@@ -96,8 +96,8 @@ impl<'a> Variation<'a> {
     fn update(&mut self, step: &Step<'_>) {
         step.inner_point(&mut self.point);
         let plant = &self.model.plant;
-        self.inner.update(plant, step.inner_time(), &self.point, &step.felt, step.slack);
-        self.end.update(plant, step.end_time(), step.to, &step.felt, step.slack);
+        self.inner.update(plant, step.inner_time(), &self.point, &step.felt, &step.slack);
+        self.end.update(plant, step.end_time(), step.to, &step.felt, &step.slack);
     }
 }
 

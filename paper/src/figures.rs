@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use cdpr::parameters::CABLES;
+use crate::CABLES;
 
 use crate::figure::{BLUE, Column, Figure, GREEN, Line, ORANGE, Panel};
 use crate::run::{Area, Inverse, Series};
@@ -66,7 +66,7 @@ fn table(folder: &Path, name: &str, columns: &[(&str, &Series)]) -> Result<(), P
             let mut row = vec![(*run).to_owned(), number(s.time[k])];
             row.extend(s.pose[k].map(number));
             for values in [s.length[k], s.unstretched[k], s.tension[k]] {
-                row.extend(values.map(number));
+                row.extend(values.iter().copied().map(number));
             }
             csv.write_record(&row).map_err(|e| failed(&e))?;
         }

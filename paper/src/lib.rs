@@ -21,6 +21,9 @@ pub use ode::runge_kutta;
 use cdpr::parameters::CableModel;
 use run::{Area, Inverse, Series};
 
+/// Cables of the paper's robot.
+pub const CABLES: usize = 4;
+
 /// Why the programme did not finish.
 #[derive(Debug, thiserror::Error)]
 pub enum PaperError {

@@ -6,10 +6,11 @@
 //!
 //! Kept here, apart from the plant: no physics has it.
 
+use crate::CABLES;
 use cdpr::geometry::Geometry;
 use cdpr::integrator::RadauError;
 use cdpr::kinematics;
-use cdpr::parameters::{CABLES, CableModel, Parameters};
+use cdpr::parameters::{CableModel, Parameters};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::ode;
@@ -126,8 +127,8 @@ mod tests {
             let force = [1e3, 2e3, 1.5e3, 1.2e3];
             let (mut ours, mut theirs) = (vec![0.0; y.len()], vec![0.0; y.len()]);
             model.rates(&y, &force, &mut ours);
-            let inputs = Inputs { winch_force: force, disturbance: [0.0; 3] };
-            plant.rates(0.0, &y, &inputs, [false; CABLES], &mut theirs);
+            let inputs = Inputs { winch_force: force.into(), disturbance: [0.0; 3] };
+            plant.rates(0.0, &y, &inputs, &[false; CABLES].into(), &mut theirs);
             for (a, b) in ours.iter().zip(&theirs) {
                 assert!((a - b).abs() < 1e-10 * (1.0 + b.abs()), "{cable_model:?}: {ours:?} {theirs:?}");
             }

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use crate::CABLES;
 use cdpr::dynamics::Inputs;
 use cdpr::inverse::distribution::{Bounds, Distribution, Objective};
 use cdpr::inverse::{Ends, Instant, InverseDynamics, Motion, Samples, SplineTrajectory, Trajectory};
 use cdpr::kinematics;
-use cdpr::parameters::{CABLES, CableModel, Initialization, Parameters};
+use cdpr::parameters::{CableModel, Initialization, Parameters};
+use cdpr::per_cable::PerCable;
 use cdpr::plant::Plant;
 use cdpr::simulation::{Outputs, Simulation, Start};
 
@@ -59,9 +61,9 @@ impl Area {
 pub(crate) struct Series {
     pub(crate) time: Vec<f64>,
     pub(crate) pose: Vec<[f64; 3]>,
-    pub(crate) length: Vec<[f64; CABLES]>,
-    pub(crate) unstretched: Vec<[f64; CABLES]>,
-    pub(crate) tension: Vec<[f64; CABLES]>,
+    pub(crate) length: Vec<PerCable<f64>>,
+    pub(crate) unstretched: Vec<PerCable<f64>>,
+    pub(crate) tension: Vec<PerCable<f64>>,
 }
 
 impl Series {
@@ -121,7 +123,7 @@ fn run(mut simulation: Simulation, stop: f64, step: f64) -> Result<Series, Paper
 
 /// Fig. 8: released at rest under equal forces, every spring carrying its force.
 pub(crate) fn release(area: Area, cable_model: CableModel, stop: f64) -> Result<Series, PaperError> {
-    let inputs = Inputs { winch_force: [FORCE; CABLES], disturbance: [0.0; 3] };
+    let inputs = Inputs { winch_force: [FORCE; CABLES].into(), disturbance: [0.0; 3] };
     let start = Start { pose: RELEASE, inputs, ..Start::default() };
     run(simulation(area.parameters(cable_model), &start)?, stop, STEP)
 }
@@ -157,9 +159,9 @@ fn mismatched(
         series.pose.push(pose);
         series.length.push(cables.map(|c| c.length));
         let elastic = cable_model != CableModel::Rigid;
-        let unstretched = std::array::from_fn(|i| if elastic { y[6 + 2 * i] } else { cables[i].length });
+        let unstretched = PerCable::from_fn(CABLES, |i| if elastic { y[6 + 2 * i] } else { cables[i].length });
         series.unstretched.push(unstretched);
-        series.tension.push(std::array::from_fn(|i| {
+        series.tension.push(PerCable::from_fn(CABLES, |i| {
             if !elastic {
                 return f64::NAN;
             }
@@ -176,8 +178,8 @@ pub(crate) fn pull_one_way(area: Area, cable_model: CableModel, stop: f64) -> Re
     let geometry = cdpr::geometry::Geometry::new(&parameters);
     let start = Start {
         initialization: Initialization::FromStates,
-        unstretched_length: kinematics::cable_lengths(&geometry, &[0.0; 3]).into(),
-        inputs: Inputs { winch_force: PULL, disturbance: [0.0; 3] },
+        unstretched_length: kinematics::cable_lengths(&geometry, &[0.0; 3]),
+        inputs: Inputs { winch_force: PULL.into(), disturbance: [0.0; 3] },
         ..Start::default()
     };
     run(simulation(parameters, &start)?, stop, PULL_STEP)
@@ -262,7 +264,7 @@ fn forward(plant: Arc<Plant>, instants: &[Instant], trajectory: &Gusty) -> Resul
     for pair in instants.windows(2) {
         let (a, b) = (inputs(&pair[0]), inputs(&pair[1]));
         let slopes = Inputs {
-            winch_force: std::array::from_fn(|i| (b.winch_force[i] - a.winch_force[i]) / INVERSE_STEP),
+            winch_force: PerCable::from_fn(CABLES, |i| (b.winch_force[i] - a.winch_force[i]) / INVERSE_STEP),
             disturbance: std::array::from_fn(|k| (b.disturbance[k] - a.disturbance[k]) / INVERSE_STEP),
         };
         forward.set_inputs_with_slopes(a, slopes);

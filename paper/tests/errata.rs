@@ -7,7 +7,7 @@ use std::sync::Arc;
 use cdpr::dynamics::Inputs;
 use cdpr::geometry::Geometry;
 use cdpr::kinematics::{self, CableKinematics};
-use cdpr::parameters::{CABLES, CableInertia, CableModel, Parameters};
+use cdpr::parameters::{CableInertia, CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 use cdpr_paper::mismatch::Mismatch;
@@ -121,8 +121,8 @@ fn equations_22_and_25_give_energy_for_nothing() {
             Parameters { cable_model: CableModel::LumpedMass, cable_inertia: inertia, ..Parameters::default() };
         let plant = Plant::new(parameters, Vec::new()).unwrap();
         let y = Start::default().states(&plant).unwrap();
-        let push = Inputs { winch_force: [1000.0; CABLES], disturbance: [100.0, 0.0, 0.0] };
-        plant.evaluate(0.0, &y, &push, [false; CABLES]).acceleration[0]
+        let push = Inputs { winch_force: [1000.0; 4].into(), disturbance: [100.0, 0.0, 0.0] };
+        plant.evaluate(0.0, &y, &push, &[false; 4].into()).acceleration[0]
     };
     let (with, printed_mass) = (heavier(CableInertia::Paper), {
         let across = density * 900.0_f64.hypot(10.0) / 3.0;
@@ -239,8 +239,8 @@ fn equation_36_pushes_with_a_stretched_cable() {
     for i in [0, 3] {
         y[plant.unstretched_index(i).unwrap()] -= 0.2;
     }
-    let inputs = Inputs { winch_force: [1000.0; CABLES], disturbance: [0.0; 3] };
-    let acceleration = plant.evaluate(0.0, &y, &inputs, [false; CABLES]).acceleration;
+    let inputs = Inputs { winch_force: [1000.0; 4].into(), disturbance: [0.0; 3] };
+    let acceleration = plant.evaluate(0.0, &y, &inputs, &[false; 4].into()).acceleration;
     assert!(acceleration[0] < -0.1, "anchors 1 and 4 are on the left: {acceleration:?}");
 }
 
@@ -276,8 +276,8 @@ fn equations_15_and_23_ask_for_a_force_where_none_is_needed() {
         let c = kinematics::cables(plant.geometry(), &[0.0; 3], &[0.0; 3])[0];
         let speed = 5.0;
         (y[3], y[4]) = (speed * c.direction[0], speed * c.direction[1]);
-        let inputs = Inputs { winch_force: [1000.0; CABLES], disturbance: [0.0; 3] };
-        let e = plant.evaluate(0.0, &y, &inputs, [false; CABLES]);
+        let inputs = Inputs { winch_force: [1000.0; 4].into(), disturbance: [0.0; 3] };
+        let e = plant.evaluate(0.0, &y, &inputs, &[false; 4].into());
         // What remains of T - u when the mass times L̈ is taken off.
         let k = e.kinematics[0];
         let row = k.jacobian_row();
@@ -298,7 +298,7 @@ fn runge_kutta_can_be_used() {
     let start = Start { pose: [0.1; 3], ..Start::default() };
     let mut simulation = Simulation::new(plant.clone(), &start, 1e-12).unwrap();
     let (y, inputs) = (simulation.states().to_vec(), simulation.inputs());
-    let explicit = runge_kutta(|t, y, r| plant.rates(t, y, &inputs, [false; CABLES], r), &y, 0.1, 200);
+    let explicit = runge_kutta(|t, y, r| plant.rates(t, y, &inputs, &[false; 4].into(), r), &y, 0.1, 200);
     simulation.advance(20.0).unwrap();
     for (a, b) in explicit.iter().zip(simulation.states()) {
         assert!((a - b).abs() < 1e-9, "{explicit:?} {:?}", simulation.states());
@@ -309,12 +309,12 @@ fn runge_kutta_can_be_used() {
 fn equal_constant_pull_is_unstable_in_rotation_and_the_mismatch_hides_it() {
     // Σ L_i has a maximum at φ = 0 for crossed cables.
     let geometry = Geometry::new(&Parameters::default());
-    let sum = |phi: f64| kinematics::cable_lengths(&geometry, &[0.0, 0.0, phi]).sum();
+    let sum = |phi: f64| kinematics::cable_lengths(&geometry, &[0.0, 0.0, phi]).iter().sum::<f64>();
     assert!(sum(0.1) < sum(0.0) && sum(-0.1) < sum(0.0));
     let displaced = |k: usize| {
         let mut pose = [0.0; 3];
         pose[k] = 1.0;
-        kinematics::cable_lengths(&geometry, &pose).sum() > sum(0.0)
+        kinematics::cable_lengths(&geometry, &pose).iter().sum::<f64>() > sum(0.0)
     };
     assert!(displaced(0) && displaced(1), "x and y are stable");
     let rigid = Parameters { cable_model: CableModel::Rigid, ..Parameters::default() };

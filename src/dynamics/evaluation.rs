@@ -1,10 +1,11 @@
 //! Everything known of the plant at one instant, as others read it.
 
 use crate::kinematics::CableKinematics;
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
 
+use super::instant::{Instant, with_lanes};
 use super::matrix3::Matrix3;
 use super::{Inputs, MAX_EFFECT_STATES};
 
@@ -14,27 +15,47 @@ use super::{Inputs, MAX_EFFECT_STATES};
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation<S = f64> {
     /// Kinematics of the cables.
-    pub kinematics: [CableKinematics<S>; CABLES],
+    pub kinematics: PerCable<CableKinematics<S>>,
     /// Accelerations `[ax, ay, φ̈]`.
     pub acceleration: [S; 3],
     /// Tensions `T_i`, zero where the cable is slack.
-    pub tension: [S; CABLES],
+    pub tension: PerCable<S>,
     /// The tension before it is cut off at zero: negative where the cable is slack.
-    pub tension_uncut: [S; CABLES],
+    pub tension_uncut: PerCable<S>,
     /// Which cables were taken as slack.
-    pub slack: [bool; CABLES],
+    pub slack: PerCable<bool>,
     /// Pull of the winch on its cable, effects included.
-    pub pull: [S; CABLES],
+    pub pull: PerCable<S>,
     /// Unstretched lengths `l_i` (in a rigid cable its length).
-    pub unstretched: [S; CABLES],
+    pub unstretched: PerCable<S>,
     /// Rates `l̇_i`.
-    pub unstretched_rate: [S; CABLES],
+    pub unstretched_rate: PerCable<S>,
     /// Accelerations `l̈_i`; where `l̇` is no state (`rigid`, `massless_spring`) those of the length, `L̈_i`.
-    pub unstretched_acceleration: [S; CABLES],
+    pub unstretched_acceleration: PerCable<S>,
     /// Rates of the effect states of each cable.
-    pub effect_rate: [[S; MAX_EFFECT_STATES]; CABLES],
+    pub effect_rate: PerCable<[S; MAX_EFFECT_STATES]>,
     /// Mass matrix of the platform with the cables' inertia that moves with it.
     pub(crate) mass: Matrix3<S>,
+}
+
+impl<S: Real> Evaluation<S> {
+    /// The evaluation of a plant with `cables` cables and those in `slack` carrying nothing.
+    fn new<const LANES: usize>(e: &Instant<S, LANES>, cables: usize, slack: &PerCable<bool>) -> Self {
+        let per_cable = |values: &[S; LANES]| PerCable::from_fn(cables, |i| values[i]);
+        Self {
+            kinematics: PerCable::from_fn(cables, |i| e.kinematics.cable(i)),
+            acceleration: e.acceleration,
+            tension: per_cable(&e.tension),
+            tension_uncut: per_cable(&e.tension_uncut),
+            slack: *slack,
+            pull: per_cable(&e.pull),
+            unstretched: per_cable(&e.unstretched),
+            unstretched_rate: per_cable(&e.unstretched_rate),
+            unstretched_acceleration: per_cable(&e.unstretched_acceleration),
+            effect_rate: PerCable::from_fn(cables, |i| e.effect_rate[i]),
+            mass: e.mass.full(),
+        }
+    }
 }
 
 impl Plant {
@@ -43,21 +64,10 @@ impl Plant {
     ///
     /// The accelerations solve the implicit system [`Plant::residual`]: (26)-(28) with rigid cables, (37)-(42) with massless
     /// springs, Fig. 5(b) with lumped masses.
-    pub fn evaluate<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: [bool; CABLES]) -> Evaluation<S> {
-        let e = self.instant(time, y, u, slack);
-        Evaluation {
-            kinematics: std::array::from_fn(|i| e.kinematics.cable(i)),
-            acceleration: e.acceleration,
-            tension: e.tension,
-            tension_uncut: e.tension_uncut,
-            slack,
-            pull: e.pull,
-            unstretched: e.unstretched,
-            unstretched_rate: e.unstretched_rate,
-            unstretched_acceleration: e.unstretched_acceleration,
-            effect_rate: e.effect_rate,
-            mass: e.mass.full(),
-        }
+    pub fn evaluate<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: &PerCable<bool>) -> Evaluation<S> {
+        with_lanes!(self, LANES => {
+            Evaluation::new(&self.instant::<S, LANES>(time, y, u, slack), self.cables(), slack)
+        })
     }
 
     /// Rates `ẏ` of all states: the solved-for form of the implicit system (29), (41).
@@ -65,9 +75,37 @@ impl Plant {
     /// Layout of `y` and `rates`: pose `[x, y, φ]`, twist `[vx, vy, φ̇]`, then for each cable `l` (not in rigid cables),
     /// `l̇` (lumped mass only) and its effects' states.
     #[inline]
-    pub fn rates<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: [bool; CABLES], rates: &mut [S]) {
-        let e = self.instant(time, y, u, slack);
-        self.write_instant(y, &e, rates);
+    pub fn rates<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: &PerCable<bool>, rates: &mut [S]) {
+        with_lanes!(self, LANES => {
+            let e = self.instant::<S, LANES>(time, y, u, slack);
+            self.write_instant(y, &e, rates);
+        });
+    }
+
+    /// As [`Plant::rates`], and the tensions (N) before they are cut off at zero.
+    #[inline]
+    pub(crate) fn rates_and_tensions(
+        &self,
+        time: f64,
+        y: &[f64],
+        u: &Inputs,
+        slack: &PerCable<bool>,
+        rates: &mut [f64],
+        tension: &mut [f64],
+    ) {
+        with_lanes!(self, LANES => {
+            let e = self.instant::<f64, LANES>(time, y, u, slack);
+            self.write_instant(y, &e, rates);
+            tension.copy_from_slice(&e.tension_uncut[..tension.len()]);
+        });
+    }
+
+    /// Tensions (N) before they are cut off at zero.
+    pub(crate) fn uncut_tensions(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> PerCable<f64> {
+        with_lanes!(self, LANES => {
+            let e = self.instant::<f64, LANES>(time, y, u, slack);
+            PerCable::from_fn(self.cables(), |i| e.tension_uncut[i])
+        })
     }
 
     /// Which cables are slack at this state: those whose tension would be negative; below (35) the paper asks for
@@ -76,17 +114,18 @@ impl Plant {
     /// With elastic cables this is read off the spring and damper. Where tension depends on the acceleration (rigid,
     /// massless spring) tensions and accelerations form a linear complementarity problem with a positive definite
     /// matrix, so exactly one set is consistent; it is found by iteration, or by trying all sets where that cycles.
-    pub fn slack_cables(&self, time: f64, y: &[f64], u: &Inputs) -> [bool; CABLES] {
-        let next = |slack| self.instant(time, y, u, slack).tension_uncut.map(|t| t < 0.0);
-        let mut slack = [false; CABLES];
-        for _ in 0..CABLES {
-            let found = next(slack);
+    pub fn slack_cables(&self, time: f64, y: &[f64], u: &Inputs) -> PerCable<bool> {
+        let cables = self.cables();
+        let next = |slack: &PerCable<bool>| self.uncut_tensions(time, y, u, slack).map(|t| t < 0.0);
+        let mut slack = PerCable::filled(cables, false);
+        for _ in 0..cables {
+            let found = next(&slack);
             if found == slack {
                 return slack;
             }
             slack = found;
         }
-        let sets = (0..1_u32 << CABLES).map(|bits| std::array::from_fn(|i| bits >> i & 1 == 1));
-        sets.into_iter().find(|set| next(*set) == *set).unwrap_or(slack)
+        let mut sets = (0..1_u32 << cables).map(|bits| PerCable::from_fn(cables, |i| bits >> i & 1 == 1));
+        sets.find(|set| next(set) == *set).unwrap_or(slack)
     }
 }

@@ -3,8 +3,6 @@
 //! Velocities are eliminated first (`Δq = (r_q + Δv)/σ`), then each cable's own block; what remains is one 3×3 system
 //! in `Δv`.
 
-use crate::parameters::CABLES;
-
 use super::linearisation::{BLOCK, CableBlock, Linearisation};
 use super::matrix3::{self, Field, Matrix3};
 
@@ -24,18 +22,19 @@ pub(crate) struct Factors<F> {
     schur_inverse: Matrix3<F>,
     /// `∂(forces)/∂q` with the cables' answer, over `σ`, negative.
     pose_coupling: Matrix3<F>,
-    cables: [CableFactors<F>; CABLES],
+    cables: Vec<CableFactors<F>>,
 }
 
 impl<F: Field> Factors<F> {
-    pub(crate) fn empty() -> Self {
+    /// Room for the factors of `cables` cables.
+    pub(crate) fn empty(cables: usize) -> Self {
         let zero = F::zero();
         let cable = CableFactors { inverse: [[zero; BLOCK]; BLOCK], tension: [zero; BLOCK] };
         Self {
             inverse_sigma: zero,
             schur_inverse: [[zero; 3]; 3],
             pose_coupling: [[zero; 3]; 3],
-            cables: std::array::from_fn(|_| cable.clone()),
+            cables: vec![cable; cables],
         }
     }
 
@@ -80,7 +79,7 @@ impl<F: Field> Factors<F> {
 
     /// Solves `(σ I - ∂f/∂y) x = b` in place; `offset` is where each cable's states begin.
     #[inline]
-    pub(crate) fn solve(&self, linearisation: &Linearisation, offset: &[usize; CABLES], b: &mut [F]) {
+    pub(crate) fn solve(&self, linearisation: &Linearisation, offset: &[usize], b: &mut [F]) {
         let rq = [b[0], b[1], b[2]];
         let rv = [b[3], b[4], b[5]];
         let coupled = matrix3::product(&self.pose_coupling, &rq);
@@ -88,8 +87,7 @@ impl<F: Field> Factors<F> {
             let m = &linearisation.mass[r];
             rv[0].scale(m[0]) + rv[1].scale(m[1]) + rv[2].scale(m[2]) - coupled[r]
         });
-        for i in 0..CABLES {
-            let block = &linearisation.cables[i];
+        for (i, block) in linearisation.cables.iter().enumerate() {
             let own = &b[offset[i]..offset[i] + block.size];
             let mut tension = F::zero();
             for (t, r) in self.cables[i].tension.iter().zip(own) {
@@ -102,8 +100,7 @@ impl<F: Field> Factors<F> {
         let dv = matrix3::product(&self.schur_inverse, &rhs);
         let dq: [F; 3] = std::array::from_fn(|k| (rq[k] + dv[k]) * self.inverse_sigma);
         let along = |row: &[f64; 3], v: &[F; 3]| v[0].scale(row[0]) + v[1].scale(row[1]) + v[2].scale(row[2]);
-        for i in 0..CABLES {
-            let block = &linearisation.cables[i];
+        for (i, block) in linearisation.cables.iter().enumerate() {
             let motion = [
                 along(&block.jacobian, &dq),
                 along(&block.jacobian, &dv) + along(&block.curvature, &dq),

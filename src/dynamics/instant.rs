@@ -1,11 +1,13 @@
 //! The plant at one instant, solved for the accelerations: where the integrator spends its time.
 //!
 //! Quantities are arrays over the cables and the arithmetic is in short loops over them, apart from what effects add, so
-//! that the compiler can work on several cables at once.
+//! that the compiler can work on several cables at once. The loops have 4, 8 or 12 lanes, as many as the robot needs
+//! ([`with_lanes`]); in lanes beyond the last cable all constants are zero, so that they add nothing.
 
 use crate::effect::{PlatformContext, SwingContext, WinchContext};
 use crate::kinematics::CableArrays;
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 use crate::plant::{CableEffect, Plant};
 use crate::scalar::Real;
 
@@ -14,16 +16,16 @@ use super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
 
 /// The plant at one instant; the fields mean what they mean in [`super::Evaluation`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Instant<S> {
-    pub(crate) kinematics: CableArrays<S>,
+pub(crate) struct Instant<S, const LANES: usize> {
+    pub(crate) kinematics: CableArrays<S, LANES>,
     pub(crate) acceleration: [S; 3],
-    pub(crate) tension: [S; CABLES],
-    pub(crate) tension_uncut: [S; CABLES],
-    pub(crate) pull: [S; CABLES],
-    pub(crate) unstretched: [S; CABLES],
-    pub(crate) unstretched_rate: [S; CABLES],
-    pub(crate) unstretched_acceleration: [S; CABLES],
-    pub(crate) effect_rate: [[S; MAX_EFFECT_STATES]; CABLES],
+    pub(crate) tension: [S; LANES],
+    pub(crate) tension_uncut: [S; LANES],
+    pub(crate) pull: [S; LANES],
+    pub(crate) unstretched: [S; LANES],
+    pub(crate) unstretched_rate: [S; LANES],
+    pub(crate) unstretched_acceleration: [S; LANES],
+    pub(crate) effect_rate: [[S; MAX_EFFECT_STATES]; LANES],
     /// Mass matrix of the platform with the cables' inertia that moves with it.
     pub(crate) mass: Symmetric3<S>,
 }
@@ -57,12 +59,37 @@ pub(crate) fn swing_tension<S: Real>(model: CableModel, tension: S, pull: S, sla
     if slack || tension.re() < 0.0 { S::from(0.0) } else { tension }
 }
 
-/// Sum over the cables, in pairs.
+/// Sum over the lanes, a multiple of four: fours first, then in pairs.
 #[inline(always)]
-fn over_cables<S: Real>(term: impl Fn(usize) -> S) -> S {
-    let terms: [S; CABLES] = std::array::from_fn(term);
+fn over_lanes<S: Real, const LANES: usize>(term: impl Fn(usize) -> S) -> S {
+    const { assert!(LANES.is_multiple_of(4)) };
+    let mut terms: [S; 4] = std::array::from_fn(&term);
+    for lane in 4..LANES {
+        terms[lane % 4] += term(lane);
+    }
     (terms[0] + terms[2]) + (terms[1] + terms[3])
 }
+
+/// Runs `$body` with the constant `$lanes`: 4, 8 or 12, enough for `$plant`'s cables.
+macro_rules! with_lanes {
+    ($plant:expr, $lanes:ident => $body:expr) => {
+        match $plant.cables() {
+            0..=4 => {
+                const $lanes: usize = 4;
+                $body
+            }
+            5..=8 => {
+                const $lanes: usize = 8;
+                $body
+            }
+            _ => {
+                const $lanes: usize = $crate::per_cable::MAX_CABLES;
+                $body
+            }
+        }
+    };
+}
+pub(crate) use with_lanes;
 
 impl Plant {
     /// Effect states of `cable` within `y`, in a fixed-size array (zero-filled).
@@ -80,9 +107,15 @@ impl Plant {
     ///
     /// The system is linear in the accelerations: one 3×3 solve.
     #[inline]
-    pub(crate) fn instant<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: [bool; CABLES]) -> Instant<S> {
+    pub(crate) fn instant<S: Real, const LANES: usize>(
+        &self,
+        time: S,
+        y: &[S],
+        u: &Inputs<S>,
+        slack: &PerCable<bool>,
+    ) -> Instant<S, LANES> {
         let zero = S::from(0.0);
-        let zeros = [zero; CABLES];
+        let zeros = [zero; LANES];
         let pose = [y[0], y[1], y[2]];
         let twist = [y[3], y[4], y[5]];
         let omega = twist[2];
@@ -90,9 +123,10 @@ impl Plant {
         let rotation = [cos, sin];
         let data = &self.data;
         let constants = &self.constants;
+        let (cables, slack) = (data.cables.len(), slack.padded::<LANES>());
         let k = CableArrays::new(&data.geometry, &pose, rotation, &twist);
         let (mut unstretched, mut unstretched_rate) = (k.length, k.speed);
-        for i in 0..CABLES {
+        for i in 0..cables {
             let at = self.offset[i];
             match data.cables[i].model {
                 CableModel::Rigid => {}
@@ -103,19 +137,19 @@ impl Plant {
 
         // What effects add: a wrench on the platform, forces along the winches and across the cables.
         let mut force = u.disturbance;
-        let mut pull = u.winch_force;
+        let mut pull = u.winch_force.padded::<LANES>();
         let mut across_added = zeros;
-        let mut effect_rate = [[zero; MAX_EFFECT_STATES]; CABLES];
+        let mut effect_rate = [[zero; MAX_EFFECT_STATES]; LANES];
         if self.has.force {
             let context = PlatformContext {
                 time,
                 pose: &pose,
                 twist: &twist,
                 inputs: u,
-                cable_length: &k.length,
-                cable_speed: &k.speed,
-                unstretched_length: &unstretched,
-                unstretched_rate: &unstretched_rate,
+                cable_length: &k.length[..cables],
+                cable_speed: &k.speed[..cables],
+                unstretched_length: &unstretched[..cables],
+                unstretched_rate: &unstretched_rate[..cables],
             };
             for kind in &self.wrench {
                 let wrench = kind.wrench(&context);
@@ -123,7 +157,7 @@ impl Plant {
                     force[c] += wrench[c];
                 }
             }
-            for i in 0..CABLES {
+            for i in 0..cables {
                 let effects = &self.cable[i];
                 let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context));
                 let winch = WinchContext { time, speed: unstretched_rate[i] };
@@ -138,24 +172,24 @@ impl Plant {
         // Elastic tension, of every cable: a rigid one has none.
         let inverse_unstretched = unstretched.map(|l| l.recip());
         let mut spring = zeros;
-        for i in 0..CABLES {
+        for i in 0..LANES {
             spring[i] = (k.length[i] - unstretched[i]) * inverse_unstretched[i] * constants.axial_stiffness[i];
         }
         if self.has.law {
-            for i in (0..CABLES).filter(|i| data.cables[*i].model != CableModel::Rigid) {
+            for i in (0..cables).filter(|i| data.cables[*i].model != CableModel::Rigid) {
                 let states = self.gather_effect_states(i, y);
                 let (cable, law) = (&data.cables[i], &self.cable[i].law);
                 spring[i] = elastic::tension(cable, law, time, k.length[i], unstretched[i], &states);
             }
         }
         let mut tension_uncut = zeros;
-        for i in 0..CABLES {
+        for i in 0..LANES {
             let opening = k.speed[i] - unstretched_rate[i];
             tension_uncut[i] = spring[i] + opening * inverse_unstretched[i] * constants.damping[i];
         }
 
         if self.has.swing {
-            for i in 0..CABLES {
+            for i in 0..cables {
                 let states = self.gather_effect_states(i, y);
                 let carried = swing_tension(data.cables[i].model, tension_uncut[i], pull[i], slack[i]);
                 let context = SwingContext { length: k.length[i], angular_rate: k.angular_rate[i], tension: carried };
@@ -169,12 +203,14 @@ impl Plant {
         let mut mass = self.platform_mass(rotation);
         let [cx, cy] = self.com_arm(rotation);
         let centrifugal = omega * omega * data.mass;
-        force[0] += centrifugal * cx;
-        force[1] += centrifugal * cy;
+        let weight = self.weight(rotation);
+        force[0] += centrifugal * cx + weight[0];
+        force[1] += centrifugal * cy + weight[1];
+        force[2] += weight[2];
         let omega_square = omega * omega;
         let mut across = zeros;
         let mut normal_force = zeros;
-        for i in 0..CABLES {
+        for i in 0..LANES {
             // (14) without the accelerations, plus 3 L̇ α̇
             let arm_dot_normal = k.arm_y[i] * k.direction_x[i] - k.arm_x[i] * k.direction_y[i];
             let bias = k.speed[i] * k.angular_rate[i] - omega_square * arm_dot_normal;
@@ -183,24 +219,24 @@ impl Plant {
         }
         // along the normal row [-S_y, S_x, E·S]
         let (sx, sy, dot_row) = (&k.direction_x, &k.direction_y, &k.arm_dot_direction);
-        mass.0[0] += over_cables(|i| across[i] * sy[i] * sy[i]);
-        mass.0[1] -= over_cables(|i| across[i] * sy[i] * sx[i]);
-        mass.0[2] -= over_cables(|i| across[i] * sy[i] * dot_row[i]);
-        mass.0[3] += over_cables(|i| across[i] * sx[i] * sx[i]);
-        mass.0[4] += over_cables(|i| across[i] * sx[i] * dot_row[i]);
-        mass.0[5] += over_cables(|i| across[i] * dot_row[i] * dot_row[i]);
+        mass.0[0] += over_lanes::<S, LANES>(|i| across[i] * sy[i] * sy[i]);
+        mass.0[1] -= over_lanes::<S, LANES>(|i| across[i] * sy[i] * sx[i]);
+        mass.0[2] -= over_lanes::<S, LANES>(|i| across[i] * sy[i] * dot_row[i]);
+        mass.0[3] += over_lanes::<S, LANES>(|i| across[i] * sx[i] * sx[i]);
+        mass.0[4] += over_lanes::<S, LANES>(|i| across[i] * sx[i] * dot_row[i]);
+        mass.0[5] += over_lanes::<S, LANES>(|i| across[i] * dot_row[i] * dot_row[i]);
 
         // Where tension depends on the platform's acceleration, the cable's axial mass moves with the platform.
         let mut length_bias = zeros;
         let mut platform_axial_mass = zeros;
         if self.has.platform_side || self.has.end_mass {
-            for i in 0..CABLES {
+            for i in 0..LANES {
                 let turning = k.length[i] * k.angular_rate[i];
                 length_bias[i] = turning * k.angular_rate[i] - omega_square * k.arm_dot_direction[i];
             }
         }
         if self.has.platform_side {
-            for i in 0..CABLES {
+            for i in 0..cables {
                 let turning = k.length[i] * k.angular_rate[i];
                 if data.cables[i].model != CableModel::LumpedMass {
                     let moving = constants.axial_mass(i, k.length[i]);
@@ -212,22 +248,22 @@ impl Plant {
                 }
             }
         }
-        let mut pulled: [S; CABLES] = std::array::from_fn(|i| if slack[i] { zero } else { tension_uncut[i] });
+        let mut pulled: [S; LANES] = std::array::from_fn(|i| if slack[i] { zero } else { tension_uncut[i] });
         if self.has.end_mass {
-            for i in 0..CABLES {
+            for i in 0..cables {
                 let end = k.length[i] * data.cables[i].end_density;
                 mass.add_square(&[k.direction_x[i], k.direction_y[i], k.arm_cross_direction[i]], end);
                 pulled[i] += end * length_bias[i];
             }
         }
-        force[0] -= over_cables(|i| pulled[i] * sx[i] + normal_force[i] * sy[i]);
-        force[1] += over_cables(|i| normal_force[i] * sx[i] - pulled[i] * sy[i]);
-        force[2] += over_cables(|i| normal_force[i] * dot_row[i] - pulled[i] * k.arm_cross_direction[i]);
+        force[0] -= over_lanes::<S, LANES>(|i| pulled[i] * sx[i] + normal_force[i] * sy[i]);
+        force[1] += over_lanes::<S, LANES>(|i| normal_force[i] * sx[i] - pulled[i] * sy[i]);
+        force[2] += over_lanes::<S, LANES>(|i| normal_force[i] * dot_row[i] - pulled[i] * k.arm_cross_direction[i]);
         let acceleration = mass.solve(&force);
 
         // What follows from the accelerations: tensions, and the cables' own.
         if self.has.platform_side {
-            for i in 0..CABLES {
+            for i in 0..LANES {
                 let along =
                     sx[i] * acceleration[0] + sy[i] * acceleration[1] + k.arm_cross_direction[i] * acceleration[2];
                 length_bias[i] += along;
@@ -236,7 +272,7 @@ impl Plant {
         }
         let mut tension = tension_uncut;
         let mut unstretched_acceleration = zeros;
-        for i in 0..CABLES {
+        for i in 0..LANES {
             if slack[i] {
                 tension[i] = zero;
             }
@@ -245,7 +281,7 @@ impl Plant {
             unstretched_acceleration[i] = (tension[i] - pull[i] - bias) / moving;
         }
         if self.has.platform_side {
-            for i in 0..CABLES {
+            for i in 0..cables {
                 if data.cables[i].model != CableModel::LumpedMass {
                     unstretched_acceleration[i] = length_bias[i];
                 }
@@ -256,7 +292,7 @@ impl Plant {
             }
         }
         if self.has.law {
-            for i in 0..CABLES {
+            for i in 0..cables {
                 let states = self.gather_effect_states(i, y);
                 for (kind, at) in &self.cable[i].law {
                     kind.strain_rates(tension[i], &states[*at..], &mut effect_rate[i][*at..]);
@@ -289,6 +325,14 @@ impl Plant {
         Symmetric3([m, zero, -(cy * data.mass), m, cx * data.mass, inertia])
     }
 
+    /// Force and torque about G of the platform's weight (N, N m).
+    #[inline]
+    pub(crate) fn weight<S: Real>(&self, rotation: [S; 2]) -> [S; 3] {
+        let [x, y] = self.data.gravity.map(|g| g * self.data.mass);
+        let [cx, cy] = self.com_arm(rotation);
+        [S::from(x), S::from(y), cx * y - cy * x]
+    }
+
     /// `R(φ) c` (m).
     #[inline]
     pub(crate) fn com_arm<S: Real>(&self, [cos, sin]: [S; 2]) -> [S; 2] {
@@ -298,15 +342,15 @@ impl Plant {
 
     /// Writes the rates of all states out of an instant.
     #[inline]
-    pub(crate) fn write_instant<S: Real>(&self, y: &[S], e: &Instant<S>, rates: &mut [S]) {
-        let cables = (&e.unstretched_rate, &e.unstretched_acceleration, &e.effect_rate);
+    pub(crate) fn write_instant<S: Real, const LANES: usize>(&self, y: &[S], e: &Instant<S, LANES>, rates: &mut [S]) {
+        let cables = (&e.unstretched_rate[..], &e.unstretched_acceleration[..], &e.effect_rate[..]);
         self.write(y, &e.acceleration, cables, rates);
     }
 
     /// Writes the rates of all states out of an evaluation.
     #[inline]
     pub(crate) fn write_rates<S: Real>(&self, y: &[S], e: &Evaluation<S>, rates: &mut [S]) {
-        let cables = (&e.unstretched_rate, &e.unstretched_acceleration, &e.effect_rate);
+        let cables = (&e.unstretched_rate[..], &e.unstretched_acceleration[..], &e.effect_rate[..]);
         self.write(y, &e.acceleration, cables, rates);
     }
 
@@ -315,12 +359,12 @@ impl Plant {
         &self,
         y: &[S],
         acceleration: &[S; 3],
-        (first, second, effect): (&[S; CABLES], &[S; CABLES], &[[S; MAX_EFFECT_STATES]; CABLES]),
+        (first, second, effect): (&[S], &[S], &[[S; MAX_EFFECT_STATES]]),
         rates: &mut [S],
     ) {
         rates[..3].copy_from_slice(&y[3..6]);
         rates[3..6].copy_from_slice(acceleration);
-        for i in 0..CABLES {
+        for i in 0..self.cables() {
             let at = self.offset[i];
             match self.data.cables[i].model {
                 CableModel::Rigid => {}

@@ -1,14 +1,11 @@
 //! The derivatives of the plant's rates as dense matrices, for those outside who linearise.
 
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 use super::Inputs;
 use super::linearisation::Linearisation;
 use super::matrix3::{inverse, product};
-
-/// Inputs of the plant: three of the disturbance, four winch forces.
-const INPUTS: usize = 3 + CABLES;
 
 /// `∂f/∂y` and `∂f/∂u` of the plant's rates `f` at one instant, by rows.
 ///
@@ -20,19 +17,20 @@ pub struct Jacobian {
     pub dimension: usize,
     /// `∂f/∂y`, `dimension` rows and columns.
     pub by_state: Vec<f64>,
-    /// `∂f/∂u`, 7 columns: disturbance `[f_Dx, f_Dy, τ_D]` (per N, per N m), then the winch forces (per N).
+    /// `∂f/∂u`, 3 + n columns: disturbance `[f_Dx, f_Dy, τ_D]` (per N, per N m), then the winch forces (per N).
     pub by_input: Vec<f64>,
     linearisation: Linearisation,
 }
 
 impl Jacobian {
     /// Differentiates `plant` at time `time` (s), states `y`, inputs `u`, with the cables in `slack` carrying nothing.
-    pub fn update(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; CABLES]) {
+    pub fn update(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) {
         let n = plant.dimension();
+        let inputs = 3 + plant.cables();
         let e = plant.evaluate(time, y, u, slack);
         self.linearisation.linearise(plant, time, y, u, &e);
         self.dimension = n;
-        for (matrix, columns) in [(&mut self.by_state, n), (&mut self.by_input, INPUTS)] {
+        for (matrix, columns) in [(&mut self.by_state, n), (&mut self.by_input, inputs)] {
             matrix.clear();
             matrix.resize(n * columns, 0.0);
         }
@@ -69,13 +67,13 @@ impl Jacobian {
         for c in 0..3 {
             self.by_state[c * n + 3 + c] = 1.0;
             for r in 0..3 {
-                self.by_input[(3 + r) * INPUTS + c] = inverse_mass[r][c];
+                self.by_input[(3 + r) * inputs + c] = inverse_mass[r][c];
             }
         }
         for (i, (block, &first)) in l.cables.iter().zip(&plant.offset).enumerate() {
             let acceleration = product(&inverse_mass, &block.jacobian.map(|j| -j * block.tension_by_command));
             for (r, a) in acceleration.iter().enumerate() {
-                self.by_input[(3 + r) * INPUTS + 3 + i] = *a;
+                self.by_input[(3 + r) * inputs + 3 + i] = *a;
             }
             for r in 0..block.size {
                 let row = &mut self.by_state[(first + r) * n..(first + r + 1) * n];
@@ -86,7 +84,7 @@ impl Jacobian {
                     row[3 + c] = speed * block.jacobian[c] + turning * block.normal_over_length[c];
                 }
                 row[first..first + block.size].copy_from_slice(&block.rates_by_state[r][..block.size]);
-                self.by_input[(first + r) * INPUTS + 3 + i] = block.rates_by_command[r];
+                self.by_input[(first + r) * inputs + 3 + i] = block.rates_by_command[r];
             }
         }
     }

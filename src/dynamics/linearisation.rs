@@ -8,7 +8,8 @@
 use num_dual::DualSVec64;
 
 use crate::effect::{PlatformContext, SwingContext, WinchContext};
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 use crate::plant::{Plant, axial_states};
 use crate::scalar::Real;
 
@@ -50,7 +51,7 @@ pub(crate) struct Linearisation {
     pub(super) mass: Matrix3<f64>,
     pub(super) force_by_pose: Matrix3<f64>,
     pub(super) force_by_twist: Matrix3<f64>,
-    pub(super) cables: [CableBlock; CABLES],
+    pub(super) cables: Vec<CableBlock>,
 }
 
 /// A cable seen on its own: the platform through three scalars, the rest of the plant frozen.
@@ -115,7 +116,7 @@ impl Local<'_> {
         let mut added = zero;
         if !effects.pull.is_empty() {
             let e = self.evaluation;
-            let replaced = |values: [f64; CABLES], own: S| {
+            let replaced = |values: PerCable<f64>, own: S| {
                 let mut values = values.map(S::from);
                 values[i] = own;
                 values
@@ -173,7 +174,7 @@ impl Local<'_> {
 
 impl Linearisation {
     /// Linearises the plant at this instant.
-    pub(crate) fn update(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; CABLES]) {
+    pub(crate) fn update(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) {
         let e = plant.evaluate(time, y, u, slack);
         self.linearise(plant, time, y, u, &e);
     }
@@ -185,8 +186,13 @@ impl Linearisation {
         self.force_by_twist = [[0.0; 3]; 3];
         let pose = [y[0], y[1], y[2]];
         let twist = [y[3], y[4], y[5]];
+        // The weight's torque turns with its arm.
+        let [arm_x, arm_y] = plant.com_arm([pose[2].cos(), pose[2].sin()]);
+        let [weight_x, weight_y] = plant.data.gravity.map(|g| g * plant.data.mass);
+        self.force_by_pose[2][2] -= arm_x * weight_x + arm_y * weight_y;
         self.linearise_wrench(plant, time, &pose, &twist, u, e);
-        for i in 0..CABLES {
+        self.cables.resize_with(plant.cables(), CableBlock::default);
+        for i in 0..plant.cables() {
             let local = Local { plant, cable: i, time, u, slack: e.slack[i], pose, twist, evaluation: e };
             self.linearise_cable(&local, y);
         }
@@ -204,7 +210,7 @@ impl Linearisation {
         if plant.wrench.is_empty() {
             return;
         }
-        let lift = |values: [f64; CABLES]| values.map(Gradient::from);
+        let lift = |values: PerCable<f64>| values.map(Gradient::from);
         let context = PlatformContext {
             time: Gradient::from(time),
             pose: &std::array::from_fn(|k| seeded(pose[k], k, 0)),

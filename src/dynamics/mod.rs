@@ -19,7 +19,8 @@ pub use jacobian::Jacobian;
 pub(crate) use linearisation::Linearisation;
 
 use crate::geometry::Geometry;
-use crate::parameters::{CABLES, CableInertia, CableModel, Parameters};
+use crate::parameters::{CableInertia, CableModel, Parameters};
+use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::scalar::Real;
 
 /// Largest number of effect states on one cable.
@@ -29,18 +30,22 @@ pub const MAX_EFFECT_STATES: usize = 6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inputs<S = f64> {
     /// Winch forces `u_i` (N), pull-positive.
-    pub winch_force: [S; CABLES],
+    pub winch_force: PerCable<S>,
     /// Disturbance `[f_Dx, f_Dy, τ_D]` on the platform (N, N m).
     pub disturbance: [S; 3],
 }
 
-impl Default for Inputs {
-    fn default() -> Self {
-        Self { winch_force: [0.0; CABLES], disturbance: [0.0; 3] }
-    }
-}
-
 impl Inputs {
+    /// No force on any of `cables` cables, no disturbance.
+    pub fn none(cables: usize) -> Self {
+        Self::pulling(cables, 0.0)
+    }
+
+    /// The same winch force (N) on each of `cables` cables, no disturbance.
+    pub fn pulling(cables: usize, force: f64) -> Self {
+        Self { winch_force: PerCable::filled(cables, force), disturbance: [0.0; 3] }
+    }
+
     /// The same values as another number type, without derivatives.
     pub fn lift<S: Real>(&self) -> Inputs<S> {
         Inputs { winch_force: self.winch_force.map(S::from), disturbance: self.disturbance.map(S::from) }
@@ -104,25 +109,26 @@ impl CableData {
     }
 }
 
-/// The cables' numbers, one array per quantity and with the products that every evaluation needs.
+/// The cables' numbers, one array per quantity and with the products that every evaluation needs; zero beyond the last
+/// cable, so that it adds nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CableConstants {
-    pub(crate) axial_stiffness: [f64; CABLES],
-    pub(crate) damping: [f64; CABLES],
+    pub(crate) axial_stiffness: [f64; MAX_CABLES],
+    pub(crate) damping: [f64; MAX_CABLES],
     /// As [`CableData::straight_density`].
-    pub(crate) straight_density: [f64; CABLES],
+    pub(crate) straight_density: [f64; MAX_CABLES],
     /// Axial mass per length (kg/m): `ρ/2` or `ρ`.
-    axial_density: [f64; CABLES],
-    drum_mass: [f64; CABLES],
+    axial_density: [f64; MAX_CABLES],
+    drum_mass: [f64; MAX_CABLES],
     /// Factor of `rate²` in the axial bias (kg/m).
-    rate_square: [f64; CABLES],
+    rate_square: [f64; MAX_CABLES],
     /// Factor of `-(l α̇)²` in the axial bias (kg/m).
-    turning_square: [f64; CABLES],
+    turning_square: [f64; MAX_CABLES],
 }
 
 impl CableConstants {
-    pub(crate) fn new(cables: &[CableData; CABLES]) -> Self {
-        let each = |f: &dyn Fn(&CableData) -> f64| std::array::from_fn(|i| f(&cables[i]));
+    pub(crate) fn new(cables: &[CableData]) -> Self {
+        let each = |f: &dyn Fn(&CableData) -> f64| std::array::from_fn(|i| cables.get(i).map_or(0.0, f));
         Self {
             axial_stiffness: each(&|c| c.axial_stiffness),
             damping: each(&|c| c.damping),
@@ -159,30 +165,39 @@ pub struct PlantData {
     /// Centre of mass in the body frame, from G (m).
     pub centre_of_mass: [f64; 2],
     /// The cables.
-    pub cables: [CableData; CABLES],
+    pub cables: Vec<CableData>,
+    /// Acceleration by gravity (m/s²), on the platform.
+    pub gravity: [f64; 2],
 }
 
 impl PlantData {
     /// The plant without effects.
     pub fn new(parameters: &Parameters) -> Self {
-        let mut cable = CableData {
-            model: parameters.cable_model,
-            inertia: parameters.cable_inertia,
-            density: parameters.cable_density,
-            axial_stiffness: parameters.axial_stiffness(),
-            damping: parameters.cable_damping,
-            drum_mass: 0.0,
-            straight_density: 0.0,
-            end_density: 0.0,
-            swinging_density: 0.0,
+        let cable = |i: usize| {
+            let own = parameters.cable.get(i);
+            let or = |own: Option<f64>, common: f64| own.unwrap_or(common);
+            let modulus = or(own.and_then(|c| c.youngs_modulus), parameters.youngs_modulus);
+            let mut cable = CableData {
+                model: parameters.cable_model,
+                inertia: parameters.cable_inertia,
+                density: or(own.and_then(|c| c.density), parameters.cable_density),
+                axial_stiffness: modulus * or(own.and_then(|c| c.area), parameters.cable_area),
+                damping: or(own.and_then(|c| c.damping), parameters.cable_damping),
+                drum_mass: 0.0,
+                straight_density: 0.0,
+                end_density: 0.0,
+                swinging_density: 0.0,
+            };
+            cable.straight_density = cable.acting_density() / 3.0;
+            cable
         };
-        cable.straight_density = cable.acting_density() / 3.0;
         Self {
             geometry: Geometry::new(parameters),
             mass: parameters.platform_mass,
             inertia: parameters.platform_inertia,
-            centre_of_mass: [0.0; 2],
-            cables: std::array::from_fn(|_| cable.clone()),
+            centre_of_mass: parameters.centre_of_mass,
+            cables: (0..parameters.cables()).map(cable).collect(),
+            gravity: parameters.gravity,
         }
     }
 }

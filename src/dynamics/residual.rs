@@ -2,7 +2,8 @@
 
 use crate::effect::{PlatformContext, SwingContext, WinchContext};
 use crate::kinematics;
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
 
@@ -21,7 +22,7 @@ impl Plant {
         y: &[S],
         rates: &[S],
         u: &Inputs<S>,
-        slack: [bool; CABLES],
+        slack: &PerCable<bool>,
         residual: &mut [S],
     ) {
         let zero = S::from(0.0);
@@ -30,7 +31,7 @@ impl Plant {
         let acceleration = [rates[3], rates[4], rates[5]];
         let (omega, omega_rate) = (twist[2], acceleration[2]);
         let cables = kinematics::cables(&self.data.geometry, &pose, &twist);
-        let unstretched: [[S; 2]; CABLES] = std::array::from_fn(|i| match self.data.cables[i].model {
+        let unstretched: PerCable<[S; 2]> = PerCable::from_fn(self.cables(), |i| match self.data.cables[i].model {
             CableModel::Rigid => [cables[i].length, cables[i].speed],
             CableModel::MasslessSpring => [y[self.offset[i]], cables[i].speed],
             CableModel::LumpedMass => [y[self.offset[i]], y[self.offset[i] + 1]],
@@ -52,7 +53,7 @@ impl Plant {
                 wrench[c] += w[c];
             }
         }
-        for i in 0..CABLES {
+        for i in 0..self.cables() {
             let cable = &self.data.cables[i];
             let effects = &self.cable[i];
             let k = &cables[i];
@@ -126,9 +127,11 @@ impl Plant {
             acceleration[1] + omega_rate * cx - omega * omega * cy,
         ];
         let m = self.data.mass;
-        residual[3] = centre[0] * m - wrench[0];
-        residual[4] = centre[1] * m - wrench[1];
-        residual[5] = omega_rate * self.data.inertia + (cx * centre[1] - cy * centre[0]) * m - wrench[2];
+        // What the mass feels: its acceleration less gravity.
+        let felt = [centre[0] - self.data.gravity[0], centre[1] - self.data.gravity[1]];
+        residual[3] = felt[0] * m - wrench[0];
+        residual[4] = felt[1] * m - wrench[1];
+        residual[5] = omega_rate * self.data.inertia + (cx * felt[1] - cy * felt[0]) * m - wrench[2];
         for c in 0..3 {
             residual[c] = rates[c] - twist[c];
         }

@@ -7,7 +7,8 @@ use num_dual::Dual64;
 use super::{Factors, Inputs, Jacobian, Linearisation};
 use crate::effect::{CATALOGUE, EffectSpec};
 use crate::kinematics;
-use crate::parameters::{CABLES, CableInertia, CableModel, Parameters};
+use crate::parameters::{CableInertia, CableModel, Parameters};
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 /// Numbers from -1 to 1 by a multiplicative generator (S. K. Park, K. W. Miller, CACM 31 (1988)).
@@ -26,7 +27,7 @@ fn state(random: &mut Random, plant: &Plant, speed: f64) -> (Vec<f64>, Inputs) {
         y[k] = size * random.next();
     }
     let cables = kinematics::cables(plant.geometry(), &[y[0], y[1], y[2]], &[y[3], y[4], y[5]]);
-    for i in 0..CABLES {
+    for i in 0..4 {
         if let Some(at) = plant.unstretched_index(i) {
             y[at] = cables[i].length / (1.0 + 1.5e-3 + 5e-4 * random.next());
         }
@@ -37,11 +38,11 @@ fn state(random: &mut Random, plant: &Plant, speed: f64) -> (Vec<f64>, Inputs) {
             y[at] = 1e-4 * (1.0 + random.next());
         }
     }
-    let winch_force = std::array::from_fn(|_| 2e4 + 5e3 * random.next());
+    let winch_force = PerCable::from_fn(4, |_| 2e4 + 5e3 * random.next());
     (y, Inputs { winch_force, disturbance: std::array::from_fn(|_| 300.0 * random.next()) })
 }
 
-fn jacobian(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; CABLES]) -> DMatrix<f64> {
+fn jacobian(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> DMatrix<f64> {
     let n = y.len();
     let mut out = DMatrix::zeros(n, n);
     let mut rates = vec![Dual64::from(0.0); n];
@@ -57,12 +58,12 @@ fn jacobian(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; CABLE
 }
 
 /// `∂f/∂u` by dual numbers: disturbance, then winch forces.
-fn jacobian_of_inputs(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; CABLES]) -> DMatrix<f64> {
+fn jacobian_of_inputs(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> DMatrix<f64> {
     let n = y.len();
     let states: Vec<Dual64> = y.iter().map(|v| Dual64::from(*v)).collect();
-    let mut out = DMatrix::zeros(n, 3 + CABLES);
+    let mut out = DMatrix::zeros(n, 3 + 4);
     let mut rates = vec![Dual64::from(0.0); n];
-    for column in 0..3 + CABLES {
+    for column in 0..3 + 4 {
         let mut seeded: Inputs<Dual64> = u.lift();
         match column {
             0..3 => seeded.disturbance[column].eps = 1.0,
@@ -77,7 +78,7 @@ fn jacobian_of_inputs(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [b
 }
 
 /// The dense Jacobian against dual numbers, by row relative to its largest entry.
-fn jacobian_deviation(random: &mut Random, plant: &Plant, slack: [bool; CABLES]) -> f64 {
+fn jacobian_deviation(random: &mut Random, plant: &Plant, slack: &PerCable<bool>) -> f64 {
     let (y, u) = state(random, plant, 1.0);
     let mut made = Jacobian::default();
     made.update(plant, 3.0, &y, &u, slack);
@@ -96,14 +97,14 @@ fn jacobian_deviation(random: &mut Random, plant: &Plant, slack: [bool; CABLES])
 }
 
 /// Largest relative difference of the structured and the dense solution, real and complex, over some right-hand sides.
-fn deviation(random: &mut Random, plant: &Plant, speed: f64, slack: [bool; CABLES]) -> f64 {
+fn deviation(random: &mut Random, plant: &Plant, speed: f64, slack: &PerCable<bool>) -> f64 {
     let (y, u) = state(random, plant, speed);
     let n = y.len();
     let mut linearisation = Linearisation::default();
     linearisation.update(plant, 3.0, &y, &u, slack);
     let dense = jacobian(plant, 3.0, &y, &u, slack);
     let (sigma, pair) = (360.0, Complex64::new(270.0, 300.0));
-    let (mut real, mut complex) = (Factors::empty(), Factors::empty());
+    let (mut real, mut complex) = (Factors::empty(plant.cables()), Factors::empty(plant.cables()));
     real.update(&linearisation, sigma);
     complex.update(&linearisation, pair);
     let real_dense = (DMatrix::identity(n, n) * sigma - &dense).lu();
@@ -175,12 +176,12 @@ fn newton_matrix_is_exact_without_cable_mass() {
                 _ => 1e-9,
             };
             for _ in 0..5 {
-                let worst = deviation(&mut random, &plant, 1.0, [false; CABLES]);
+                let worst = deviation(&mut random, &plant, 1.0, &[false; 4].into());
                 assert!(worst < allowed, "{model:?} {id}: {worst:e}");
-                let worst = deviation(&mut random, &plant, 1.0, [false, true, false, true]);
+                let worst = deviation(&mut random, &plant, 1.0, &[false, true, false, true].into());
                 assert!(worst < allowed, "{model:?} {id} slack: {worst:e}");
-                for slack in [[false; CABLES], [false, true, false, true]] {
-                    let worst = jacobian_deviation(&mut random, &plant, slack);
+                for slack in [[false; 4], [false, true, false, true]].map(PerCable::from) {
+                    let worst = jacobian_deviation(&mut random, &plant, &slack);
                     // Left out: how the tension of a rigid cable, with the acceleration, drives its swinging.
                     let allowed = if id == "cable_transverse_mode" { 1e-3 } else { 1e-9 };
                     assert!(worst < allowed, "{model:?} {id} dense: {worst:e}");
@@ -197,11 +198,11 @@ fn newton_matrix_is_nearly_exact_with_cable_mass() {
     for model in MODELS {
         for inertia in [CableInertia::Paper, CableInertia::Reeled] {
             let plant = plant(model, inertia, Vec::new());
-            let worst = (0..50).map(|_| deviation(&mut random, &plant, 1.0, [false; CABLES])).fold(0.0, f64::max);
+            let worst = (0..50).map(|_| deviation(&mut random, &plant, 1.0, &[false; 4].into())).fold(0.0, f64::max);
             assert!(worst < 0.03, "{model:?} {inertia:?}: {worst:e}");
             let effects = everything(&mut random);
             let plant = self::plant(model, inertia, effects);
-            let worst = (0..20).map(|_| deviation(&mut random, &plant, 1.0, [false; CABLES])).fold(0.0, f64::max);
+            let worst = (0..20).map(|_| deviation(&mut random, &plant, 1.0, &[false; 4].into())).fold(0.0, f64::max);
             assert!(worst < 0.03, "{model:?} {inertia:?} with effects: {worst:e}");
         }
     }

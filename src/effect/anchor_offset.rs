@@ -2,6 +2,7 @@
 
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
+use crate::per_cable::PerCable;
 
 /// Anchor offset: A_i + (x, y).
 ///
@@ -47,8 +48,8 @@ impl Effect for AnchorOffset {
         Stage::Parameters
     }
 
-    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
-        for (anchor, _) in data.geometry.anchor.iter_mut().zip(cables).filter(|(_, on)| *on) {
+    fn change(&self, data: &mut PlantData, cables: &PerCable<bool>) {
+        for (anchor, _) in data.geometry.anchor.iter_mut().zip(cables).filter(|(_, on)| **on) {
             anchor[0] += self.x;
             anchor[1] += self.y;
         }

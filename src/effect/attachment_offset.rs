@@ -2,6 +2,7 @@
 
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
+use crate::per_cable::PerCable;
 
 /// Attachment offset: B_i + (x, y) in the body frame.
 ///
@@ -46,8 +47,8 @@ impl Effect for AttachmentOffset {
         Stage::Parameters
     }
 
-    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
-        for (attachment, _) in data.geometry.attachment.iter_mut().zip(cables).filter(|(_, on)| *on) {
+    fn change(&self, data: &mut PlantData, cables: &PerCable<bool>) {
+        for (attachment, _) in data.geometry.attachment.iter_mut().zip(cables).filter(|(_, on)| **on) {
             attachment[0] += self.x;
             attachment[1] += self.y;
         }

@@ -2,6 +2,7 @@
 
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
+use crate::per_cable::PerCable;
 
 /// Axial mass at the platform end of the cables: -m/2 L L̈ along S.
 ///
@@ -48,8 +49,8 @@ impl Effect for CableAxialMass {
         Stage::Parameters
     }
 
-    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
-        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| *on) {
+    fn change(&self, data: &mut PlantData, cables: &PerCable<bool>) {
+        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| **on) {
             cable.end_density += 0.5 * self.linear_density;
         }
     }

@@ -3,6 +3,7 @@
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
 use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 
 /// Cable elasticity: `cable_model` becomes `lumped_mass` with EA and b l as given.
 ///
@@ -47,7 +48,7 @@ impl Effect for CableElasticity {
         Stage::Parameters
     }
 
-    fn change(&self, data: &mut PlantData, _cables: [bool; 4]) {
+    fn change(&self, data: &mut PlantData, _cables: &PerCable<bool>) {
         for cable in &mut data.cables {
             cable.model = CableModel::LumpedMass;
             cable.axial_stiffness = self.axial_stiffness;

@@ -2,6 +2,7 @@
 
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter, signed};
 use crate::dynamics::PlantData;
+use crate::per_cable::PerCable;
 
 /// Cable stiffness error: EA_i (1 + factor).
 ///
@@ -45,8 +46,8 @@ impl Effect for CableStiffness {
         Stage::Parameters
     }
 
-    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
-        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| *on) {
+    fn change(&self, data: &mut PlantData, cables: &PerCable<bool>) {
+        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| **on) {
             cable.axial_stiffness *= 1.0 + self.factor;
         }
     }

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_2_PI, PI};
 use super::cable_drag::AIR_DENSITY;
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, SwingContext, parameter};
 use crate::dynamics::PlantData;
+use crate::per_cable::PerCable;
 use crate::scalar::Real;
 
 /// Share of a straight cable's mass that its first mode carries at its platform end, where all of it carries a third.
@@ -84,8 +85,8 @@ impl Effect for CableTransverseMode {
         2
     }
 
-    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
-        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| *on) {
+    fn change(&self, data: &mut PlantData, cables: &PerCable<bool>) {
+        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| **on) {
             cable.straight_density = (1.0 / 3.0 - MODE_SHARE) * cable.acting_density();
             cable.swinging_density = MODE_SHARE * self.linear_density;
         }

@@ -2,12 +2,13 @@
 
 use super::{Axis, Effect, EffectInfo, EffectSpec, Place, PlatformContext, Scope, Site, SpecError, Stage, TextInfo};
 use crate::formula::{Formula, GRAMMAR, Variable};
+use crate::per_cable::MAX_CABLES;
 use crate::scalar::Real;
 
 /// A term given as text, added to one axis of the platform's wrench or to one winch force.
 ///
-/// `target` is `platform.force_x`, `platform.force_y` (N), `platform.torque` (N m) or `winch[1]` to `winch[4]` (N, added
-/// to the pull). The text may use the variables of [`crate::formula`]: pose, twist, time, inputs, lengths and speeds.
+/// `target` is `platform.force_x`, `platform.force_y` (N), `platform.torque` (N m) or `winch[1]` to `winch[n]` (N,
+/// added to the pull). The text may use the variables of [`crate::formula`]: pose, twist, time, inputs, lengths and speeds.
 ///
 /// Dry friction can be written with `sign`, which turns smoothly over 1e-6 of its argument's unit: `-500*sign(vx)` sticks at a
 /// creep of that many m/s. Kinks, as of `abs`, are left to the error control.
@@ -24,7 +25,7 @@ pub struct Expression {
 }
 
 const TARGETS: &str =
-    "platform.force_x, platform.force_y (N), platform.torque (N.m) or winch[1] to winch[4] (N, added to the pull)";
+    "platform.force_x, platform.force_y (N), platform.torque (N.m) or winch[1] to winch[n] (N, added to the pull)";
 
 #[derive(Clone, Copy, Debug)]
 enum Target {
@@ -37,11 +38,12 @@ fn read_target(text: &str) -> Option<Target> {
         "platform.force_x" => Target::Platform(0),
         "platform.force_y" => Target::Platform(1),
         "platform.torque" => Target::Platform(2),
-        "winch[1]" => Target::Winch(0),
-        "winch[2]" => Target::Winch(1),
-        "winch[3]" => Target::Winch(2),
-        "winch[4]" => Target::Winch(3),
-        _ => return None,
+        _ => {
+            let index = text.strip_prefix("winch[")?.strip_suffix(']')?;
+            // One way to write each number.
+            let found = (1..=MAX_CABLES).find(|cable| cable.to_string() == index)?;
+            Target::Winch(found - 1)
+        }
     })
 }
 
@@ -62,6 +64,14 @@ impl Expression {
     /// The term.
     pub fn formula(&self) -> &Formula {
         &self.formula
+    }
+
+    /// The winch (from 0) whose force the term is added to, if it is one.
+    pub fn winch(&self) -> Option<usize> {
+        match self.target {
+            Target::Winch(i) => Some(i),
+            Target::Platform(_) => None,
+        }
     }
 
     fn value<S: Real>(&self, context: &PlatformContext<'_, S>) -> S {

@@ -12,12 +12,13 @@ pub use site::{Axis, DependsOn, Place, Site};
 pub use spec::{EffectSpec, SpecError};
 
 use crate::dynamics::PlantData;
+use crate::per_cable::PerCable;
 use crate::scalar::Real;
 
 /// What an effect may act on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
-    /// One cable (`cable = 1..4`), or all four when `cable` is absent.
+    /// One cable (`cable = 1..n`), or all of them when `cable` is absent.
     EachCable,
     /// The platform, or all cables at once; takes no `cable`.
     Whole,
@@ -36,7 +37,7 @@ pub enum Stage {
     WinchLoss,
     /// Changes the cable's elastic law.
     ElasticLaw,
-    /// Adds a pull to the force of winch `0..4`, depending on anything a platform-side effect sees.
+    /// Adds a pull to the force of one winch (from 0), depending on anything a platform-side effect sees.
     WinchPull(usize),
     /// Adds a force across the cable.
     Transverse,
@@ -161,13 +162,13 @@ pub struct PlatformContext<'a, S> {
     /// Winch forces as commanded (N) and disturbances (N, N m).
     pub inputs: &'a crate::dynamics::Inputs<S>,
     /// Geometric cable lengths (m).
-    pub cable_length: &'a [S; 4],
+    pub cable_length: &'a [S],
     /// Rates of the geometric lengths (m/s).
-    pub cable_speed: &'a [S; 4],
+    pub cable_speed: &'a [S],
     /// Unstretched lengths (m).
-    pub unstretched_length: &'a [S; 4],
+    pub unstretched_length: &'a [S],
     /// Rates of the unstretched lengths (m/s).
-    pub unstretched_rate: &'a [S; 4],
+    pub unstretched_rate: &'a [S],
 }
 
 /// What an effect is: its catalogue entry, and what it does at its stage. Every hook has a neutral default.
@@ -190,7 +191,7 @@ pub trait Effect: Sized {
     }
 
     /// [`Stage::Parameters`] and [`Stage::Transverse`]: change the plant's data; `cables` says which cables.
-    fn change(&self, _data: &mut PlantData, _cables: [bool; 4]) {}
+    fn change(&self, _data: &mut PlantData, _cables: &PerCable<bool>) {}
 
     /// [`Stage::CommandDelay`], and delayed pose sensors: the delay (s).
     fn delay(&self) -> f64 {
@@ -384,7 +385,7 @@ impl EffectKind {
         dispatch!(self, e => e.states())
     }
 
-    pub fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
+    pub fn change(&self, data: &mut PlantData, cables: &PerCable<bool>) {
         dispatch!(self, e => e.change(data, cables))
     }
 
@@ -497,8 +498,8 @@ pub fn find(id: &str) -> Option<&'static EffectInfo> {
 }
 
 /// For each cable, whether a spec for `cable` acts on each.
-pub(crate) fn acts_on(cable: Option<usize>) -> [bool; 4] {
-    std::array::from_fn(|i| cable.is_none_or(|c| c == i + 1))
+pub(crate) fn acts_on(cable: Option<usize>, cables: usize) -> PerCable<bool> {
+    PerCable::from_fn(cables, |i| cable.is_none_or(|c| c == i + 1))
 }
 
 /// A parameter's catalogue entry without a default, unbounded.

@@ -2,6 +2,7 @@
 
 use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
+use crate::per_cable::PerCable;
 
 /// Offset of the centre of mass: centre of mass at G + R(φ) c.
 ///
@@ -45,7 +46,7 @@ impl Effect for PlatformComOffset {
         Stage::Parameters
     }
 
-    fn change(&self, data: &mut PlantData, _cables: [bool; 4]) {
+    fn change(&self, data: &mut PlantData, _cables: &PerCable<bool>) {
         data.centre_of_mass[0] += self.x;
         data.centre_of_mass[1] += self.y;
     }

@@ -2,6 +2,7 @@
 
 use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter, signed};
 use crate::dynamics::PlantData;
+use crate::per_cable::PerCable;
 
 /// Platform inertia error: I + ΔI.
 ///
@@ -44,7 +45,7 @@ impl Effect for PlatformInertia {
         Stage::Parameters
     }
 
-    fn change(&self, data: &mut PlantData, _cables: [bool; 4]) {
+    fn change(&self, data: &mut PlantData, _cables: &PerCable<bool>) {
         data.inertia += self.inertia;
     }
 }

@@ -3,14 +3,14 @@
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{CATALOGUE, EffectInfo, Scope, find};
-use crate::parameters::CABLES;
+use crate::per_cable::MAX_CABLES;
 
 /// One `[[effect]]` entry. Build it with [`EffectSpec::new`] or read it from TOML; both check it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectSpec {
     /// Id in the catalogue.
     pub id: String,
-    /// Cable `1..4`; `None` acts on all.
+    /// Cable, from 1; `None` acts on all.
     pub cable: Option<usize>,
     /// Parameter values, in the order of the catalogue entry.
     pub values: Vec<f64>,
@@ -44,7 +44,7 @@ impl SpecError {
 }
 
 impl EffectSpec {
-    /// An effect of the catalogue with `values` for its parameters (in order), on `cable` `1..4` or, with `None`, on all.
+    /// An effect of the catalogue with `values` for its parameters (in order), on `cable` (from 1) or, with `None`, on all.
     /// Values left out at the end are the defaults.
     ///
     /// # Errors
@@ -102,8 +102,8 @@ impl EffectSpec {
             (Scope::Whole, Some(cable)) => {
                 return Err(SpecError::new(&self.id, format!("`cable` is {cable}, but this effect takes no cable")));
             }
-            (Scope::EachCable, Some(cable)) if !(1..=CABLES).contains(&cable) => {
-                return Err(SpecError::new(&self.id, format!("`cable` is {cable}, expected 1 to {CABLES}")));
+            (Scope::EachCable, Some(cable)) if !(1..=MAX_CABLES).contains(&cable) => {
+                return Err(SpecError::new(&self.id, format!("`cable` is {cable}, expected 1 to {MAX_CABLES}")));
             }
             _ => {}
         }
@@ -138,6 +138,31 @@ impl EffectSpec {
     }
 }
 
+impl EffectSpec {
+    /// Checks the entry as one of a robot with `cables` cables.
+    ///
+    /// # Errors
+    /// As [`EffectSpec::check`]; a cable that the robot does not have.
+    pub fn check_on(&self, cables: usize) -> Result<(), SpecError> {
+        self.check()?;
+        let wrong = |key: &str, cable: usize| {
+            Err(SpecError::new(&self.id, format!("`{key}` names cable {cable}, but the robot has {cables} cables")))
+        };
+        match self.cable {
+            Some(cable) if cable > cables => return wrong("cable", cable),
+            _ => {}
+        }
+        if let super::EffectKind::Expression(expression) = super::EffectKind::new(self)? {
+            match (expression.winch(), expression.formula().last_cable()) {
+                (Some(winch), _) if winch >= cables => return wrong("target", winch + 1),
+                (_, Some(cable)) if cable >= cables => return wrong("expression", cable + 1),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+}
+
 impl<'de> Deserialize<'de> for EffectSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         use serde::de::Error;
@@ -156,7 +181,7 @@ impl<'de> Deserialize<'de> for EffectSpec {
             None => None,
             Some(toml::Value::Integer(cable)) => Some(usize::try_from(cable).unwrap_or(usize::MAX)),
             Some(other) => {
-                return Err(D::Error::custom(format!("effect `{id}`: `cable` is {other}, expected 1 to {CABLES}")));
+                return Err(D::Error::custom(format!("effect `{id}`: `cable` is {other}, expected 1 to {MAX_CABLES}")));
             }
         };
         let info = find(&id).ok_or_else(|| D::Error::custom(SpecError::unknown_id(&id)))?;

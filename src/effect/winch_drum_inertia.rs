@@ -2,6 +2,7 @@
 
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::dynamics::PlantData;
+use crate::per_cable::PerCable;
 
 /// Drum inertia: J/r² added to the lumped mass (rigid: to the axial inertia).
 ///
@@ -44,8 +45,8 @@ impl Effect for WinchDrumInertia {
         Stage::Parameters
     }
 
-    fn change(&self, data: &mut PlantData, cables: [bool; 4]) {
-        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| *on) {
+    fn change(&self, data: &mut PlantData, cables: &PerCable<bool>) {
+        for (cable, _) in data.cables.iter_mut().zip(cables).filter(|(_, on)| **on) {
             cable.drum_mass += self.mass;
         }
     }

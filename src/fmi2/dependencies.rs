@@ -7,7 +7,7 @@ use super::role::{Choice, Role, State};
 use super::table::Table;
 use crate::effect::Stage;
 use crate::model_file::Model;
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 /// Writes the dependencies into the table.
@@ -30,9 +30,9 @@ fn sorted(mut list: Vec<Dependency>) -> Vec<Dependency> {
 struct Knowns {
     pose: [usize; 3],
     twist: [usize; 3],
-    length: [usize; CABLES],
-    rate: [usize; CABLES],
-    force: [usize; CABLES],
+    length: PerCable<usize>,
+    rate: PerCable<usize>,
+    force: PerCable<usize>,
     disturbance: [usize; 3],
     effects: Vec<EffectState>,
     initialization: usize,
@@ -78,13 +78,14 @@ impl Knowns {
         });
         // An expression may name time and any length. A drum's inertia can leave one cable lumped beside massless ones.
         let expression = has("expression");
+        let over_cables = |index: &dyn Fn(usize) -> usize| PerCable::from_fn(plant.cables(), index);
         let in_time = expression || has("cable_thermal_expansion") || has("periodic_gust");
         Self {
             pose: std::array::from_fn(|k| at(Role::State(State::Pose(k)))),
             twist: std::array::from_fn(|k| at(Role::State(State::Twist(k)))),
-            length: std::array::from_fn(|i| at(Role::State(State::UnstretchedLength(i)))),
-            rate: std::array::from_fn(|i| at(Role::State(State::UnstretchedRate(i)))),
-            force: std::array::from_fn(|i| at(Role::WinchForce(i))),
+            length: over_cables(&|i| at(Role::State(State::UnstretchedLength(i)))),
+            rate: over_cables(&|i| at(Role::State(State::UnstretchedRate(i)))),
+            force: over_cables(&|i| at(Role::WinchForce(i))),
             disturbance: std::array::from_fn(|k| at(Role::Disturbance(k))),
             effects: effects.collect(),
             initialization: at(Role::Choice(Choice::Initialization)),

@@ -24,7 +24,7 @@ impl CablePlatform {
         let simulation = self.running()?;
         let plant = simulation.plant();
         let mut states = vec![0.0; plant.dimension()];
-        let (mut time, mut inputs) = (0.0, Inputs::default());
+        let (mut time, mut inputs) = (0.0, Inputs::none(plant.cables()));
         for (role, seed) in knowns.into_iter().zip(seed) {
             match role {
                 Role::Time => time += seed,
@@ -78,8 +78,7 @@ fn derivatives(
         states: &tangent.states,
         rates: &tangent.rates,
         acceleration: tangent.unstretched_acceleration,
-        scale: plant.cable.each_ref().map(|c| c.unstretched_sensor.0),
-        effects: std::array::from_fn(|i| plant.effect_states(i).start),
+        plant,
     };
     for (role, out) in unknowns.iter().zip(out) {
         let value = instant

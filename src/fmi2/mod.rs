@@ -38,7 +38,8 @@ use fmi2_export::{Experiment, LogEntry, Model as FmiModel, ModelError, Status, S
 use crate::dynamics::{Evaluation, Inputs};
 use crate::kinematics;
 use crate::model_file::Model;
-use crate::parameters::{CABLES, CableModel, Initialization};
+use crate::parameters::{CableModel, Initialization};
+use crate::per_cable::PerCable;
 use crate::plant::EffectStates;
 use crate::simulation::{Outputs, Simulation, Start};
 use role::{Role, State};
@@ -77,7 +78,7 @@ pub struct CablePlatform {
     steps: u32,
     events: u32,
     /// Slack cables, as last logged.
-    slack: [bool; CABLES],
+    slack: PerCable<bool>,
     /// A cable through the platform has been told of.
     blocked: bool,
 }
@@ -92,7 +93,7 @@ struct Settings {
 
 impl Settings {
     fn new(model: &Model) -> Self {
-        Self { model: model.clone(), slopes: Inputs::default() }
+        Self { model: model.clone(), slopes: Inputs::none(model.parameters.cables()) }
     }
 }
 
@@ -152,7 +153,7 @@ impl CablePlatform {
             log: Vec::new(),
             steps: 0,
             events: 0,
-            slack: [false; CABLES],
+            slack: PerCable::filled(plant.cables(), false),
             blocked: false,
         })
     }
@@ -235,9 +236,9 @@ impl CablePlatform {
         }
     }
 
-    fn log_slack(&mut self, after: [bool; CABLES], time: f64) {
+    fn log_slack(&mut self, after: PerCable<bool>, time: f64) {
         let before = std::mem::replace(&mut self.slack, after);
-        for i in (0..CABLES).filter(|i| before[*i] != after[*i]) {
+        for i in (0..after.len()).filter(|i| before[*i] != after[*i]) {
             if self.events == 0 && after[i] && self.settings.model.parameters.cable_model == CableModel::Rigid {
                 self.warn(format!(
                     "cable {} went slack before t = {time} s; a rigid cable that becomes taut again takes up no speed",
@@ -410,7 +411,7 @@ impl FmiModel for CablePlatform {
         self.simulation = None;
         self.now = None;
         self.log.clear();
-        (self.steps, self.events, self.slack, self.blocked) = (0, 0, [false; CABLES], false);
+        (self.steps, self.events, self.slack, self.blocked) = (0, 0, self.slack.map(|_| false), false);
     }
 
     fn take_log(&mut self) -> Vec<LogEntry> {

@@ -1,30 +1,30 @@
 //! The parameters that a host can set, and where each is kept in the model.
 
 use crate::model_file::Model;
-use crate::parameters::{CABLES, CableInertia, CableModel, Initialization};
+use crate::parameters::{CableInertia, CableModel, Initialization, Parameters};
 
 use super::role::Choice;
 
 /// A real parameter, or one for each cable.
 pub(super) struct RealParameter {
     pub(super) name: &'static str,
-    /// One for each cable, named `name[1]` to `name[4]`.
+    /// One for each cable, named `name[1]` to `name[n]`.
     pub(super) per_cable: bool,
-    /// Value reference, of the first where there are four.
+    /// Value reference, of the first cable's where there is one for each, see [`reference`].
     pub(super) reference: u32,
     pub(super) unit: &'static str,
     pub(super) quantity: &'static str,
     pub(super) description: &'static str,
     pub(super) range: (Option<f64>, Option<f64>),
     pub(super) nominal: f64,
-    /// Where it is kept; the index is 0 where there is one.
-    pub(super) field: fn(&mut Model, usize) -> &mut f64,
+    /// Where it is kept, `None` where the model has none; the index is 0 where there is one for all cables.
+    pub(super) field: fn(&mut Model, usize) -> Option<&mut f64>,
 }
 
 impl RealParameter {
-    /// How many variables it has.
-    pub(super) fn count(&self) -> usize {
-        if self.per_cable { CABLES } else { 1 }
+    /// How many variables it has at most in a robot with `cables` cables.
+    pub(super) fn count(&self, cables: usize) -> usize {
+        if self.per_cable { cables } else { 1 }
     }
 
     /// The variable's name.
@@ -33,11 +33,26 @@ impl RealParameter {
     }
 }
 
+/// The value reference of one of a row of variables, `first` being that of cable 1.
+///
+/// The rows of the default robot lie side by side, four references each; further cables have theirs in rows of their own.
+pub(super) fn reference(first: u32, cable: usize) -> u32 {
+    const FURTHER: u32 = 10_000;
+    const ROW: u32 = 100;
+    let cable = cable as u32;
+    if cable < 4 { first + cable } else { FURTHER + ROW * first + cable }
+}
+
+/// The parameters of a model whose cables lie on two circles.
+fn circles(model: &mut Model) -> Option<&mut Parameters> {
+    model.parameters.cable.is_empty().then_some(&mut model.parameters)
+}
+
 const POSITIVE: (Option<f64>, Option<f64>) = (Some(0.0), None);
 const ANY: (Option<f64>, Option<f64>) = (None, None);
 
 /// Every real parameter. A lower bound of zero that is itself not allowed is refused at initialisation.
-pub(super) static REALS: [RealParameter; 11] = [
+pub(super) static REALS: [RealParameter; 23] = [
     RealParameter {
         name: "platform_mass",
         per_cable: false,
@@ -47,7 +62,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Mass of the platform",
         range: POSITIVE,
         nominal: 1e3,
-        field: |m, _| &mut m.parameters.platform_mass,
+        field: |m, _| Some(&mut m.parameters.platform_mass),
     },
     RealParameter {
         name: "platform_inertia",
@@ -58,7 +73,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Moment of inertia of the platform about its centre of mass",
         range: POSITIVE,
         nominal: 1e5,
-        field: |m, _| &mut m.parameters.platform_inertia,
+        field: |m, _| Some(&mut m.parameters.platform_inertia),
     },
     RealParameter {
         name: "anchor_radius",
@@ -69,7 +84,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Radius of the circle of anchors",
         range: POSITIVE,
         nominal: 1e3,
-        field: |m, _| &mut m.parameters.anchor_radius,
+        field: |m, _| circles(m).map(|p| &mut p.anchor_radius),
     },
     RealParameter {
         name: "attachment_radius",
@@ -80,7 +95,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Radius of the circle of attachment points on the platform",
         range: POSITIVE,
         nominal: 10.0,
-        field: |m, _| &mut m.parameters.attachment_radius,
+        field: |m, _| circles(m).map(|p| &mut p.attachment_radius),
     },
     RealParameter {
         name: "anchor_angle",
@@ -91,7 +106,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Angle of the anchor on its circle",
         range: ANY,
         nominal: 1.0,
-        field: |m, i| &mut m.parameters.anchor_angle[i],
+        field: |m, i| circles(m)?.anchor_angle.get_mut(i),
     },
     RealParameter {
         name: "attachment_angle",
@@ -102,7 +117,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Angle of the attachment point on its circle, in the platform's frame",
         range: ANY,
         nominal: 1.0,
-        field: |m, i| &mut m.parameters.attachment_angle[i],
+        field: |m, i| circles(m)?.attachment_angle.get_mut(i),
     },
     RealParameter {
         name: "cable_density",
@@ -113,7 +128,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Mass of the cables per unstretched length",
         range: POSITIVE,
         nominal: 0.1,
-        field: |m, _| &mut m.parameters.cable_density,
+        field: |m, _| Some(&mut m.parameters.cable_density),
     },
     RealParameter {
         name: "youngs_modulus",
@@ -124,7 +139,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Effective Young's modulus of the cables",
         range: POSITIVE,
         nominal: 1e10,
-        field: |m, _| &mut m.parameters.youngs_modulus,
+        field: |m, _| Some(&mut m.parameters.youngs_modulus),
     },
     RealParameter {
         name: "cable_area",
@@ -135,7 +150,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Cross-section area of the cables",
         range: POSITIVE,
         nominal: 1e-4,
-        field: |m, _| &mut m.parameters.cable_area,
+        field: |m, _| Some(&mut m.parameters.cable_area),
     },
     RealParameter {
         name: "cable_damping",
@@ -146,7 +161,7 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Damping of the cables: damping coefficient times unstretched length",
         range: POSITIVE,
         nominal: 1e4,
-        field: |m, _| &mut m.parameters.cable_damping,
+        field: |m, _| Some(&mut m.parameters.cable_damping),
     },
     RealParameter {
         name: "relative_tolerance",
@@ -157,7 +172,139 @@ pub(super) static REALS: [RealParameter; 11] = [
         description: "Relative tolerance of the integrator; once changed it goes before the experiment's tolerance",
         range: (Some(1e-13), Some(1e-3)),
         nominal: 1e-8,
-        field: |m, _| &mut m.relative_tolerance,
+        field: |m, _| Some(&mut m.relative_tolerance),
+    },
+    RealParameter {
+        name: "gravity_x",
+        per_cable: false,
+        reference: 117,
+        unit: "m/s2",
+        quantity: "Acceleration",
+        description: "Gravity on the platform along x",
+        range: ANY,
+        nominal: 1e1,
+        field: |m, _| Some(&mut m.parameters.gravity[0]),
+    },
+    RealParameter {
+        name: "gravity_y",
+        per_cable: false,
+        reference: 118,
+        unit: "m/s2",
+        quantity: "Acceleration",
+        description: "Gravity on the platform along y",
+        range: ANY,
+        nominal: 1e1,
+        field: |m, _| Some(&mut m.parameters.gravity[1]),
+    },
+    RealParameter {
+        name: "centre_of_mass_x",
+        per_cable: false,
+        reference: 119,
+        unit: "m",
+        quantity: "Length",
+        description: "Centre of mass of the platform along x of its own frame",
+        range: ANY,
+        nominal: 1.0,
+        field: |m, _| Some(&mut m.parameters.centre_of_mass[0]),
+    },
+    RealParameter {
+        name: "centre_of_mass_y",
+        per_cable: false,
+        reference: 120,
+        unit: "m",
+        quantity: "Length",
+        description: "Centre of mass of the platform along y of its own frame",
+        range: ANY,
+        nominal: 1.0,
+        field: |m, _| Some(&mut m.parameters.centre_of_mass[1]),
+    },
+    RealParameter {
+        name: "anchor_x",
+        per_cable: true,
+        reference: 121,
+        unit: "m",
+        quantity: "Length",
+        description: "Anchor along x",
+        range: ANY,
+        nominal: 1.0,
+        field: |m, i| Some(&mut m.parameters.cable.get_mut(i)?.anchor[0]),
+    },
+    RealParameter {
+        name: "anchor_y",
+        per_cable: true,
+        reference: 125,
+        unit: "m",
+        quantity: "Length",
+        description: "Anchor along y",
+        range: ANY,
+        nominal: 1.0,
+        field: |m, i| Some(&mut m.parameters.cable.get_mut(i)?.anchor[1]),
+    },
+    RealParameter {
+        name: "attachment_x",
+        per_cable: true,
+        reference: 129,
+        unit: "m",
+        quantity: "Length",
+        description: "Attachment point along x of the platform's frame",
+        range: ANY,
+        nominal: 1.0,
+        field: |m, i| Some(&mut m.parameters.cable.get_mut(i)?.attachment[0]),
+    },
+    RealParameter {
+        name: "attachment_y",
+        per_cable: true,
+        reference: 133,
+        unit: "m",
+        quantity: "Length",
+        description: "Attachment point along y of the platform's frame",
+        range: ANY,
+        nominal: 1.0,
+        field: |m, i| Some(&mut m.parameters.cable.get_mut(i)?.attachment[1]),
+    },
+    RealParameter {
+        name: "own_youngs_modulus",
+        per_cable: true,
+        reference: 137,
+        unit: "Pa",
+        quantity: "Stress",
+        description: "Effective Young's modulus of this cable alone",
+        range: POSITIVE,
+        nominal: 1e10,
+        field: |m, i| m.parameters.cable.get_mut(i)?.youngs_modulus.as_mut(),
+    },
+    RealParameter {
+        name: "own_area",
+        per_cable: true,
+        reference: 141,
+        unit: "m2",
+        quantity: "Area",
+        description: "Cross-section area of this cable alone",
+        range: POSITIVE,
+        nominal: 1e-4,
+        field: |m, i| m.parameters.cable.get_mut(i)?.area.as_mut(),
+    },
+    RealParameter {
+        name: "own_density",
+        per_cable: true,
+        reference: 145,
+        unit: "kg/m",
+        quantity: "LinearDensity",
+        description: "Mass per unstretched length of this cable alone",
+        range: POSITIVE,
+        nominal: 0.1,
+        field: |m, i| m.parameters.cable.get_mut(i)?.density.as_mut(),
+    },
+    RealParameter {
+        name: "own_damping",
+        per_cable: true,
+        reference: 149,
+        unit: "N.s",
+        quantity: "",
+        description: "Damping of this cable alone: damping coefficient times unstretched length",
+        range: POSITIVE,
+        nominal: 1e4,
+        field: |m, i| m.parameters.cable.get_mut(i)?.damping.as_mut(),
     },
 ];
 

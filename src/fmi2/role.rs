@@ -1,6 +1,7 @@
 //! What each variable of the table stands for, and where its value is found.
 
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
+use crate::plant::Plant;
 use crate::scalar::Real;
 use crate::simulation::Outputs;
 
@@ -67,11 +68,8 @@ pub(super) struct Instant<'a, S> {
     pub(super) states: &'a [S],
     pub(super) rates: &'a [S],
     /// Of the true unstretched lengths.
-    pub(super) acceleration: [S; CABLES],
-    /// Scale of each sensor of the unstretched length.
-    pub(super) scale: [f64; CABLES],
-    /// Where the effect states of each cable begin.
-    pub(super) effects: [usize; CABLES],
+    pub(super) acceleration: PerCable<S>,
+    pub(super) plant: &'a Plant,
 }
 
 impl<S: Real> Instant<'_, S> {
@@ -85,11 +83,11 @@ impl<S: Real> Instant<'_, S> {
             Role::State(State::UnstretchedRate(i)) | Role::Rate(State::UnstretchedLength(i)) => {
                 out.unstretched_length_rate[i]
             }
-            Role::State(State::Effect(i, k)) => self.states[self.effects[i] + k],
+            Role::State(State::Effect(i, k)) => self.states[self.plant.effect_states(i).start + k],
             Role::Rate(State::Pose(k)) => self.rates[k],
             Role::Rate(State::Twist(k)) => self.rates[3 + k],
-            Role::Rate(State::UnstretchedRate(i)) => self.acceleration[i] * self.scale[i],
-            Role::Rate(State::Effect(i, k)) => self.rates[self.effects[i] + k],
+            Role::Rate(State::UnstretchedRate(i)) => self.acceleration[i] * self.plant.cable[i].unstretched_sensor.0,
+            Role::Rate(State::Effect(i, k)) => self.rates[self.plant.effect_states(i).start + k],
             Role::CableLength(i) => out.cable_length[i],
             Role::Tension(i) => out.tension[i],
             Role::Strain(i) => out.strain[i],

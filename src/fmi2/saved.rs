@@ -2,9 +2,9 @@
 
 use fmi2_export::{Experiment, ModelError};
 
+use super::parameters::REALS;
 use super::role::Choice;
 use super::{CablePlatform, Phase, Settings};
-use crate::dynamics::Inputs;
 use crate::model_file::Model;
 use crate::simulation::Simulation;
 
@@ -17,9 +17,7 @@ impl CablePlatform {
         for choice in CHOICES {
             out.extend(choice.get(&settings.model).to_le_bytes());
         }
-        for number in numbers(&mut settings) {
-            out.extend(number.to_le_bytes());
-        }
+        each_number(&mut settings, &mut |number| out.extend(number.to_le_bytes()));
         match (self.phase, &self.simulation) {
             (Phase::Running { tolerance }, Some(simulation)) => {
                 out.push(2);
@@ -46,9 +44,12 @@ impl CablePlatform {
             let number = i32::from_le_bytes(reader.take()?);
             choice.set(&mut settings.model, number).ok_or_else(broken)?;
         }
-        for number in numbers(&mut settings) {
-            *number = reader.number()?;
-        }
+        let mut read = Ok(());
+        each_number(&mut settings, &mut |number| match reader.number() {
+            Ok(value) => *number = value,
+            Err(error) => read = Err(error),
+        });
+        read?;
         let [phase] = reader.take()?;
         match phase {
             0 | 1 => {
@@ -105,31 +106,30 @@ impl CablePlatform {
     }
 }
 
-/// Every number among the settings, in a fixed order.
-fn numbers(settings: &mut Settings) -> Vec<&mut f64> {
-    let Settings { model, slopes, .. } = settings;
-    let Model { parameters: p, relative_tolerance, start, effects } = model;
-    let mut list: Vec<&mut f64> = Vec::with_capacity(64);
-    list.extend([
-        &mut p.platform_mass,
-        &mut p.platform_inertia,
-        &mut p.anchor_radius,
-        &mut p.attachment_radius,
-        &mut p.cable_density,
-        &mut p.youngs_modulus,
-        &mut p.cable_area,
-        &mut p.cable_damping,
-        relative_tolerance,
-        &mut start.time,
-    ]);
-    list.extend(p.anchor_angle.iter_mut().chain(&mut p.attachment_angle));
-    list.extend(start.pose.iter_mut().chain(&mut start.twist));
-    list.extend(start.unstretched_length.iter_mut().chain(&mut start.unstretched_length_rate));
-    for Inputs { winch_force, disturbance } in [&mut start.inputs, slopes] {
-        list.extend(winch_force.iter_mut().chain(disturbance));
+/// Shows every number among the settings to `look`, in a fixed order.
+fn each_number(settings: &mut Settings, look: &mut dyn FnMut(&mut f64)) {
+    let Settings { model, slopes } = settings;
+    for parameter in &REALS {
+        for i in 0..parameter.count(model.parameters.cables()) {
+            if let Some(value) = (parameter.field)(model, i) {
+                look(value);
+            }
+        }
     }
-    list.extend(effects.iter_mut().flat_map(|effect| &mut effect.values));
-    list
+    let Model { start, effects, .. } = model;
+    look(&mut start.time);
+    let kept: [&mut [f64]; 8] = [
+        &mut start.pose,
+        &mut start.twist,
+        &mut start.unstretched_length,
+        &mut start.unstretched_length_rate,
+        &mut start.inputs.winch_force,
+        &mut start.inputs.disturbance,
+        &mut slopes.winch_force,
+        &mut slopes.disturbance,
+    ];
+    kept.into_iter().flatten().for_each(&mut *look);
+    effects.iter_mut().flat_map(|effect| &mut effect.values).for_each(look);
 }
 
 struct Reader<'a>(&'a [u8]);

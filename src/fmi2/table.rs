@@ -1,7 +1,7 @@
 //! The one table of variables: names, value references, units, causality, start values.
 //!
 //! Value references are fixed: time 0, inputs from 1, outputs from 10, derivatives from 50, parameters from 100,
-//! parameters of effects from 1000, states of effects from 2000. The table does not change with the cable model, so
+//! parameters of effects from 1000, states of effects from 2000, and what belongs to a fifth or further cable from 10000. The table does not change with the cable model, so
 //! that the model can be chosen by a parameter.
 
 use std::collections::BTreeSet;
@@ -11,12 +11,11 @@ use fmi2_export::description::{
 };
 use fmi2_export::{ModelError, Value};
 
-use super::parameters::{REALS, RealParameter};
+use super::parameters::{REALS, RealParameter, reference};
 use super::role::{Choice, Role, State};
 use super::{IDENTIFIER, dependencies, units};
 use crate::effect::{EffectSpec, Stage};
 use crate::model_file::Model;
-use crate::parameters::CABLES;
 use crate::plant::Plant;
 
 /// Category of the integrator's statistics.
@@ -64,8 +63,8 @@ impl Table {
         let start = model.start.inputs;
         let time = Variable::real("time", 0).independent().unit("s").quantity("Time").described("Time");
         self.add(Role::Time, time);
-        for i in 0..CABLES {
-            let variable = real(&indexed("winch_force", i), 1 + i as u32, "N", "Force", 1e3)
+        for i in 0..model.parameters.cables() {
+            let variable = real(&indexed("winch_force", i), reference(1, i), "N", "Force", 1e3)
                 .input()
                 .start(start.winch_force[i])
                 .described(format!("Force of winch {} on its cable, positive when pulling", i + 1));
@@ -103,16 +102,17 @@ impl Table {
                 .described(text);
             self.add(Role::State(state), variable);
         }
-        self.per_cable(Role::CableLength, |i| {
-            real(&indexed("cable_length", i), 20 + i as u32, "m", "Length", 1e3)
+        self.per_cable(model, Role::CableLength, |i| {
+            real(&indexed("cable_length", i), reference(20, i), "m", "Length", 1e3)
                 .min(0.0)
                 .described(format!("Distance from anchor to attachment point of cable {}", i + 1))
         });
         self.per_cable(
+            model,
             |i| Role::State(State::UnstretchedLength(i)),
             |i| {
                 let text = format!("Unstretched, paid-out length of cable {}; its start is used by from_states", i + 1);
-                real(&indexed("unstretched_length", i), 24 + i as u32, "m", "Length", 1e3)
+                real(&indexed("unstretched_length", i), reference(24, i), "m", "Length", 1e3)
                     .min(0.0)
                     .initial(Initial::Approx)
                     .start(start.unstretched_length[i])
@@ -120,37 +120,39 @@ impl Table {
             },
         );
         self.per_cable(
+            model,
             |i| Role::State(State::UnstretchedRate(i)),
             |i| {
                 let text = format!("Rate at which cable {} is paid out; its start is used by from_states", i + 1);
-                real(&indexed("unstretched_length_rate", i), 28 + i as u32, "m/s", "Velocity", 1.0)
+                real(&indexed("unstretched_length_rate", i), reference(28, i), "m/s", "Velocity", 1.0)
                     .initial(Initial::Approx)
                     .start(start.unstretched_length_rate[i])
                     .described(text)
             },
         );
-        self.per_cable(Role::Tension, |i| {
-            real(&indexed("tension", i), 32 + i as u32, "N", "Force", 1e3)
+        self.per_cable(model, Role::Tension, |i| {
+            real(&indexed("tension", i), reference(32, i), "N", "Force", 1e3)
                 .described(format!("Tension of cable {}, zero where it is slack", i + 1))
         });
-        self.per_cable(Role::Strain, |i| {
-            real(&indexed("strain", i), 36 + i as u32, "1", "Strain", 1e-4)
+        self.per_cable(model, Role::Strain, |i| {
+            real(&indexed("strain", i), reference(36, i), "1", "Strain", 1e-4)
                 .min(-1.0)
                 .described(format!("Strain of cable {}: elongation over unstretched length", i + 1))
         });
-        self.per_cable(Role::CableAngle, |i| {
-            real(&indexed("cable_angle", i), 40 + i as u32, "rad", "Angle", 1.0)
+        self.per_cable(model, Role::CableAngle, |i| {
+            real(&indexed("cable_angle", i), reference(40, i), "rad", "Angle", 1.0)
                 .min(-std::f64::consts::PI)
                 .max(std::f64::consts::PI)
                 .described(format!("Angle of cable {} from anchor to attachment point against the x axis", i + 1))
         });
-        self.per_cable(Role::Slack, |i| {
-            Variable::boolean(indexed("slack", i), i as u32).described(format!("Cable {} carries nothing", i + 1))
+        self.per_cable(model, Role::Slack, |i| {
+            Variable::boolean(indexed("slack", i), reference(0, i))
+                .described(format!("Cable {} carries nothing", i + 1))
         });
     }
 
-    fn per_cable(&mut self, role: impl Fn(usize) -> Role, variable: impl Fn(usize) -> Variable) {
-        for i in 0..CABLES {
+    fn per_cable(&mut self, model: &Model, role: impl Fn(usize) -> Role, variable: impl Fn(usize) -> Variable) {
+        for i in 0..model.parameters.cables() {
             self.add(role(i), variable(i).output());
         }
     }
@@ -158,8 +160,16 @@ impl Table {
     /// The derivative of each state among the outputs.
     fn rates(&mut self) {
         let states: Vec<(usize, State)> = self.states().collect();
-        for (k, (index, state)) in states.into_iter().enumerate() {
-            self.add_rate(index, state, 50 + k as u32);
+        for (index, state) in states {
+            let reference = match state {
+                State::Pose(k) => 50 + k as u32,
+                State::Twist(k) => 53 + k as u32,
+                State::UnstretchedLength(i) => reference(56, i),
+                State::UnstretchedRate(i) => reference(60, i),
+                // They come after the outputs, with their states.
+                State::Effect(..) => continue,
+            };
+            self.add_rate(index, state, reference);
         }
     }
 
@@ -215,9 +225,10 @@ impl Table {
         // The accessors of the list lend mutably.
         let mut model = model.clone();
         for (place, parameter) in REALS.iter().enumerate() {
-            for i in 0..parameter.count() {
-                let start = *(parameter.field)(&mut model, i);
-                self.add(Role::Parameter(place, i), real_parameter(parameter, i, start));
+            for i in 0..parameter.count(model.parameters.cables()) {
+                if let Some(start) = (parameter.field)(&mut model, i) {
+                    self.add(Role::Parameter(place, i), real_parameter(parameter, i, *start));
+                }
             }
         }
         let choices = [Choice::CableModel, Choice::CableInertia, Choice::Initialization];
@@ -280,7 +291,10 @@ impl Table {
 
 fn header(model: &Model) -> ModelDescription {
     let mut description = ModelDescription::new(IDENTIFIER, IDENTIFIER);
-    description.description = Some("Planar cable-driven parallel robot with four elastic cables".into());
+    description.description = Some(match model.parameters.cables() {
+        4 => "Planar cable-driven parallel robot with four elastic cables".into(),
+        cables => format!("Planar cable-driven parallel robot with {cables} elastic cables"),
+    });
     description.author = Some("The cdpr authors".into());
     description.version = Some(env!("CARGO_PKG_VERSION").into());
     description.copyright = Some("Copyright (c) 2026 The cdpr authors".into());
@@ -354,10 +368,9 @@ fn real(name: &str, reference: u32, unit: &str, quantity: &str, nominal: f64) ->
 
 fn real_parameter(parameter: &RealParameter, index: usize, start: f64) -> Variable {
     let name = parameter.variable(index);
+    let reference = reference(parameter.reference, index);
     let mut variable =
-        real(&name, parameter.reference + index as u32, parameter.unit, parameter.quantity, parameter.nominal)
-            .parameter()
-            .start(start);
+        real(&name, reference, parameter.unit, parameter.quantity, parameter.nominal).parameter().start(start);
     variable = match parameter.per_cable {
         true => variable.described(format!("{}, cable {}", parameter.description, index + 1)),
         false => variable.described(parameter.description),

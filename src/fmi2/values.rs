@@ -18,7 +18,10 @@ impl CablePlatform {
             return Ok(Value::Real(*start));
         }
         Ok(match role {
-            Role::Parameter(place, i) => Value::Real(*(REALS[place].field)(&mut self.settings.model, i)),
+            Role::Parameter(place, i) => match (REALS[place].field)(&mut self.settings.model, i) {
+                Some(value) => Value::Real(*value),
+                None => return Err(ModelError::new("the model has no such parameter")),
+            },
             Role::EffectParameter(effect, k) => Value::Real(self.settings.model.effects[effect].values[k]),
             Role::Choice(choice) => Value::Integer(choice.get(&self.settings.model)),
             Role::WinchForce(_) | Role::Disturbance(_) => {
@@ -60,7 +63,10 @@ impl CablePlatform {
             (Role::WinchForce(_) | Role::Disturbance(_), Value::Real(value)) => self.set_input(role, *value, 0.0),
             _ if running => return Err(ModelError::new("only inputs can be set while the simulation runs")),
             (Role::Parameter(place, i), Value::Real(value)) => {
-                *(REALS[place].field)(&mut self.settings.model, i) = *value;
+                match (REALS[place].field)(&mut self.settings.model, i) {
+                    Some(field) => *field = *value,
+                    None => return Err(ModelError::new("the model has no such parameter")),
+                }
             }
             (Role::EffectParameter(effect, k), Value::Real(value)) => {
                 self.settings.model.effects[effect].values[k] = *value;
@@ -86,7 +92,7 @@ impl CablePlatform {
         let Value::Real(value) = self.value(role)? else {
             return Err(ModelError::new("no real input"));
         };
-        if input_field(&mut Inputs::default(), role).is_none() {
+        if !matches!(role, Role::WinchForce(_) | Role::Disturbance(_)) {
             return Err(ModelError::new("no input"));
         }
         self.set_input(role, value, slope);

@@ -4,21 +4,22 @@
 //! minimum-norm solution and `n` the unit vector of internal tension. Bounds cut an interval out of it, and every
 //! convex objective has one minimum there, so all methods here are closed forms or a scalar root.
 
-use nalgebra::{DMatrix, SMatrix, SVector, Vector4};
+use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
 
 use crate::dynamics::matrix3;
 use crate::geometry::Geometry;
 use crate::kinematics::{self, CableKinematics};
-use crate::parameters::{CABLES, ParameterError};
+use crate::parameters::ParameterError;
+use crate::per_cable::PerCable;
 use crate::scalar::Real;
 
-/// The structure matrix `A = -J_Mᵀ` (3×4): tensions `T` exert the wrench `A T` on the platform, equations (8), (26), (27).
-pub fn structure_matrix(geometry: &Geometry, pose: &[f64; 3]) -> SMatrix<f64, 3, CABLES> {
+/// The structure matrix `A = -J_Mᵀ` (3×n): tensions `T` exert the wrench `A T` on the platform, equations (8), (26), (27).
+pub fn structure_matrix(geometry: &Geometry, pose: &[f64; 3]) -> Matrix3xX<f64> {
     -kinematics::jacobian(geometry, pose).transpose()
 }
 
 /// Rows of `J_M` of all cables: `jacobian[i]` is `[S_x, S_y, E × S]` of cable `i`.
-pub(crate) fn rows<S: Real>(cables: &[CableKinematics<S>; CABLES]) -> [[S; 3]; CABLES] {
+pub(crate) fn rows<S: Real>(cables: &PerCable<CableKinematics<S>>) -> PerCable<[S; 3]> {
     cables.map(|c| c.jacobian_row())
 }
 
@@ -93,7 +94,7 @@ pub enum Selection {
     Interior,
     /// One cable sits at a bound and decides.
     AtBound {
-        /// Cable, 0 to 3.
+        /// Cable, from 0.
         cable: usize,
         /// Its tension (N).
         tension: f64,
@@ -106,7 +107,7 @@ pub struct Infeasible {
     /// The wrench asked for `[f_x, f_y, τ]` (N, N m).
     pub wrench: [f64; 3],
     /// The tensions within the bounds whose wrench comes nearest (N); a torque counts divided by the arm.
-    pub nearest_tension: [f64; CABLES],
+    pub nearest_tension: PerCable<f64>,
     /// The wrench that they exert.
     pub nearest_wrench: [f64; 3],
     /// What is missing: wrench asked for minus the nearest (N, N m).
@@ -118,10 +119,9 @@ pub struct Infeasible {
 pub enum DistributionError {
     /// Not feasible within the bounds.
     #[error(
-        "no tensions within the bounds exert [{:.6e}, {:.6e}] N, {:.6e} N m; the nearest are [{:.6}, {:.6}, {:.6}, {:.6}] N, \
+        "no tensions within the bounds exert [{:.6e}, {:.6e}] N, {:.6e} N m; the nearest are {:.6?} N, \
          short by [{:.3e}, {:.3e}] N, {:.3e} N m",
-        .0.wrench[0], .0.wrench[1], .0.wrench[2], .0.nearest_tension[0], .0.nearest_tension[1], .0.nearest_tension[2],
-        .0.nearest_tension[3], .0.shortfall[0], .0.shortfall[1], .0.shortfall[2]
+        .0.wrench[0], .0.wrench[1], .0.wrench[2], .0.nearest_tension, .0.shortfall[0], .0.shortfall[1], .0.shortfall[2]
     )]
     Infeasible(Box<Infeasible>),
     /// The cables do not span all three directions.
@@ -137,24 +137,27 @@ pub trait Redundancy {
     /// The distribution problem that is solved.
     fn distribution(&self) -> Distribution;
 
-    /// Where the answer lies for the tensions that exert `wrench` (N, N m) through `structure` (3×4).
+    /// Where the answer lies for the tensions that exert `wrench` (N, N m) through `structure` (3×n).
     ///
     /// # Errors
     /// No feasible tensions, a singular pose, a solver that gave up.
     fn select(
         &self,
-        structure: &SMatrix<f64, 3, CABLES>,
+        structure: &Matrix3xX<f64>,
         wrench: &[f64; 3],
-    ) -> Result<(Selection, [f64; CABLES]), DistributionError>;
+    ) -> Result<(Selection, PerCable<f64>), DistributionError>;
 }
+
+/// Cables that leave one degree of redundancy, so that the tensions that exert a wrench are a line.
+const FOUR: usize = 4;
 
 /// The line of tensions that exert a wrench.
 #[derive(Clone, Copy, Debug)]
 pub struct TensionLine<S = f64> {
     /// `T₀`: the minimum-norm solution, the pseudo-inverse's (N).
-    pub minimum_norm: [S; CABLES],
+    pub minimum_norm: PerCable<S>,
     /// `n`: unit internal tension, `A n = 0`, its sum not negative.
-    pub internal: [S; CABLES],
+    pub internal: PerCable<S>,
 }
 
 impl<S: Real> TensionLine<S> {
@@ -162,16 +165,19 @@ impl<S: Real> TensionLine<S> {
     ///
     /// # Errors
     /// [`DistributionError::Singular`] where the rows have a rank below three.
-    pub(crate) fn new(rows: &[[S; 3]; CABLES], wrench: &[S; 3]) -> Result<Self, DistributionError> {
+    pub(crate) fn new(rows: &PerCable<[S; 3]>, wrench: &[S; 3]) -> Result<Self, DistributionError> {
+        if rows.len() != FOUR {
+            return Err(DistributionError::NotSolved(format!("{} cables, expected {FOUR}", rows.len())));
+        }
         // n_i = ± determinant of the other three rows.
         let minor = |skip: usize| {
-            let mut at = (0..CABLES).filter(|i| *i != skip);
+            let mut at = (0..FOUR).filter(|i| *i != skip);
             let [a, b, c] = std::array::from_fn(|_| rows[at.next().unwrap_or(0)]);
             let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
             let det = matrix3::dot(&a, &cross);
             if skip.is_multiple_of(2) { det } else { -det }
         };
-        let mut internal: [S; CABLES] = std::array::from_fn(minor);
+        let mut internal: PerCable<S> = PerCable::from_fn(FOUR, minor);
         let arm = rows.iter().map(|r| r[2].re().abs()).fold(0.0, f64::max);
         let norm = internal.iter().fold(S::from(0.0), |sum, n| sum + *n * *n).sqrt();
         // Unit rows and arms give minors of the order of the arm.
@@ -188,12 +194,12 @@ impl<S: Real> TensionLine<S> {
             matrix3::add_outer(&mut gram, row, row, S::from(1.0));
         }
         let multiplier = matrix3::product(&matrix3::inverse(&gram), wrench);
-        Ok(Self { minimum_norm: std::array::from_fn(|i| -matrix3::dot(&rows[i], &multiplier)), internal })
+        Ok(Self { minimum_norm: PerCable::from_fn(FOUR, |i| -matrix3::dot(&rows[i], &multiplier)), internal })
     }
 
     /// The tensions at `λ` (N).
-    pub fn at(&self, lambda: S) -> [S; CABLES] {
-        std::array::from_fn(|i| self.minimum_norm[i] + lambda * self.internal[i])
+    pub fn at(&self, lambda: S) -> PerCable<S> {
+        PerCable::from_fn(FOUR, |i| self.minimum_norm[i] + lambda * self.internal[i])
     }
 }
 
@@ -202,8 +208,8 @@ impl TensionLine<f64> {
     ///
     /// # Errors
     /// [`DistributionError::Singular`] where the matrix has a rank below three.
-    pub fn of(structure: &SMatrix<f64, 3, CABLES>, wrench: &[f64; 3]) -> Result<Self, DistributionError> {
-        let rows = std::array::from_fn(|i| std::array::from_fn(|k| -structure[(k, i)]));
+    pub fn of(structure: &Matrix3xX<f64>, wrench: &[f64; 3]) -> Result<Self, DistributionError> {
+        let rows = PerCable::from_fn(structure.ncols(), |i| std::array::from_fn(|k| -structure[(k, i)]));
         Self::new(&rows, wrench)
     }
 
@@ -212,7 +218,7 @@ impl TensionLine<f64> {
     pub fn feasible(&self, bounds: &Bounds) -> Option<[(f64, Option<Selection>); 2]> {
         let (mut low, mut high) = ((f64::NEG_INFINITY, None), (f64::INFINITY, None));
         let slack = 1e-12 * bounds.upper;
-        for cable in 0..CABLES {
+        for cable in 0..FOUR {
             let (t, n) = (self.minimum_norm[cable], self.internal[cable]);
             if n.abs() < 1e-14 {
                 if t < bounds.lower - slack || t > bounds.upper + slack {
@@ -321,8 +327,8 @@ impl Distribution {
         &self,
         line: &TensionLine<S>,
         selection: Selection,
-        tension: &[f64; CABLES],
-    ) -> [S; CABLES] {
+        tension: &PerCable<f64>,
+    ) -> PerCable<S> {
         match selection {
             Selection::AtBound { cable, tension } => {
                 let lambda = (-line.minimum_norm[cable] + tension) / line.internal[cable];
@@ -330,21 +336,17 @@ impl Distribution {
             }
             Selection::Interior => {
                 let lambda: f64 =
-                    (0..CABLES).map(|i| (tension[i] - line.minimum_norm[i].re()) * line.internal[i].re()).sum();
+                    (0..FOUR).map(|i| (tension[i] - line.minimum_norm[i].re()) * line.internal[i].re()).sum();
                 line.at(self.objective.minimum_with_derivatives(line, lambda, &self.bounds))
             }
         }
     }
 
-    /// The tensions (N) that exert `wrench` (N, N m) through `structure` (3×4): (26), (27) solved for them.
+    /// The tensions (N) that exert `wrench` (N, N m) through `structure` (3×n): (26), (27) solved for them.
     ///
     /// # Errors
     /// See [`Redundancy::select`].
-    pub fn tensions(
-        &self,
-        structure: &SMatrix<f64, 3, CABLES>,
-        wrench: &[f64; 3],
-    ) -> Result<[f64; CABLES], DistributionError> {
+    pub fn tensions(&self, structure: &Matrix3xX<f64>, wrench: &[f64; 3]) -> Result<PerCable<f64>, DistributionError> {
         self.select(structure, wrench).map(|(_, tension)| tension)
     }
 }
@@ -356,9 +358,9 @@ impl Redundancy for Distribution {
 
     fn select(
         &self,
-        structure: &SMatrix<f64, 3, CABLES>,
+        structure: &Matrix3xX<f64>,
         wrench: &[f64; 3],
-    ) -> Result<(Selection, [f64; CABLES]), DistributionError> {
+    ) -> Result<(Selection, PerCable<f64>), DistributionError> {
         let line = TensionLine::of(structure, wrench)?;
         let Some([low, high]) = line.feasible(&self.bounds) else {
             return Err(DistributionError::Infeasible(Box::new(nearest(structure, wrench, &self.bounds))));
@@ -379,63 +381,76 @@ impl Redundancy for Distribution {
 ///
 /// # Errors
 /// [`DistributionError::Singular`].
-pub fn minimum_norm(
-    structure: &SMatrix<f64, 3, CABLES>,
-    wrench: &[f64; 3],
-) -> Result<[f64; CABLES], DistributionError> {
+pub fn minimum_norm(structure: &Matrix3xX<f64>, wrench: &[f64; 3]) -> Result<PerCable<f64>, DistributionError> {
     TensionLine::of(structure, wrench).map(|line| line.minimum_norm)
 }
 
 /// The tensions within `bounds` whose wrench is nearest to `wrench`, a torque divided by the largest arm.
 ///
-/// Least squares in a box by going through the 3⁴ choices of cables at their lower or upper bound or free.
-pub fn nearest(structure: &SMatrix<f64, 3, CABLES>, wrench: &[f64; 3], bounds: &Bounds) -> Infeasible {
+/// Least squares in a box by active sets: the free cables solve what the bound ones leave, the first bound met on the way
+/// stops the step, and a bound is let go where that would bring the wrench nearer (P. B. Stark, R. L. Parker,
+/// Computational Statistics 10, 1995).
+pub fn nearest(structure: &Matrix3xX<f64>, wrench: &[f64; 3], bounds: &Bounds) -> Infeasible {
     let arm = structure.row(2).amax().max(1e-9);
-    let scale = |v: SVector<f64, 3>| SVector::<f64, 3>::new(v[0], v[1], v[2] / arm);
-    let a = SMatrix::<f64, 3, CABLES>::from_columns(&std::array::from_fn::<_, CABLES, _>(|i| {
-        scale(structure.column(i).into())
-    }));
-    let target = scale(SVector::from(*wrench));
-    let mut best: Option<(f64, Vector4<f64>)> = None;
-    for code in 0..81_usize {
-        let place: [usize; CABLES] = std::array::from_fn(|i| code / 3_usize.pow(i as u32) % 3);
-        let free: Vec<usize> = (0..CABLES).filter(|i| place[*i] == 2).collect();
-        let mut tension = Vector4::from_fn(|i, _| {
-            if place[i] == 0 {
-                bounds.lower
-            } else if place[i] == 1 {
-                bounds.upper
-            } else {
-                0.0
-            }
-        });
-        if !free.is_empty() {
-            let columns = DMatrix::from_fn(3, free.len(), |r, c| a[(r, free[c])]);
-            let rest = target - a * tension;
-            let rest = nalgebra::DVector::from_column_slice(rest.as_slice());
-            let Ok(solution) = columns.svd(true, true).solve(&rest, 1e-12) else { continue };
-            for (k, i) in free.iter().enumerate() {
-                tension[*i] = solution[k];
-            }
+    let scale = Vector3::new(1.0, 1.0, 1.0 / arm);
+    let a = Matrix3xX::from_fn(structure.ncols(), |r, c| structure[(r, c)] * scale[r]);
+    let target = Vector3::from(*wrench).component_mul(&scale);
+    let cables = a.ncols();
+    let mut tension = DVector::from_element(cables, bounds.lower);
+    let mut free = vec![false; cables];
+    // Each round frees one cable and lowers the misfit, so no set of free cables comes back; 3ⁿ is far beyond need.
+    for _ in 0..100 * cables {
+        let slope = a.tr_mul(&(target - &a * &tension));
+        let gain = |i: &usize| if tension[*i] <= bounds.lower { slope[*i] } else { -slope[*i] };
+        let best = (0..cables).filter(|i| !free[*i]).max_by(|i, j| gain(i).total_cmp(&gain(j)));
+        match best {
+            Some(i) if gain(&i) > 1e-12 * target.norm().max(bounds.upper) => free[i] = true,
+            _ => break,
         }
-        let margin = 1e-9 * bounds.upper;
-        if tension.iter().any(|t| *t < bounds.lower - margin || *t > bounds.upper + margin) {
-            continue;
-        }
-        let misfit = (a * tension - target).norm();
-        if best.is_none_or(|(least, _)| misfit < least) {
-            best = Some((misfit, tension));
+        while let Some(step) = step_of_free(&a, &target, &tension, &free) {
+            let reach = |i: usize| {
+                let room = if step[i] > 0.0 { bounds.upper - tension[i] } else { bounds.lower - tension[i] };
+                if step[i] == 0.0 { 1.0 } else { (room / step[i]).max(0.0) }
+            };
+            let blocking = (0..cables).filter(|i| free[*i]).min_by(|i, j| reach(*i).total_cmp(&reach(*j)));
+            let Some(i) = blocking.filter(|i| reach(*i) < 1.0) else {
+                tension += step;
+                break;
+            };
+            tension += &step * reach(i);
+            tension[i] = if step[i] > 0.0 { bounds.upper } else { bounds.lower };
+            free[i] = false;
         }
     }
-    // The corners of the box are always among the choices.
-    let tension = best.map_or(Vector4::repeat(bounds.lower), |(_, tension)| tension);
-    let reached = structure * tension;
+    let reached = structure * &tension;
     Infeasible {
         wrench: *wrench,
-        nearest_tension: tension.into(),
+        nearest_tension: PerCable::from_fn(cables, |i| tension[i].clamp(bounds.lower, bounds.upper)),
         nearest_wrench: reached.into(),
         shortfall: std::array::from_fn(|k| wrench[k] - reached[k]),
     }
+}
+
+/// The change of the free cables' tensions that brings the wrench nearest to `target`, the least of several; `None`
+/// without a free cable.
+fn step_of_free(
+    a: &Matrix3xX<f64>,
+    target: &Vector3<f64>,
+    tension: &DVector<f64>,
+    free: &[bool],
+) -> Option<DVector<f64>> {
+    let places: Vec<usize> = (0..free.len()).filter(|i| free[*i]).collect();
+    if places.is_empty() {
+        return None;
+    }
+    let columns = DMatrix::from_fn(3, places.len(), |r, c| a[(r, places[c])]);
+    let rest = DVector::from_column_slice((target - a * tension).as_slice());
+    let solution = columns.svd(true, true).solve(&rest, 1e-12).ok()?;
+    let mut step = DVector::zeros(free.len());
+    for (k, i) in places.into_iter().enumerate() {
+        step[i] = solution[k];
+    }
+    Some(step)
 }
 
 #[cfg(test)]

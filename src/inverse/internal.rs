@@ -6,7 +6,8 @@ use num_dual::Dual64;
 use super::{InverseDynamics, InverseError, Jet};
 use crate::dynamics::{MAX_EFFECT_STATES, elastic_tension, unstretched_length};
 use crate::integrator::{Complex64, System};
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
 
@@ -17,15 +18,15 @@ const SLOW_POLE: f64 = 10.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drive {
     pub(super) time: Jet,
-    pub(super) length: [Jet; CABLES],
-    pub(super) speed: [Jet; CABLES],
-    pub(super) tension: [Jet; CABLES],
+    pub(super) length: PerCable<Jet>,
+    pub(super) speed: PerCable<Jet>,
+    pub(super) tension: PerCable<Jet>,
 }
 
 /// Paid-out lengths and elastic-law states with their derivatives.
 pub(super) struct ElasticJets {
-    pub(super) unstretched: [Jet; CABLES],
-    pub(super) states: [[Jet; MAX_EFFECT_STATES]; CABLES],
+    pub(super) unstretched: PerCable<Jet>,
+    pub(super) states: PerCable<[Jet; MAX_EFFECT_STATES]>,
 }
 
 /// One cable's part of the internal states.
@@ -41,21 +42,22 @@ struct CableLayout {
 /// Where each cable's internal states are.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    cables: [CableLayout; CABLES],
+    cables: Vec<CableLayout>,
     dimension: usize,
 }
 
 impl Layout {
     pub(super) fn new(plant: &Plant) -> Self {
         let mut dimension = 0;
-        let cables = std::array::from_fn(|i| {
+        let layout = |i: usize| {
             let data = &plant.data().cables[i];
             let has_length = data.model != CableModel::Rigid && data.damping > 0.0;
             let slots = plant.cable[i].law.iter().flat_map(|(kind, at)| *at..*at + kind.states()).collect();
             let cable = CableLayout { offset: dimension, has_length, slots };
             dimension += usize::from(has_length) + cable.slots.len();
             cable
-        });
+        };
+        let cables = (0..plant.cables()).map(layout).collect();
         Self { cables, dimension }
     }
 
@@ -111,7 +113,7 @@ impl Layout {
     }
 
     pub(super) fn rates(&self, plant: &Plant, drive: &Drive, internal: &[f64], rates: &mut [f64]) {
-        for i in 0..CABLES {
+        for i in 0..plant.cables() {
             self.cable_rates(plant, i, Self::drive(drive, i), internal, rates);
         }
     }
@@ -121,7 +123,7 @@ impl Layout {
         let mut jacobian = DMatrix::zeros(self.dimension, self.dimension);
         let mut point: Vec<Dual64> = internal.iter().map(|v| Dual64::from_re(*v)).collect();
         let mut rates = vec![Dual64::from(0.0); self.dimension];
-        for i in 0..CABLES {
+        for i in 0..plant.cables() {
             let layout = &self.cables[i];
             let range = layout.offset..layout.offset + usize::from(layout.has_length) + layout.slots.len();
             for column in range.clone() {
@@ -141,7 +143,7 @@ impl Layout {
         let mut point: Vec<Jet> = internal.iter().map(|v| Jet::from(*v)).collect();
         let mut rates = vec![Jet::from(0.0); self.dimension];
         for _ in 0..3 {
-            for i in 0..CABLES {
+            for i in 0..plant.cables() {
                 let drive = [drive.time, drive.length[i], drive.speed[i], drive.tension[i]];
                 self.cable_rates(plant, i, drive, &point, &mut rates);
             }
@@ -149,8 +151,8 @@ impl Layout {
                 *x = Jet::new(x.re, rate.re, rate.v1, rate.v2);
             }
         }
-        let states = std::array::from_fn(|i| self.law_states(i, &point));
-        let unstretched = std::array::from_fn(|i| {
+        let states = PerCable::from_fn(plant.cables(), |i| self.law_states(i, &point));
+        let unstretched = PerCable::from_fn(plant.cables(), |i| {
             let layout = &self.cables[i];
             if layout.has_length {
                 point[layout.offset]
@@ -171,7 +173,7 @@ impl Layout {
     /// Internal states near the slow solution, where there is one: creep settled, spring and damper together carrying the
     /// tension.
     pub(super) fn start(&self, plant: &Plant, drive: &Drive, internal: &mut [f64]) {
-        for i in 0..CABLES {
+        for i in 0..plant.cables() {
             let layout = &self.cables[i];
             let mut settled = [0.0; MAX_EFFECT_STATES];
             for (kind, at) in &plant.cable[i].law {

@@ -26,7 +26,8 @@ use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
 use crate::effect::EffectKind;
 use crate::formula::Variable;
 use crate::integrator::{Radau, RadauError};
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use distribution::{DistributionError, Redundancy, Selection, TensionLine};
 use internal::{InternalSystem, Layout};
@@ -98,19 +99,19 @@ pub struct Instant {
     /// Wrench that the tensions exert `[f_x, f_y, τ]` (N, N m).
     pub wrench: [f64; 3],
     /// Tensions `T_i` (N).
-    pub tension: [f64; CABLES],
+    pub tension: PerCable<f64>,
     /// Their rates (N/s).
-    pub tension_rate: [f64; CABLES],
+    pub tension_rate: PerCable<f64>,
     /// Where the distribution's answer lies.
     pub selection: Selection,
     /// Paid-out (unstretched) lengths `l_i` (m); the cable length in a rigid cable.
-    pub unstretched: [f64; CABLES],
+    pub unstretched: PerCable<f64>,
     /// Their rates (m/s).
-    pub unstretched_rate: [f64; CABLES],
+    pub unstretched_rate: PerCable<f64>,
     /// Their accelerations (m/s²).
-    pub unstretched_acceleration: [f64; CABLES],
+    pub unstretched_acceleration: PerCable<f64>,
     /// Winch forces `u_i` (N), pull-positive.
-    pub winch_force: [f64; CABLES],
+    pub winch_force: PerCable<f64>,
     /// The plant's states at this instant, laid out as in [`Plant::rates`]: a forward simulation from here stays on the
     /// trajectory.
     pub states: Vec<f64>,
@@ -136,12 +137,12 @@ pub struct InverseDynamics<'a> {
 struct Rigid {
     motion: Motion,
     prescribed: Prescribed<Jet>,
-    length: [Jet; CABLES],
-    speed: [Jet; CABLES],
-    acceleration: [Jet; CABLES],
-    angular_rate: [Jet; CABLES],
+    length: PerCable<Jet>,
+    speed: PerCable<Jet>,
+    acceleration: PerCable<Jet>,
+    angular_rate: PerCable<Jet>,
     wrench: [f64; 3],
-    tension: [Jet; CABLES],
+    tension: PerCable<Jet>,
     selection: Selection,
 }
 
@@ -250,7 +251,7 @@ impl<'a> InverseDynamics<'a> {
         let at = |error| InverseError::Distribution { time, error };
         let rows = distribution::rows(&cables);
         let line = TensionLine::new(&rows, &wrench).map_err(at)?;
-        let structure = nalgebra::SMatrix::from_fn(|r, c| -rows[c][r].re);
+        let structure = nalgebra::Matrix3xX::from_fn(rows.len(), |r, c| -rows[c][r].re);
         let wrench = wrench.map(|w| w.re);
         let (selection, tension) = self.redundancy.select(&structure, &wrench).map_err(at)?;
         let tension = self.redundancy.distribution().lift(&line, selection, &tension);
@@ -280,7 +281,7 @@ impl<'a> InverseDynamics<'a> {
         let mut pull = rigid.tension;
         let (mut unstretched, mut rate, mut winch_speed) = (rigid.length, rigid.speed, rigid.speed);
         let mut acceleration = rigid.acceleration.map(|a| a.re);
-        for i in 0..CABLES {
+        for i in 0..plant.cables() {
             let cable = &plant.data().cables[i];
             if cable.model != CableModel::Rigid {
                 let l = elastic.unstretched[i];
@@ -299,7 +300,10 @@ impl<'a> InverseDynamics<'a> {
             pull[i] -= cable.axial_mass(length) * second + cable.axial_bias(length, speed, rigid.angular_rate[i]);
         }
         let mut context = Context {
-            inputs: Inputs { winch_force: [Jet::from(0.0); CABLES], disturbance: rigid.prescribed.disturbance },
+            inputs: Inputs {
+                winch_force: PerCable::filled(plant.cables(), Jet::from(0.0)),
+                disturbance: rigid.prescribed.disturbance,
+            },
             length: rigid.length,
             speed: rigid.speed,
             unstretched,
@@ -313,7 +317,7 @@ impl<'a> InverseDynamics<'a> {
             states[k] = rigid.motion.pose[k][0];
             states[3 + k] = rigid.motion.pose[k][1];
         }
-        for i in 0..CABLES {
+        for i in 0..plant.cables() {
             if let Some(at) = plant.unstretched_index(i) {
                 states[at] = unstretched[i].re;
             }

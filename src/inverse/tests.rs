@@ -66,12 +66,12 @@ fn worst_residual(plant: &Arc<Plant>, objective: Objective) -> f64 {
         let instant = problem.at(time, &internal).unwrap();
         let y = &instant.states;
         let mut rates = vec![0.0; plant.dimension()];
-        plant.rates(time, y, &instant.inputs(), [false; CABLES], &mut rates);
+        plant.rates(time, y, &instant.inputs(), &[false; 4].into(), &mut rates);
         // The accelerations asked for, and those of the paid-out lengths, in place of those that follow.
         for k in 0..3 {
             rates[3 + k] = instant.motion.pose[k][2];
         }
-        for i in 0..CABLES {
+        for i in 0..4 {
             if let Some(at) = plant.unstretched_index(i) {
                 rates[at] = instant.unstretched_rate[i];
             }
@@ -80,7 +80,7 @@ fn worst_residual(plant: &Arc<Plant>, objective: Objective) -> f64 {
             }
         }
         let mut residual = vec![0.0; plant.dimension()];
-        plant.residual(time, y, &rates, &instant.inputs(), [false; CABLES], &mut residual);
+        plant.residual(time, y, &rates, &instant.inputs(), &[false; 4].into(), &mut residual);
         for (row, r) in residual.iter().enumerate() {
             let size = if row == 5 { 1e5 } else { 1e4 };
             worst = worst.max(r.abs() / size);
@@ -145,7 +145,7 @@ impl System for FeedForward<'_> {
     fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]) {
         let n = self.plant.dimension();
         let inputs = self.problem.at(time, &y[n..]).unwrap().inputs();
-        self.plant.rates(time, &y[..n], &inputs, [false; CABLES], &mut rates[..n]);
+        self.plant.rates(time, &y[..n], &inputs, &[false; 4].into(), &mut rates[..n]);
         self.problem.internal_rates(time, &y[n..], &mut rates[n..]).unwrap();
     }
 
@@ -255,7 +255,7 @@ fn paid_out_lengths_of_a_run_follow_the_slow_solution() {
     let run = problem.run(&times, 1e-10).unwrap();
     for instant in &run {
         let slow = problem.start(instant.time).unwrap();
-        for i in 0..CABLES {
+        for i in 0..4 {
             let difference = (instant.unstretched[i] - slow[i]).abs();
             assert!(difference < 1e-7, "t {}: {difference:e}", instant.time);
         }
@@ -272,7 +272,7 @@ fn tension_rates_are_those_of_the_tensions() {
         let (t, h) = (12.3, 1e-4);
         let rate = problem.at(t, &[]).unwrap().tension_rate;
         let (ahead, behind) = (problem.at(t + h, &[]).unwrap().tension, problem.at(t - h, &[]).unwrap().tension);
-        for i in 0..CABLES {
+        for i in 0..4 {
             let difference = (ahead[i] - behind[i]) / (2.0 * h);
             assert!(
                 (difference - rate[i]).abs() < 1e-4 * (1.0 + rate[i].abs()),

@@ -2,7 +2,6 @@
 
 use super::Jet;
 use super::spline::{Cubic, Septic};
-use crate::parameters::CABLES;
 
 /// A motion at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -128,7 +127,7 @@ impl SplineTrajectory {
                 return Err(TrajectoryError::Time { sample: sample + 2, found: pair[1], previous: pair[0] });
             }
         }
-        let columns: [(&[[f64; 3]], [&'static str; 3]); CABLES] = [
+        let columns: [(&[[f64; 3]], [&'static str; 3]); 4] = [
             (&samples.pose, ["x", "y", "phi"]),
             (&samples.twist, ["vx", "vy", "omega"]),
             (&samples.acceleration, ["ax", "ay", "alpha"]),

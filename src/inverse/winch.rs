@@ -6,7 +6,7 @@ use super::wrench::Context;
 use super::{InverseError, Jet};
 use crate::dynamics::MAX_EFFECT_STATES;
 use crate::effect::{EffectKind, WinchContext};
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 /// Most rounds of the fixed point where winch terms depend on the winch forces.
@@ -14,29 +14,30 @@ const ROUNDS: usize = 50;
 
 /// Winch forces (N) and the states of the winches' own effects that go with them.
 pub(super) struct WinchSide {
-    pub(super) force: [f64; CABLES],
-    pub(super) states: [[f64; MAX_EFFECT_STATES]; CABLES],
+    pub(super) force: PerCable<f64>,
+    pub(super) states: PerCable<[f64; MAX_EFFECT_STATES]>,
 }
 
 /// Winch forces under which the cables feel `pull` (jets good to first order).
 pub(super) fn commands(
     plant: &Plant,
-    pull: &[Jet; CABLES],
-    speed: &[Jet; CABLES],
+    pull: &PerCable<Jet>,
+    speed: &PerCable<Jet>,
     context: &mut Context<'_, Jet>,
 ) -> Result<WinchSide, InverseError> {
     let time = context.motion.time;
     let mut force = pull.map(|p| p.re);
     for _ in 0..ROUNDS {
         context.inputs.winch_force = force.map(Jet::from);
-        let mut states = [[0.0; MAX_EFFECT_STATES]; CABLES];
-        let mut next = [0.0; CABLES];
-        for i in 0..CABLES {
+        let cables = plant.cables();
+        let mut states = PerCable::filled(cables, [0.0; MAX_EFFECT_STATES]);
+        let mut next = PerCable::filled(cables, 0.0);
+        for i in 0..cables {
             let added = plant.cable[i].pull.iter().fold(Jet::from(0.0), |sum, kind| sum + kind.pull(&context.view()));
             let winch = WinchContext { time, speed: speed[i] };
             next[i] = command(plant, i, pull[i], added, &winch, &mut states[i])?;
         }
-        let change = (0..CABLES).map(|i| (next[i] - force[i]).abs()).fold(0.0, f64::max);
+        let change = (0..cables).map(|i| (next[i] - force[i]).abs()).fold(0.0, f64::max);
         let size = next.iter().fold(1.0_f64, |a, b| a.max(b.abs()));
         force = next;
         if !plant.winch_terms_use_forces() || change <= 1e-13 * size {

@@ -4,7 +4,7 @@ use crate::dynamics::Inputs;
 use crate::dynamics::matrix3;
 use crate::effect::PlatformContext;
 use crate::kinematics::CableKinematics;
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
 
@@ -19,7 +19,7 @@ pub(crate) struct Prescribed<S> {
 }
 
 /// Kinematics of the cables and their length accelerations (12).
-pub(crate) fn cable_motion<S: Real>(plant: &Plant, p: &Prescribed<S>) -> ([CableKinematics<S>; CABLES], [S; CABLES]) {
+pub(crate) fn cable_motion<S: Real>(plant: &Plant, p: &Prescribed<S>) -> (PerCable<CableKinematics<S>>, PerCable<S>) {
     let cables = crate::kinematics::cables(plant.geometry(), &p.pose, &p.twist);
     let accelerations =
         cables.map(|c| matrix3::dot(&c.jacobian_row(), &p.acceleration) + c.length_acceleration_bias(p.twist[2]));
@@ -29,10 +29,10 @@ pub(crate) fn cable_motion<S: Real>(plant: &Plant, p: &Prescribed<S>) -> ([Cable
 /// What platform-side effects see under a prescribed motion.
 pub(crate) struct Context<'a, S> {
     pub(crate) inputs: Inputs<S>,
-    pub(crate) length: [S; CABLES],
-    pub(crate) speed: [S; CABLES],
-    pub(crate) unstretched: [S; CABLES],
-    pub(crate) unstretched_rate: [S; CABLES],
+    pub(crate) length: PerCable<S>,
+    pub(crate) speed: PerCable<S>,
+    pub(crate) unstretched: PerCable<S>,
+    pub(crate) unstretched_rate: PerCable<S>,
     pub(crate) motion: &'a Prescribed<S>,
 }
 
@@ -53,7 +53,7 @@ impl<S: Real> Context<'_, S> {
 
 /// `A T` for the prescribed motion (26), (27): the platform's inertia, less disturbance, effects and the cables' transverse
 /// forces (22), (25).
-pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &[CableKinematics<S>; CABLES]) -> [S; 3] {
+pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &PerCable<CableKinematics<S>>) -> [S; 3] {
     let data = plant.data();
     let omega = p.twist[2];
     let rotation = [p.pose[2].cos(), p.pose[2].sin()];
@@ -62,11 +62,12 @@ pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &[Cabl
     let centrifugal = omega * omega * data.mass;
     wrench[0] -= centrifugal * cx;
     wrench[1] -= centrifugal * cy;
+    let weight = plant.weight(rotation);
     for k in 0..3 {
-        wrench[k] -= p.disturbance[k];
+        wrench[k] -= p.disturbance[k] + weight[k];
     }
     // Effects on the platform that the inverse problem admits see neither winch forces nor unstretched lengths.
-    let zero = [S::from(0.0); CABLES];
+    let zero = PerCable::filled(plant.cables(), S::from(0.0));
     let context = Context {
         inputs: Inputs { winch_force: zero, disturbance: p.disturbance },
         length: cables.map(|c| c.length),
@@ -81,7 +82,7 @@ pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &[Cabl
             wrench[k] -= force[k];
         }
     }
-    for i in 0..CABLES {
+    for i in 0..plant.cables() {
         let k = &cables[i];
         let normal = k.normal_row();
         // L α̈ (14) and Q = -ρ/3 (L² α̈ + 3 L L̇ α̇).

@@ -2,21 +2,21 @@
 
 use std::collections::VecDeque;
 
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 /// A stretch of commands, linear in time from `start` on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stretch {
     pub(super) start: f64,
-    pub(super) value: [f64; CABLES],
-    pub(super) slope: [f64; CABLES],
+    pub(super) value: PerCable<f64>,
+    pub(super) slope: PerCable<f64>,
 }
 
 /// Commands back to the longest dead time. Before the first stretch the command is its start value.
 #[derive(Clone, Debug)]
 pub(super) struct CommandHistory {
-    delay: [f64; CABLES],
+    delay: PerCable<f64>,
     longest: f64,
     pub(super) stretches: VecDeque<Stretch>,
 }
@@ -25,16 +25,16 @@ pub(super) struct CommandHistory {
 const CAPACITY: usize = 1024;
 
 impl CommandHistory {
-    pub(super) fn new(plant: &Plant, time: f64, value: [f64; CABLES]) -> Self {
-        let delay: [f64; CABLES] = std::array::from_fn(|i| plant.cable[i].delay);
+    pub(super) fn new(plant: &Plant, time: f64, value: PerCable<f64>) -> Self {
+        let delay = PerCable::from_fn(plant.cables(), |i| plant.cable[i].delay);
         let longest = delay.iter().copied().fold(0.0, f64::max);
         let mut stretches = VecDeque::with_capacity(if longest > 0.0 { CAPACITY } else { 1 });
-        stretches.push_back(Stretch { start: time, value, slope: [0.0; CABLES] });
+        stretches.push_back(Stretch { start: time, value, slope: value.map(|_| 0.0) });
         Self { delay, longest, stretches }
     }
 
     /// Commands from `time` on.
-    pub(super) fn push(&mut self, time: f64, value: [f64; CABLES], slope: [f64; CABLES]) {
+    pub(super) fn push(&mut self, time: f64, value: PerCable<f64>, slope: PerCable<f64>) {
         if self.longest == 0.0 {
             return;
         }
@@ -68,11 +68,11 @@ impl CommandHistory {
     }
 
     /// Replaces the commands of winches with a dead time by what they were that long ago.
-    pub(super) fn delay(&self, time: f64, value: &mut [f64; CABLES], slope: &mut [f64; CABLES]) {
+    pub(super) fn delay(&self, time: f64, value: &mut PerCable<f64>, slope: &mut PerCable<f64>) {
         if self.longest == 0.0 {
             return;
         }
-        for i in (0..CABLES).filter(|i| self.delay[*i] > 0.0) {
+        for i in (0..value.len()).filter(|i| self.delay[*i] > 0.0) {
             let then = time - self.delay[i];
             let late = then + 1e-12 * time.abs().max(1e-3);
             match self.stretches.iter().rev().find(|s| s.start <= late) {

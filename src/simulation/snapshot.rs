@@ -5,7 +5,7 @@ use super::command::Stretch;
 use super::system::{InputSegment, PlantSystem};
 use crate::dynamics::Inputs;
 use crate::integrator::Memory;
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 
 /// Bytes that are no snapshot of this plant.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -23,11 +23,12 @@ fn put_inputs(out: &mut Vec<u8>, inputs: &Inputs) {
     put(out, &inputs.disturbance);
 }
 
-fn put_flags(out: &mut Vec<u8>, flags: [bool; CABLES]) {
+fn put_flags(out: &mut Vec<u8>, flags: &PerCable<bool>) {
     out.extend(flags.map(u8::from));
 }
 
-struct Reader<'a>(&'a [u8]);
+/// What is left to read, of a plant with so many cables.
+struct Reader<'a>(&'a [u8], usize);
 
 impl Reader<'_> {
     fn bytes<const N: usize>(&mut self) -> Result<[u8; N], SnapshotError> {
@@ -59,16 +60,28 @@ impl Reader<'_> {
         Ok(values)
     }
 
-    fn inputs(&mut self) -> Result<Inputs, SnapshotError> {
-        Ok(Inputs { winch_force: self.numbers()?, disturbance: self.numbers()? })
+    fn per_cable(&mut self) -> Result<PerCable<f64>, SnapshotError> {
+        let mut values = PerCable::filled(self.1, 0.0);
+        for value in &mut values {
+            *value = self.number()?;
+        }
+        Ok(values)
     }
 
-    fn flags(&mut self) -> Result<[bool; CABLES], SnapshotError> {
-        let head: [u8; CABLES] = self.bytes()?;
-        if head.iter().any(|b| *b > 1) {
-            return Err(SnapshotError("a flag is neither 0 nor 1"));
+    fn inputs(&mut self) -> Result<Inputs, SnapshotError> {
+        Ok(Inputs { winch_force: self.per_cable()?, disturbance: self.numbers()? })
+    }
+
+    fn flags(&mut self) -> Result<PerCable<bool>, SnapshotError> {
+        let mut flags = PerCable::filled(self.1, false);
+        for flag in &mut flags {
+            *flag = match self.bytes()? {
+                [0] => false,
+                [1] => true,
+                _ => return Err(SnapshotError("a flag is neither 0 nor 1")),
+            };
         }
-        Ok(head.map(|b| b == 1))
+        Ok(flags)
     }
 }
 
@@ -80,7 +93,7 @@ impl Simulation {
         out.extend(count(self.y.len()));
         put(out, &[self.time, self.time_carry]);
         put(out, &self.y);
-        put_flags(out, self.slack);
+        put_flags(out, &self.slack);
         put_inputs(out, &self.inputs);
         put_inputs(out, &self.input_slopes);
         put(out, &[self.input_time]);
@@ -103,7 +116,7 @@ impl Simulation {
         put(out, &memory.jacobian_state);
         put(out, &[f64::from(memory.jacobian_age)]);
         put_inputs(out, &self.work.linearised_inputs);
-        put_flags(out, self.work.linearised_slack);
+        put_flags(out, &self.work.linearised_slack);
     }
 
     /// Takes up a saved state of the same plant; unchanged on error.
@@ -111,7 +124,8 @@ impl Simulation {
     /// # Errors
     /// When the bytes are not a saved state of this plant.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
-        let mut reader = Reader(bytes);
+        let cables = self.plant.cables();
+        let mut reader = Reader(bytes, cables);
         if reader.bytes()? != self.plant.fingerprint().to_le_bytes() {
             return Err(SnapshotError("it was saved from another model"));
         }
@@ -128,10 +142,10 @@ impl Simulation {
         let inputs = reader.inputs()?;
         let input_slopes = reader.inputs()?;
         let input_time = reader.number()?;
-        let winch_disturbance = reader.numbers()?;
+        let winch_disturbance = reader.per_cable()?;
         let mut stretches = Vec::new();
-        for _ in 0..reader.count(8 * (1 + 2 * CABLES))? {
-            stretches.push(Stretch { start: reader.number()?, value: reader.numbers()?, slope: reader.numbers()? });
+        for _ in 0..reader.count(8 * (1 + 2 * cables))? {
+            stretches.push(Stretch { start: reader.number()?, value: reader.per_cable()?, slope: reader.per_cable()? });
         }
         let mut points = Vec::new();
         for _ in 0..reader.count(56)? {
@@ -181,7 +195,7 @@ impl Simulation {
         };
         self.work.linearised_inputs = linearised_inputs;
         self.work.linearised_slack = linearised_slack;
-        let segment = InputSegment { start: jacobian_time, value: linearised_inputs, slope: Inputs::default() };
+        let segment = InputSegment { start: jacobian_time, value: linearised_inputs, slope: Inputs::none(cables) };
         let mut system =
             PlantSystem { plant: &self.plant, inputs: segment, slack: &mut linearised_slack, work: &mut self.work };
         self.radau.restore(&memory, &mut system);

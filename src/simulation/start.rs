@@ -4,7 +4,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
 use crate::kinematics;
-use crate::parameters::{CABLES, Initialization, ParameterError};
+use crate::parameters::{Initialization, ParameterError, Parameters};
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 /// How a simulation begins.
@@ -19,23 +20,31 @@ pub struct Start {
     /// Twist `[vx, vy, φ̇]` (m/s, rad/s).
     pub twist: [f64; 3],
     /// Unstretched lengths (m), used by `from_states`.
-    pub unstretched_length: [f64; CABLES],
+    pub unstretched_length: PerCable<f64>,
     /// Rates of the unstretched lengths (m/s), used by `from_states`.
-    pub unstretched_length_rate: [f64; CABLES],
+    pub unstretched_length_rate: PerCable<f64>,
     /// Inputs at the start; a winch with a dead time or lag has held its force for long.
     pub inputs: Inputs,
 }
 
 impl Default for Start {
+    /// That of the default robot.
     fn default() -> Self {
+        Self::pulling(Parameters::default().cables())
+    }
+}
+
+impl Start {
+    /// At rest in the middle, each of `cables` winches pulling 1 kN.
+    pub fn pulling(cables: usize) -> Self {
         Self {
             time: 0.0,
             initialization: Initialization::FromWinchForces,
             pose: [0.0; 3],
             twist: [0.0; 3],
-            unstretched_length: [0.0; CABLES],
-            unstretched_length_rate: [0.0; CABLES],
-            inputs: Inputs { winch_force: [1000.0; CABLES], disturbance: [0.0; 3] },
+            unstretched_length: PerCable::filled(cables, 0.0),
+            unstretched_length_rate: PerCable::filled(cables, 0.0),
+            inputs: Inputs::pulling(cables, 1000.0),
         }
     }
 }
@@ -84,8 +93,12 @@ impl Start {
         let sensor = |i: usize| plant.cable[i].unstretched_sensor;
         Self {
             pose: std::array::from_fn(|k| self.pose[k] - plant.pose_bias[k]),
-            unstretched_length: std::array::from_fn(|i| (self.unstretched_length[i] - sensor(i).1) / sensor(i).0),
-            unstretched_length_rate: std::array::from_fn(|i| self.unstretched_length_rate[i] / sensor(i).0),
+            unstretched_length: PerCable::from_fn(plant.cables(), |i| {
+                (self.unstretched_length[i] - sensor(i).1) / sensor(i).0
+            }),
+            unstretched_length_rate: PerCable::from_fn(plant.cables(), |i| {
+                self.unstretched_length_rate[i] / sensor(i).0
+            }),
             ..*self
         }
     }
@@ -109,7 +122,7 @@ impl Start {
         let twist = [y[3], y[4], y[5]];
         let pulls = plant.at_rest(self.time, &pose, &self.inputs, |context| plant.pulls_at_rest(context));
         let cables = kinematics::cables(geometry, &pose, &twist);
-        for i in 0..CABLES {
+        for i in 0..plant.cables() {
             let given = self.initialization == Initialization::FromStates && plant.unstretched_index(i).is_some();
             let tension = if given {
                 let length = self.unstretched_length[i];
@@ -218,7 +231,8 @@ pub fn static_equilibrium(plant: &Plant, time: f64, guess: [f64; 3], inputs: &In
 
 /// Force and torque (N, N m) left on the platform at rest at `pose` with every cable carrying its winch's pull.
 pub fn wrench_at_rest(plant: &Plant, time: f64, pose: [f64; 3], inputs: &Inputs) -> [f64; 3] {
-    let mut wrench = inputs.disturbance;
+    let weight = plant.weight([pose[2].cos(), pose[2].sin()]);
+    let mut wrench: [f64; 3] = std::array::from_fn(|k| inputs.disturbance[k] + weight[k]);
     let pulls = plant.at_rest(time, &pose, inputs, |context| {
         for kind in &plant.wrench {
             for (sum, added) in wrench.iter_mut().zip(kind.wrench(context)) {

@@ -2,7 +2,7 @@
 
 use crate::dynamics::{Factors, Inputs, Linearisation};
 use crate::integrator::{Complex64, System};
-use crate::parameters::CABLES;
+use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::Plant;
 
 /// Inputs linear in time from `start` on.
@@ -18,7 +18,9 @@ impl InputSegment {
     pub(super) fn at(&self, time: f64) -> Inputs {
         let s = time - self.start;
         Inputs {
-            winch_force: std::array::from_fn(|i| self.value.winch_force[i] + s * self.slope.winch_force[i]),
+            winch_force: PerCable::from_fn(self.value.winch_force.len(), |i| {
+                self.value.winch_force[i] + s * self.slope.winch_force[i]
+            }),
             disturbance: std::array::from_fn(|k| self.value.disturbance[k] + s * self.slope.disturbance[k]),
         }
     }
@@ -31,7 +33,7 @@ pub(super) struct Workspace {
     pub(super) linearisation: Linearisation,
     /// Inputs and slack cables that the linearisation was made with.
     pub(super) linearised_inputs: Inputs,
-    pub(super) linearised_slack: [bool; CABLES],
+    pub(super) linearised_slack: PerCable<bool>,
     real: Factors<f64>,
     complex: Factors<Complex64>,
     suspect: bool,
@@ -44,10 +46,10 @@ impl Workspace {
         Self {
             nominal,
             linearisation: Linearisation::default(),
-            linearised_inputs: Inputs::default(),
-            linearised_slack: [false; CABLES],
-            real: Factors::empty(),
-            complex: Factors::empty(),
+            linearised_inputs: Inputs::none(plant.cables()),
+            linearised_slack: PerCable::filled(plant.cables(), false),
+            real: Factors::empty(plant.cables()),
+            complex: Factors::empty(plant.cables()),
             suspect: false,
         }
     }
@@ -57,7 +59,7 @@ impl Workspace {
 pub(super) struct PlantSystem<'a> {
     pub(super) plant: &'a Plant,
     pub(super) inputs: InputSegment,
-    pub(super) slack: &'a mut [bool; CABLES],
+    pub(super) slack: &'a mut PerCable<bool>,
     pub(super) work: &'a mut Workspace,
 }
 
@@ -67,11 +69,12 @@ impl System for PlantSystem<'_> {
     }
 
     fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]) {
-        let e = self.plant.instant(time, y, &self.inputs.at(time), *self.slack);
-        for i in 0..CABLES {
-            self.work.suspect |= (e.tension_uncut[i] < 0.0) != self.slack[i];
+        let mut tension = [0.0; MAX_CABLES];
+        let tension = &mut tension[..self.slack.len()];
+        self.plant.rates_and_tensions(time, y, &self.inputs.at(time), self.slack, rates, tension);
+        for (tension, slack) in tension.iter().zip(&*self.slack) {
+            self.work.suspect |= (*tension < 0.0) != *slack;
         }
-        self.plant.write_instant(y, &e, rates);
     }
 
     fn scale(&self, _y: &[f64], scale: &mut [f64]) {
@@ -80,7 +83,7 @@ impl System for PlantSystem<'_> {
 
     fn linearise(&mut self, time: f64, y: &[f64]) {
         let u = self.inputs.at(time);
-        self.work.linearisation.update(self.plant, time, y, &u, *self.slack);
+        self.work.linearisation.update(self.plant, time, y, &u, self.slack);
         self.work.linearised_inputs = u;
         self.work.linearised_slack = *self.slack;
     }
@@ -99,7 +102,7 @@ impl System for PlantSystem<'_> {
     }
 
     fn switches(&self) -> usize {
-        CABLES
+        self.plant.cables()
     }
 
     fn suspects_switch(&mut self) -> bool {
@@ -107,9 +110,9 @@ impl System for PlantSystem<'_> {
     }
 
     fn switching_functions(&mut self, time: f64, y: &[f64], values: &mut [f64]) {
-        let e = self.plant.instant(time, y, &self.inputs.at(time), *self.slack);
-        for i in 0..CABLES {
-            values[i] = if self.slack[i] { -e.tension_uncut[i] } else { e.tension_uncut[i] };
+        let tension = self.plant.uncut_tensions(time, y, &self.inputs.at(time), self.slack);
+        for ((value, tension), slack) in values.iter_mut().zip(tension).zip(&*self.slack) {
+            *value = if *slack { -tension } else { tension };
         }
     }
 
@@ -119,12 +122,14 @@ impl System for PlantSystem<'_> {
         *self.slack = if self.plant.has.platform_side {
             self.plant.slack_cables(time, y, &inputs)
         } else {
-            self.plant.instant(time, y, &inputs, *self.slack).tension_uncut.map(|t| t < 0.0)
+            self.plant.uncut_tensions(time, y, &inputs, self.slack).map(|t| t < 0.0)
         };
     }
 
     fn out_of_bounds(&self, y: &[f64]) -> Option<&'static str> {
         let wound_in = |i| self.plant.unstretched_index(i).is_some_and(|at| y[at] <= 0.0);
-        (0..CABLES).any(wound_in).then_some("a cable is wound in to its end (its unstretched length is not positive)")
+        (0..self.plant.cables())
+            .any(wound_in)
+            .then_some("a cable is wound in to its end (its unstretched length is not positive)")
     }
 }

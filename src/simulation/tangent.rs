@@ -4,7 +4,8 @@ use num_dual::{Dual, Dual64};
 
 use super::{Outputs, Simulation};
 use crate::dynamics::{Evaluation, Inputs};
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 use crate::scalar::Real;
 
 /// A direction in which to differentiate: how fast time, states and commanded inputs change along it.
@@ -31,7 +32,7 @@ pub struct Tangent {
     /// Rates of the states.
     pub rates: Vec<Dual64>,
     /// Accelerations of the true unstretched lengths (m/s²).
-    pub unstretched_acceleration: [Dual64; CABLES],
+    pub unstretched_acceleration: PerCable<Dual64>,
 }
 
 impl Simulation {
@@ -46,13 +47,13 @@ impl Simulation {
         };
         let value = segment.value;
         let inputs = Inputs {
-            winch_force: std::array::from_fn(|i| Dual64::new(value.winch_force[i], winch(i))),
+            winch_force: PerCable::from_fn(self.plant.cables(), |i| Dual64::new(value.winch_force[i], winch(i))),
             disturbance: std::array::from_fn(|k| Dual64::new(value.disturbance[k], direction.inputs.disturbance[k])),
         };
         let slack = self.slack_under(&value);
-        let e = self.plant.evaluate(time, &y, &inputs, slack);
+        let e = self.plant.evaluate(time, &y, &inputs, &slack);
         let mut rates = vec![Dual64::from(0.0); y.len()];
-        self.plant.rates(time, &y, &inputs, slack, &mut rates);
+        self.plant.rates(time, &y, &inputs, &slack, &mut rates);
         let then = self.time - self.plant.pose_delay;
         let pose = match (self.poses.at(then), self.poses.rate_at(then)) {
             (Some(pose), Some(rate)) => std::array::from_fn(|k| Dual64::new(pose[k], direction.time * rate[k])),
@@ -70,7 +71,7 @@ impl Simulation {
     ///
     /// In a massless spring the rate follows from the other states; its own rate is the exact derivative along the
     /// motion.
-    pub fn unstretched_accelerations(&self, e: &Evaluation) -> [f64; CABLES] {
+    pub fn unstretched_accelerations(&self, e: &Evaluation) -> PerCable<f64> {
         if self.plant.data().cables.iter().all(|cable| cable.model != CableModel::MasslessSpring) {
             return e.unstretched_acceleration;
         }
@@ -84,20 +85,20 @@ impl Simulation {
         inputs: &Inputs<S>,
         rates: &[S],
         e: &Evaluation<S>,
-    ) -> [S; CABLES] {
-        let models = self.plant.data().cables.each_ref().map(|cable| cable.model);
-        if !models.contains(&CableModel::MasslessSpring) {
+    ) -> PerCable<S> {
+        let data = &self.plant.data().cables;
+        if data.iter().all(|cable| cable.model != CableModel::MasslessSpring) {
             return e.unstretched_acceleration;
         }
         let slope = self.inputs_felt().slope;
         let moving = |value: S, rate: f64| Dual::new(value, S::from(rate));
         let y: Vec<Dual<S>> = y.iter().zip(rates).map(|(y, rate)| Dual::new(*y, *rate)).collect();
         let inputs = Inputs {
-            winch_force: std::array::from_fn(|i| moving(inputs.winch_force[i], slope.winch_force[i])),
+            winch_force: PerCable::from_fn(data.len(), |i| moving(inputs.winch_force[i], slope.winch_force[i])),
             disturbance: std::array::from_fn(|k| moving(inputs.disturbance[k], slope.disturbance[k])),
         };
-        let along = self.plant.evaluate(moving(time, 1.0), &y, &inputs, e.slack);
-        std::array::from_fn(|i| match models[i] {
+        let along = self.plant.evaluate(moving(time, 1.0), &y, &inputs, &e.slack);
+        PerCable::from_fn(data.len(), |i| match data[i].model {
             CableModel::MasslessSpring => along.unstretched_rate[i].eps,
             _ => e.unstretched_acceleration[i],
         })

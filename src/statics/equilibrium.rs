@@ -7,7 +7,8 @@ use super::stiffness::{effect_stiffness, elastic_stiffness, geometric_stiffness,
 use crate::dynamics::MAX_EFFECT_STATES;
 use crate::inverse::wrench::{Prescribed, required};
 use crate::kinematics;
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 /// The platform at rest on cables of given unstretched lengths.
@@ -16,7 +17,7 @@ pub struct LockedEquilibrium {
     /// Pose `[x, y, φ]` (m, rad).
     pub pose: [f64; 3],
     /// Tensions (N), zero in a slack cable.
-    pub tension: [f64; CABLES],
+    pub tension: PerCable<f64>,
     /// Stiffness of the platform there.
     pub stiffness: Matrix3<f64>,
 }
@@ -60,7 +61,7 @@ fn settled(plant: &Plant, cable: usize, time: f64, length: f64, unstretched: f64
 pub fn locked_equilibrium(
     plant: &Plant,
     time: f64,
-    unstretched: &[f64; CABLES],
+    unstretched: &PerCable<f64>,
     disturbance: &[f64; 3],
     guess: [f64; 3],
 ) -> Result<LockedEquilibrium, StaticsError> {
@@ -73,8 +74,9 @@ pub fn locked_equilibrium(
         let at_rest = Prescribed { time, pose, twist: [0.0; 3], acceleration: [0.0; 3], disturbance: *disturbance };
         let cables = kinematics::cables(geometry, &pose, &[0.0; 3]);
         let mut wrench = Vector3::from(required(plant, &at_rest, &cables)) * -1.0;
-        let (mut tension, mut axial) = ([0.0; CABLES], [0.0; CABLES]);
-        for i in 0..CABLES {
+        let mut tension = PerCable::filled(plant.cables(), 0.0);
+        let mut axial = tension;
+        for i in 0..plant.cables() {
             (tension[i], axial[i]) = settled(plant, i, time, cables[i].length, unstretched[i]);
             wrench -= Vector3::from(cables[i].jacobian_row()) * tension[i];
         }

@@ -3,7 +3,6 @@
 use nalgebra::DMatrix;
 
 use crate::dynamics::Inputs;
-use crate::parameters::CABLES;
 use crate::plant::Plant;
 use crate::simulation::{Direction, Outputs, Simulation};
 
@@ -40,8 +39,8 @@ pub struct LinearModel {
     pub d: DMatrix<f64>,
 }
 
-fn indexed(name: &str) -> impl Iterator<Item = String> + '_ {
-    (1..=CABLES).map(move |i| format!("{name}[{i}]"))
+fn indexed(name: &str, cables: usize) -> impl Iterator<Item = String> + '_ {
+    (1..=cables).map(move |i| format!("{name}[{i}]"))
 }
 
 /// Names of a plant's states, those of the FMU.
@@ -50,7 +49,7 @@ pub(crate) fn state_names(plant: &Plant) -> Vec<String> {
     for (name, slot) in ["x", "y", "phi", "vx", "vy", "omega"].iter().zip(&mut names) {
         *slot = (*name).to_owned();
     }
-    for i in 0..CABLES {
+    for i in 0..plant.cables() {
         if let Some(at) = plant.unstretched_index(i) {
             names[at] = format!("unstretched_length[{}]", i + 1);
         }
@@ -71,10 +70,10 @@ pub(crate) fn state_names(plant: &Plant) -> Vec<String> {
     names
 }
 
-fn output_names() -> Vec<String> {
+fn output_names(cables: usize) -> Vec<String> {
     let mut names: Vec<String> = ["x", "y", "phi", "vx", "vy", "omega"].map(str::to_owned).into();
     for name in ["cable_length", "unstretched_length", "unstretched_length_rate", "tension", "strain", "cable_angle"] {
-        names.extend(indexed(name));
+        names.extend(indexed(name, cables));
     }
     names
 }
@@ -93,12 +92,13 @@ impl LinearModel {
         let plant = simulation.plant();
         let n = plant.dimension();
         let still = vec![0.0; n];
-        let inputs = CABLES + 3;
-        let outputs = output_names();
+        let cables = plant.cables();
+        let inputs = cables + 3;
+        let outputs = output_names(cables);
         let mut model = Self {
             time: simulation.time(),
             state_names: state_names(plant),
-            input_names: indexed("winch_force")
+            input_names: indexed("winch_force", cables)
                 .chain(["disturbance_force_x", "disturbance_force_y", "disturbance_torque"].map(str::to_owned))
                 .collect(),
             a: DMatrix::zeros(n, n),
@@ -114,7 +114,7 @@ impl LinearModel {
         for column in 0..n {
             let mut states = still.clone();
             states[column] = 1.0;
-            let direction = Direction { time: 0.0, states: &states, inputs: Inputs::default() };
+            let direction = Direction { time: 0.0, states: &states, inputs: Inputs::none(cables) };
             let tangent = simulation.tangent(&direction);
             for (row, rate) in tangent.rates.iter().enumerate() {
                 model.a[(row, column)] = rate.eps;
@@ -124,11 +124,11 @@ impl LinearModel {
             }
         }
         for column in 0..inputs {
-            let mut inputs = Inputs::default();
-            if column < CABLES {
+            let mut inputs = Inputs::none(cables);
+            if column < cables {
                 inputs.winch_force[column] = 1.0;
             } else {
-                inputs.disturbance[column - CABLES] = 1.0;
+                inputs.disturbance[column - cables] = 1.0;
             }
             let tangent = simulation.tangent(&Direction { time: 0.0, states: &still, inputs });
             for (row, rate) in tangent.rates.iter().enumerate() {

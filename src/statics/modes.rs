@@ -9,7 +9,8 @@ use super::{LinearModel, StaticsError};
 use crate::dynamics::{MAX_EFFECT_STATES, elastic_tension};
 use crate::inverse::wrench::{Prescribed, required};
 use crate::kinematics;
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 /// One natural mode: a real eigenvalue or a pair of complex ones.
@@ -155,16 +156,16 @@ pub fn locked_model(
     plant: &Plant,
     time: f64,
     pose: &[f64; 3],
-    tension: &[f64; CABLES],
+    tension: &PerCable<f64>,
 ) -> Result<LockedModel, StaticsError> {
     let data = plant.data();
     if data.cables.iter().any(|c| c.model == CableModel::Rigid) {
         return Err(StaticsError::Rigid);
     }
     let lengths = kinematics::cable_lengths(plant.geometry(), pose);
-    let mut unstretched = [0.0; CABLES];
-    let mut states = [[0.0; MAX_EFFECT_STATES]; CABLES];
-    for i in 0..CABLES {
+    let mut unstretched = PerCable::filled(plant.cables(), 0.0);
+    let mut states = PerCable::filled(plant.cables(), [0.0; MAX_EFFECT_STATES]);
+    for i in 0..plant.cables() {
         plant.start_effect_states(i, tension[i], tension[i].max(0.0), &mut states[i]);
         unstretched[i] = plant.unstretched_length_for(i, time, lengths[i], tension[i], &states[i]);
         debug_assert!(
@@ -178,7 +179,7 @@ pub fn locked_model(
         let motion = Prescribed { time: time.into(), pose, twist, acceleration, disturbance: [Dual64::from(0.0); 3] };
         let cables = kinematics::cables(plant.geometry(), &motion.pose, &motion.twist);
         let mut wrench = required(plant, &motion, &cables);
-        for i in (0..CABLES).filter(|i| tension[*i] > 0.0) {
+        for i in (0..plant.cables()).filter(|i| tension[*i] > 0.0) {
             let (cable, l) = (&data.cables[i], Dual64::from(unstretched[i]));
             let states = states[i].map(Dual64::from);
             let spring = elastic_tension(cable, &plant.cable[i].law, time.into(), cables[i].length, l, &states);

@@ -8,7 +8,8 @@ use crate::dynamics::{MAX_EFFECT_STATES, elastic_tension};
 use crate::geometry::Geometry;
 use crate::inverse::wrench::{Prescribed, required};
 use crate::kinematics;
-use crate::parameters::{CABLES, CableModel};
+use crate::parameters::CableModel;
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 /// Stiffness `K = -∂w/∂X` of the platform by its causes.
@@ -33,7 +34,7 @@ impl Stiffness {
 /// constant tension.
 ///
 /// `∂²L/∂X² = n nᵀ/L - diag(0, 0, E·S)` with `n = [-S_y, S_x, E·S]`, the row of `L J_α` (9).
-pub fn geometric_stiffness(geometry: &Geometry, pose: &[f64; 3], tension: &[f64; CABLES]) -> Matrix3<f64> {
+pub fn geometric_stiffness(geometry: &Geometry, pose: &[f64; 3], tension: &PerCable<f64>) -> Matrix3<f64> {
     let cables = kinematics::cables(geometry, pose, &[0.0; 3]);
     let mut stiffness = Matrix3::zeros();
     for (cable, tension) in cables.iter().zip(tension) {
@@ -46,7 +47,7 @@ pub fn geometric_stiffness(geometry: &Geometry, pose: &[f64; 3], tension: &[f64;
 
 /// Elastic stiffness of the cables at `pose`: `J_Mᵀ diag(k) J_M` with `k_i = ∂T_i/∂L_i` (N/m) at fixed unstretched length,
 /// by (32).
-pub fn elastic_stiffness(geometry: &Geometry, pose: &[f64; 3], axial: &[f64; CABLES]) -> Matrix3<f64> {
+pub fn elastic_stiffness(geometry: &Geometry, pose: &[f64; 3], axial: &PerCable<f64>) -> Matrix3<f64> {
     let cables = kinematics::cables(geometry, pose, &[0.0; 3]);
     cables.iter().zip(axial).fold(Matrix3::zeros(), |sum, (cable, k)| {
         let row = Vector3::from(cable.jacobian_row());
@@ -83,12 +84,12 @@ pub fn stiffness(
     plant: &Plant,
     time: f64,
     pose: &[f64; 3],
-    tension: &[f64; CABLES],
+    tension: &PerCable<f64>,
 ) -> Result<Stiffness, StaticsError> {
     let geometry = plant.geometry();
     let lengths = kinematics::cable_lengths(geometry, pose);
-    let mut axial = [0.0; CABLES];
-    for i in (0..CABLES).filter(|i| tension[*i] > 0.0) {
+    let mut axial = PerCable::filled(plant.cables(), 0.0);
+    for i in (0..plant.cables()).filter(|i| tension[*i] > 0.0) {
         if plant.data().cables[i].model == CableModel::Rigid {
             return Err(StaticsError::Rigid);
         }

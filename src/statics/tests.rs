@@ -7,7 +7,8 @@ use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
 use crate::inverse::distribution::{Bounds, Distribution, Objective, structure_matrix};
 use crate::kinematics;
-use crate::parameters::{CABLES, CableModel, Parameters};
+use crate::parameters::{CableModel, Parameters};
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::simulation::{Simulation, Start, wrench_at_rest};
 
@@ -16,7 +17,7 @@ fn plant_of(model: CableModel, effects: Vec<EffectSpec>) -> Arc<Plant> {
 }
 
 fn simulation(model: CableModel, pose: [f64; 3], force: f64) -> Simulation {
-    let inputs = Inputs { winch_force: [force; CABLES], disturbance: [0.0; 3] };
+    let inputs = Inputs { winch_force: [force; 4].into(), disturbance: [0.0; 3] };
     Simulation::new(plant_of(model, Vec::new()), &Start { pose, inputs, ..Start::default() }, 1e-10).unwrap()
 }
 
@@ -29,7 +30,7 @@ fn geometric_stiffness_at_the_centre_has_its_closed_form() {
     let p = Parameters::default();
     let (ra, rb, t) = (p.anchor_radius, p.attachment_radius, 1000.0);
     let l = ra.hypot(rb);
-    let k = geometric_stiffness(&crate::geometry::Geometry::new(&p), &[0.0; 3], &[t; CABLES]);
+    let k = geometric_stiffness(&crate::geometry::Geometry::new(&p), &[0.0; 3], &[t; 4].into());
     assert_close(k[(0, 0)], 2.0 * t * (ra - rb).powi(2) / l.powi(3), 1e-12, "K_x");
     assert_close(k[(1, 1)], 2.0 * t * (ra + rb).powi(2) / l.powi(3), 1e-12, "K_y");
     assert_close(k[(2, 2)], -4.0 * t * (ra * rb).powi(2) / l.powi(3), 1e-12, "K_phi");
@@ -48,20 +49,20 @@ fn stiffness_is_the_slope_of_the_wrench() {
     let plant = plant_of(CableModel::LumpedMass, effects);
     let (pose, tension) = ([40.0, -25.0, 0.15], [15e3, 12e3, 18e3, 9e3]);
     let lengths = kinematics::cable_lengths(plant.geometry(), &pose);
-    let unstretched: [f64; CABLES] =
-        std::array::from_fn(|i| plant.unstretched_length_for(i, 0.0, lengths[i], tension[i], &[0.0; 6]));
+    let unstretched: PerCable<f64> =
+        PerCable::from_fn(4, |i| plant.unstretched_length_for(i, 0.0, lengths[i], tension[i], &[0.0; 6]));
     // The wrench on the platform with the winches locked, from the plant's own forward evaluation.
     let wrench = |pose: [f64; 3]| {
         let mut y = vec![0.0; plant.dimension()];
         y[..3].copy_from_slice(&pose);
-        for i in 0..CABLES {
+        for i in 0..4 {
             y[plant.unstretched_index(i).unwrap()] = unstretched[i];
         }
-        let e = plant.evaluate(0.0, &y, &Inputs::default(), [false; CABLES]);
+        let e = plant.evaluate(0.0, &y, &Inputs::none(4), &[false; 4].into());
         let inputs = Inputs { winch_force: e.tension, disturbance: [0.0; 3] };
         wrench_at_rest(&plant, 0.0, pose, &inputs)
     };
-    let k = stiffness(&plant, 0.0, &pose, &tension).unwrap().total();
+    let k = stiffness(&plant, 0.0, &pose, &tension.into()).unwrap().total();
     for c in 0..3 {
         let h = if c == 2 { 1e-4 } else { 1e-3 };
         let (mut ahead, mut behind) = (pose, pose);
@@ -94,7 +95,7 @@ fn force_controlled_periods_are_those_of_the_closed_forms() {
 #[test]
 fn locked_winches_give_the_published_periods_and_damping() {
     let plant = plant_of(CableModel::LumpedMass, Vec::new());
-    let modes = locked_model(&plant, 0.0, &[0.0; 3], &[1000.0; CABLES]).unwrap().modes().unwrap();
+    let modes = locked_model(&plant, 0.0, &[0.0; 3], &[1000.0; 4].into()).unwrap().modes().unwrap();
     let find = |k: usize| {
         modes
             .iter()
@@ -108,10 +109,10 @@ fn locked_winches_give_the_published_periods_and_damping() {
     }
     // The massless spring, locked, is the same thing.
     let massless = plant_of(CableModel::MasslessSpring, Vec::new());
-    let again = locked_model(&massless, 0.0, &[0.0; 3], &[1000.0; CABLES]).unwrap().modes().unwrap();
+    let again = locked_model(&massless, 0.0, &[0.0; 3], &[1000.0; 4].into()).unwrap().modes().unwrap();
     assert_close(again[0].period(), modes[0].period(), 1e-12, "massless spring");
     assert_eq!(
-        locked_model(&plant_of(CableModel::Rigid, Vec::new()), 0.0, &[0.0; 3], &[1e3; CABLES]),
+        locked_model(&plant_of(CableModel::Rigid, Vec::new()), 0.0, &[0.0; 3], &[1e3; 4].into()),
         Err(StaticsError::Rigid)
     );
 }
@@ -145,7 +146,7 @@ fn the_linear_model_is_the_slope_of_rates_and_outputs() {
             EffectSpec::new("winch_lag", None, &[0.3]).unwrap(),
             EffectSpec::new("platform_quadratic_drag", None, &[30.0, 4.0, 1.0]).unwrap(),
         ];
-        let inputs = Inputs { winch_force: [9e3, 11e3, 10e3, 12e3], disturbance: [50.0, -30.0, 500.0] };
+        let inputs = Inputs { winch_force: [9e3, 11e3, 10e3, 12e3].into(), disturbance: [50.0, -30.0, 500.0] };
         let start = Start { pose: [20.0, 10.0, 0.1], twist: [0.5, -0.3, 0.01], inputs, ..Start::default() };
         let simulation = Simulation::new(plant_of(model, effects), &start, 1e-10).unwrap();
         let linear = LinearModel::of(&simulation);
@@ -199,7 +200,7 @@ fn locked_winches_hold_the_pose_that_their_lengths_were_made_for() {
         let structure = structure_matrix(plant.geometry(), &pose);
         let tension = Distribution { objective: Objective::MidTension, bounds }.tensions(&structure, &wrench).unwrap();
         let lengths = kinematics::cable_lengths(plant.geometry(), &pose);
-        let unstretched: [f64; CABLES] = std::array::from_fn(|i| {
+        let unstretched: PerCable<f64> = PerCable::from_fn(4, |i| {
             let mut states = [0.0; 6];
             plant.start_effect_states(i, tension[i], tension[i], &mut states);
             plant.unstretched_length_for(i, 0.0, lengths[i], tension[i], &states)
@@ -208,7 +209,7 @@ fn locked_winches_hold_the_pose_that_their_lengths_were_made_for() {
         for k in 0..3 {
             assert!((found.pose[k] - pose[k]).abs() < 1e-7, "{found:?}");
         }
-        for i in 0..CABLES {
+        for i in 0..4 {
             assert_close(found.tension[i], tension[i], 1e-6, "tension");
         }
         // A small push moves it by the compliance.
@@ -230,7 +231,7 @@ fn long_lengths_leave_cables_slack_and_are_told_where_nothing_holds() {
     let plant = plant_of(CableModel::LumpedMass, Vec::new());
     // All cables 1 m too long: nothing holds the platform.
     let lengths = kinematics::cable_lengths(plant.geometry(), &[0.0; 3]);
-    let slack: [f64; CABLES] = std::array::from_fn(|i| lengths[i] + 1.0);
+    let slack: PerCable<f64> = PerCable::from_fn(4, |i| lengths[i] + 1.0);
     let error = locked_equilibrium(&plant, 0.0, &slack, &[0.0; 3], [0.0; 3]).unwrap_err();
     assert!(error.to_string().contains("singular"), "{error}");
     // Pulled to one side by a wind, the lee cables hang slack.

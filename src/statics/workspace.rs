@@ -1,10 +1,10 @@
 //! Which wrenches the cables can exert where: wrench closure, wrench feasibility, capacity margin, maps.
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Matrix3xX, Vector3};
 
 use crate::geometry::Geometry;
 use crate::inverse::distribution::{Bounds, TensionLine, structure_matrix};
-use crate::parameters::CABLES;
+use crate::per_cable::PerCable;
 
 /// Wrenches that the cables must be able to exert: a box about a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,12 +37,13 @@ impl Feasibility {
 }
 
 /// A facet of the available wrenches: `normal · w <= offset`, with torques divided by the arm.
-fn facets(structure: &SMatrix<f64, 3, CABLES>, arm: f64, bounds: &Bounds) -> Vec<(Vector3<f64>, f64)> {
-    let columns: [Vector3<f64>; CABLES] =
-        std::array::from_fn(|i| Vector3::new(structure[(0, i)], structure[(1, i)], structure[(2, i)] / arm));
+fn facets(structure: &Matrix3xX<f64>, arm: f64, bounds: &Bounds) -> Vec<(Vector3<f64>, f64)> {
+    let columns = PerCable::from_fn(structure.ncols(), |i| {
+        Vector3::new(structure[(0, i)], structure[(1, i)], structure[(2, i)] / arm)
+    });
     let mut facets = Vec::with_capacity(12);
-    for i in 0..CABLES {
-        for j in i + 1..CABLES {
+    for i in 0..columns.len() {
+        for j in i + 1..columns.len() {
             let normal = columns[i].cross(&columns[j]);
             let norm = normal.norm();
             // Parallel cables span no facet.

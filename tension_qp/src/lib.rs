@@ -7,12 +7,12 @@
 use cdpr::inverse::distribution::{
     Bounds, Distribution, DistributionError, Infeasible, Objective, Redundancy, Selection, TensionLine,
 };
-use cdpr::parameters::CABLES;
+use cdpr::per_cable::PerCable;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{
     DefaultSettings, DefaultSolver, IPSolver as _, NonnegativeConeT, SolverStatus, SupportedConeT, ZeroConeT,
 };
-use nalgebra::{DMatrix, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
 
 /// A tension distribution solved as a quadratic programme.
 ///
@@ -79,25 +79,25 @@ impl QuadraticProgramme {
     /// # Errors
     /// A solver that gave up.
     pub fn nearest(
-        structure: &SMatrix<f64, 3, CABLES>,
+        structure: &Matrix3xX<f64>,
         wrench: &[f64; 3],
         bounds: &Bounds,
     ) -> Result<Infeasible, DistributionError> {
         let arm = structure.row(2).amax().max(1e-9);
         let scale = [1.0, 1.0, 1.0 / arm];
         let unit = bounds.upper();
-        let a = DMatrix::from_fn(3, CABLES, |r, c| structure[(r, c)] * scale[r]);
-        let target = SVector::<f64, 3>::from_fn(|k, _| wrench[k] * scale[k] / unit);
+        let a = DMatrix::from_fn(3, structure.ncols(), |r, c| structure[(r, c)] * scale[r]);
+        let target = Vector3::from_fn(|k, _| wrench[k] * scale[k] / unit);
         let q = -(a.transpose() * target);
-        let free = DMatrix::zeros(0, CABLES);
+        let free = DMatrix::zeros(0, structure.ncols());
         let solution = solve(&(a.transpose() * &a), q.as_slice(), (&free, &[]), (bounds.lower() / unit, 1.0))?
             .ok_or_else(|| DistributionError::NotSolved("a box cannot be empty".to_owned()))?;
         let tension =
-            SVector::<f64, CABLES>::from_fn(|i, _| (solution[i] * unit).clamp(bounds.lower(), bounds.upper()));
-        let reached = structure * tension;
+            DVector::from_fn(structure.ncols(), |i, _| (solution[i] * unit).clamp(bounds.lower(), bounds.upper()));
+        let reached = structure * &tension;
         Ok(Infeasible {
             wrench: *wrench,
-            nearest_tension: tension.into(),
+            nearest_tension: PerCable::from_fn(structure.ncols(), |i| tension[i]),
             nearest_wrench: reached.into(),
             shortfall: std::array::from_fn(|k| wrench[k] - reached[k]),
         })
@@ -111,9 +111,9 @@ impl Redundancy for QuadraticProgramme {
 
     fn select(
         &self,
-        structure: &SMatrix<f64, 3, CABLES>,
+        structure: &Matrix3xX<f64>,
         wrench: &[f64; 3],
-    ) -> Result<(Selection, [f64; CABLES]), DistributionError> {
+    ) -> Result<(Selection, PerCable<f64>), DistributionError> {
         let Distribution { objective, bounds } = self.distribution;
         let unit = bounds.upper();
         let reference = match objective {
@@ -127,15 +127,16 @@ impl Redundancy for QuadraticProgramme {
         let line = TensionLine::of(structure, wrench)?;
         let arm = structure.row(2).amax().max(1e-9);
         let scale = [1.0, 1.0, 1.0 / arm];
-        let equality = DMatrix::from_fn(3, CABLES, |r, c| structure[(r, c)] * scale[r]);
+        let equality = DMatrix::from_fn(3, structure.ncols(), |r, c| structure[(r, c)] * scale[r]);
         let right: Vec<f64> = (0..3).map(|k| wrench[k] * scale[k] / unit).collect();
         let (lower, upper) = (bounds.lower() / unit, 1.0);
-        let identity = DMatrix::identity(CABLES, CABLES);
-        let Some(t) = solve(&identity, &[-reference; CABLES], (&equality, &right), (lower, upper))? else {
+        let identity = DMatrix::identity(structure.ncols(), structure.ncols());
+        let Some(t) = solve(&identity, &vec![-reference; structure.ncols()], (&equality, &right), (lower, upper))?
+        else {
             return Err(DistributionError::Infeasible(Box::new(Self::nearest(structure, wrench, &bounds)?)));
         };
         // The solver's answer is put on the line of exact solutions: at the bound that it touches, or at its own place.
-        let touched = (0..CABLES)
+        let touched = (0..structure.ncols())
             .flat_map(|i| [(i, lower), (i, upper)])
             .map(|(i, bound)| (i, bound, (t[i] - bound).abs()))
             .min_by(|a, b| a.2.total_cmp(&b.2));
@@ -151,7 +152,7 @@ impl Redundancy for QuadraticProgramme {
                 return Ok((Selection::AtBound { cable, tension }, line.at(lambda)));
             }
         }
-        let lambda = (0..CABLES).map(|i| t[i] * unit * line.internal[i]).sum();
+        let lambda = (0..structure.ncols()).map(|i| t[i] * unit * line.internal[i]).sum();
         Ok((Selection::Interior, line.at(lambda)))
     }
 }
@@ -182,7 +183,7 @@ mod tests {
                             Selection::Interior => interior += 1,
                             Selection::AtBound { .. } => bound += 1,
                         }
-                        for i in 0..CABLES {
+                        for i in 0..a.len() {
                             assert!((a[i] - b[i]).abs() < 1e-3, "{objective:?}: {a:?} {b:?}");
                         }
                     }

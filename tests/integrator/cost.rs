@@ -41,7 +41,7 @@ fn plant(model: CableModel, effects: Vec<EffectSpec>) -> Cost {
     let plant = Arc::new(Plant::new(parameters, effects).unwrap());
     let command = |k: u32| {
         let weave = 200.0 * (5e-3 * f64::from(k)).sin();
-        Inputs { winch_force: [2e4 + weave, 2e4 - weave, 2e4 + weave, 2e4 - weave], disturbance: [0.0; 3] }
+        Inputs { winch_force: [2e4 + weave, 2e4 - weave, 2e4 + weave, 2e4 - weave].into(), disturbance: [0.0; 3] }
     };
     let start = Start { pose: [0.1; 3], inputs: command(0), ..Start::default() };
     let mut simulation = Simulation::new(plant, &start, 1e-8).unwrap();

@@ -20,7 +20,7 @@ fn free(effects: Vec<EffectSpec>, twist: [f64; 3]) -> Simulation {
     let mut all = vec![effect("winch_drum_inertia", None, &[50.0])];
     all.extend(effects);
     let plant = Arc::new(Plant::new(parameters, all).unwrap());
-    let start = Start { twist, inputs: Inputs::default(), ..Start::default() };
+    let start = Start { twist, inputs: Inputs::none(4), ..Start::default() };
     let mut simulation = Simulation::new(plant.clone(), &start, 1e-11).unwrap();
     let mut y = simulation.states().to_vec();
     for i in 0..4 {
@@ -115,7 +115,7 @@ fn an_offset_centre_of_mass_obeys_newton_and_euler() {
     let mut random = Random(41);
     for _ in 0..100 {
         let (y, u) = state(&mut random, &plant);
-        let e = plant.evaluate(0.0, &y, &u, [false; 4]);
+        let e = plant.evaluate(0.0, &y, &u, &[false; 4].into());
         let (sin, cos) = y[2].sin_cos();
         let arm = [cos * c[0] - sin * c[1], sin * c[0] + cos * c[1]];
         let (mut force, mut torque) = ([u.disturbance[0], u.disturbance[1]], u.disturbance[2]);
@@ -139,7 +139,7 @@ fn an_offset_centre_of_mass_obeys_newton_and_euler() {
 }
 
 fn at_rest(effects: &[EffectSpec], force: f64) -> Simulation {
-    let inputs = Inputs { winch_force: [force; 4], disturbance: [0.0; 3] };
+    let inputs = Inputs { winch_force: [force; 4].into(), disturbance: [0.0; 3] };
     let start = Start { inputs, ..Start::default() };
     Simulation::new(plant(CableModel::LumpedMass, CableInertia::Paper, effects), &start, 1e-11).unwrap()
 }
@@ -147,7 +147,7 @@ fn at_rest(effects: &[EffectSpec], force: f64) -> Simulation {
 #[test]
 fn a_lag_follows_a_step_exponentially() {
     let mut simulation = at_rest(&[effect("winch_lag", Some(2), &[0.3])], 2e4);
-    simulation.set_inputs(Inputs { winch_force: [2.1e4; 4], disturbance: [0.0; 3] });
+    simulation.set_inputs(Inputs { winch_force: [2.1e4; 4].into(), disturbance: [0.0; 3] });
     for step in 1..=20 {
         simulation.advance(0.07).unwrap();
         let pull = simulation.evaluate().pull;
@@ -163,7 +163,7 @@ fn a_delay_is_exact() {
     let delay = 0.0337;
     let command = |k: i32| 2e4 + 1500.0 * (0.7 * f64::from(k)).sin();
     let slope = |k: i32| 4000.0 * (0.3 * f64::from(k)).cos();
-    let inputs = |force: f64| Inputs { winch_force: [force; 4], disturbance: [0.0; 3] };
+    let inputs = |force: f64| Inputs { winch_force: [force; 4].into(), disturbance: [0.0; 3] };
     let mut delayed = at_rest(&[effect("winch_delay", None, &[delay])], 2e4);
     for k in 0..100 {
         delayed.set_inputs_with_slopes(inputs(command(k)), inputs(slope(k)));
@@ -191,10 +191,11 @@ fn a_delay_is_exact() {
 fn winch_effects_change_the_pull_as_they_say() {
     let pull = |spec: EffectSpec, force: f64, speed: f64| {
         let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[spec]);
-        let start = Start { inputs: Inputs { winch_force: [force; 4], disturbance: [0.0; 3] }, ..Start::default() };
+        let start =
+            Start { inputs: Inputs { winch_force: [force; 4].into(), disturbance: [0.0; 3] }, ..Start::default() };
         let mut y = start.states(&plant).unwrap();
         y[plant.rate_index(0).unwrap()] = speed;
-        plant.evaluate(0.0, &y, &start.inputs, [false; 4]).pull[0]
+        plant.evaluate(0.0, &y, &start.inputs, &[false; 4].into()).pull[0]
     };
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b.abs(), "{a} {b}");
     near(pull(effect("winch_force_gain", None, &[0.03]), 1e4, 0.0), 1.03e4);
@@ -219,10 +220,10 @@ fn losses_come_after_added_forces() {
     let loss = effect("pulley_capstan_loss", Some(1), &[0.1, 0.01]);
     let added = EffectSpec::expression("winch[1]", "1000").unwrap();
     let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[loss, added]);
-    let start = Start { inputs: Inputs { winch_force: [1e4; 4], disturbance: [0.0; 3] }, ..Start::default() };
+    let start = Start { inputs: Inputs { winch_force: [1e4; 4].into(), disturbance: [0.0; 3] }, ..Start::default() };
     let mut y = start.states(&plant).unwrap();
     y[plant.rate_index(0).unwrap()] = 5.0;
-    let pull = plant.evaluate(0.0, &y, &start.inputs, [false; 4]).pull[0];
+    let pull = plant.evaluate(0.0, &y, &start.inputs, &[false; 4].into()).pull[0];
     assert!((pull - 12.1e3).abs() < 1e-6, "{pull}");
 }
 
@@ -273,10 +274,10 @@ fn sag_is_that_of_a_shallow_catenary() {
 fn warmth_lengthens_the_cable() {
     let spec = effect("cable_thermal_expansion", None, &[2e-4, 100.0, 0.5]);
     let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[spec]);
-    let start = Start { inputs: Inputs { winch_force: [2e4; 4], disturbance: [0.0; 3] }, ..Start::default() };
+    let start = Start { inputs: Inputs { winch_force: [2e4; 4].into(), disturbance: [0.0; 3] }, ..Start::default() };
     let y = start.states(&plant).unwrap();
     for time in [0.0_f64, 20.0, 61.0] {
-        let e = plant.evaluate(time, &y, &start.inputs, [false; 4]);
+        let e = plant.evaluate(time, &y, &start.inputs, &[false; 4].into());
         let free = e.unstretched[2] * (1.0 + 2e-4 * (std::f64::consts::TAU * time / 100.0 + 0.5).sin());
         let expected = 15.2e6 * (e.kinematics[2].length - free) / free;
         assert!((e.tension[2] - expected).abs() < 1e-6, "{} {expected}", e.tension[2]);
@@ -320,7 +321,7 @@ fn creep_is_settled_under_the_tension_of_given_lengths() {
         for model in [CableModel::MasslessSpring, CableModel::LumpedMass] {
             let parameters = Parameters { cable_model: model, ..Parameters::default() };
             let plant = Arc::new(Plant::new(parameters, effects.to_vec()).unwrap());
-            let inputs = Inputs { winch_force: [900.0; 4], ..Inputs::default() };
+            let inputs = Inputs { winch_force: [900.0; 4].into(), ..Inputs::none(4) };
             let mut start = Start { pose: [3.0, -2.0, 0.05], inputs, ..Start::default() };
             start.unstretched_length =
                 Simulation::new(plant.clone(), &start, 1e-8).unwrap().outputs().unstretched_length;
@@ -352,7 +353,7 @@ fn cable_drag_takes_the_power_integrated_along_the_cable() {
     let mut random = Random(43);
     for _ in 0..20 {
         let (y, u) = state(&mut random, &plant);
-        let e = plant.evaluate(0.0, &y, &u, [false; 4]);
+        let e = plant.evaluate(0.0, &y, &u, &[false; 4].into());
         let k = &e.kinematics[2];
         let parts = 10_000;
         let ds = k.length / f64::from(parts);
@@ -393,8 +394,8 @@ fn a_massless_spring_moves_as_a_rigid_cable() {
         let mut simulation = Simulation::new(plant, &start, 1e-11).unwrap();
         for k in 0..300 {
             let t = 0.02 * f64::from(k);
-            let force = std::array::from_fn(|i| 2e4 + 1e3 * (t + i as f64).sin());
-            simulation.set_inputs(Inputs { winch_force: force, disturbance: [50.0 * t.cos(), 0.0, 0.0] });
+            let force: [f64; 4] = std::array::from_fn(|i| 2e4 + 1e3 * (t + i as f64).sin());
+            simulation.set_inputs(Inputs { winch_force: force.into(), disturbance: [50.0 * t.cos(), 0.0, 0.0] });
             simulation.advance(0.02).unwrap();
         }
         simulation
@@ -404,7 +405,8 @@ fn a_massless_spring_moves_as_a_rigid_cable() {
     let mut random = Random(45);
     for _ in 0..50 {
         let (y, u) = state(&mut random, &spring);
-        let (a, b) = (rigid.evaluate(0.0, &y[..6], &u, [false; 4]), spring.evaluate(0.0, &y, &u, [false; 4]));
+        let (a, b) =
+            (rigid.evaluate(0.0, &y[..6], &u, &[false; 4].into()), spring.evaluate(0.0, &y, &u, &[false; 4].into()));
         assert_eq!((a.acceleration, a.tension), (b.acceleration, b.tension));
     }
     let (rigid, spring) = (run(CableModel::Rigid), run(CableModel::MasslessSpring));
@@ -427,7 +429,10 @@ fn elasticity_as_an_effect_is_the_elastic_model() {
         (plant(CableModel::Rigid, CableInertia::Paper, &[elastic]), plant(MODELS[2], CableInertia::Paper, &[]));
     let mut random = Random(44);
     let (y, u) = state(&mut random, &a);
-    assert_eq!(a.evaluate(0.0, &y, &u, [false; 4]).acceleration, b.evaluate(0.0, &y, &u, [false; 4]).acceleration);
+    assert_eq!(
+        a.evaluate(0.0, &y, &u, &[false; 4].into()).acceleration,
+        b.evaluate(0.0, &y, &u, &[false; 4].into()).acceleration
+    );
 }
 
 /// Robots whose winches and platform hardly move, with tensions near 20 kN.
@@ -442,10 +447,10 @@ fn held(effects: &[EffectSpec], platform: f64) -> Simulation {
     let mut all = vec![effect("winch_drum_inertia", None, &[1e15])];
     all.extend_from_slice(effects);
     let plant = Arc::new(Plant::new(parameters, all).unwrap());
-    let inputs = Inputs { winch_force: [2e4, 2.1e4, 1.9e4, 2e4], ..Inputs::default() };
+    let inputs = Inputs { winch_force: [2e4, 2.1e4, 1.9e4, 2e4].into(), ..Inputs::none(4) };
     let start = Start { pose: [30.0, -20.0, 0.05], inputs, ..Start::default() };
     let mut simulation = Simulation::new(plant, &start, 1e-11).unwrap();
-    simulation.set_inputs(Inputs::default());
+    simulation.set_inputs(Inputs::none(4));
     simulation
 }
 
@@ -493,12 +498,12 @@ fn a_swinging_cable_keeps_its_energy() {
             })
             .sum::<f64>()
     };
-    let all = |s: &Simulation| plant.energy(s.states(), [false; 4]).total() + stored(s);
+    let all = |s: &Simulation| plant.energy(s.states(), &[false; 4].into()).total() + stored(s);
     let before = all(&simulation);
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     for _ in 0..400 {
         simulation.advance(0.05).unwrap();
-        let swinging = plant.energy(simulation.states(), [false; 4]).cables_across;
+        let swinging = plant.energy(simulation.states(), &[false; 4].into()).cables_across;
         (least, most) = (least.min(swinging), most.max(swinging));
         // The bow pulls at the platform along the cable by a thousandth of a thousandth of the tension, which is left out.
         let drift = all(&simulation) - before;
@@ -513,11 +518,11 @@ fn a_cable_in_slow_motion_is_as_heavy_as_a_straight_one() {
     let density = Parameters::default().cable_density;
     let mode = effect("cable_transverse_mode", None, &[density, 0.03, 0.02]);
     let [straight, swinging] = [vec![], vec![mode]].map(|e| plant(CableModel::LumpedMass, CableInertia::Paper, &e));
-    let inputs = Inputs { winch_force: [2e4; 4], ..Inputs::default() };
+    let inputs = Inputs { winch_force: [2e4; 4].into(), ..Inputs::none(4) };
     let start = Start { inputs, ..Start::default() };
     let disturbed = Inputs { disturbance: [8.0, -5.0, 40.0], ..inputs };
     let y = start.states(&straight).unwrap();
-    let e = straight.evaluate(0.0, &y, &disturbed, [false; 4]);
+    let e = straight.evaluate(0.0, &y, &disturbed, &[false; 4].into());
     let pose = [y[0], y[1], y[2]];
     let (_, turning) = cdpr::kinematics::accelerations(straight.geometry(), &pose, &[0.0; 3], &e.acceleration);
     let mut bowed = start.states(&swinging).unwrap();
@@ -526,7 +531,7 @@ fn a_cable_in_slow_motion_is_as_heavy_as_a_straight_one() {
         let omega_square = std::f64::consts::PI.powi(2) * e.tension[i] / (density * length * length);
         bowed[swinging.effect_states(i).start] = -std::f64::consts::FRAC_2_PI * length * turning[i] / omega_square;
     }
-    let found = swinging.evaluate(0.0, &bowed, &disturbed, [false; 4]).acceleration;
+    let found = swinging.evaluate(0.0, &bowed, &disturbed, &[false; 4].into()).acceleration;
     for (a, b) in found.iter().zip(&e.acceleration) {
         assert!((a - b).abs() < 1e-4 * b.abs(), "{found:?} {:?}", e.acceleration);
     }
@@ -542,7 +547,7 @@ fn drag_of_a_swinging_cable_takes_the_power_integrated_along_it() {
         let (mut y, u) = state(&mut random, &plant);
         let first = plant.effect_states(2).start;
         (y[first], y[first + 1]) = (0.0, random.within(-8.0, 8.0));
-        let e = plant.evaluate(0.0, &y, &u, [false; 4]);
+        let e = plant.evaluate(0.0, &y, &u, &[false; 4].into());
         let k = &e.kinematics[2];
         let end = k.length * k.angular_rate;
         let bow = y[first + 1] - std::f64::consts::FRAC_2_PI * end;
@@ -566,11 +571,11 @@ fn axial_mass_moves_with_the_platform_along_the_cables_only() {
     let mass = effect("cable_axial_mass", None, &[0.4]);
     let [plain, heavy] =
         [vec![drums.clone()], vec![drums, mass]].map(|e| plant(CableModel::LumpedMass, CableInertia::None, &e));
-    let inputs = Inputs { winch_force: [2e4; 4], ..Inputs::default() };
+    let inputs = Inputs { winch_force: [2e4; 4].into(), ..Inputs::none(4) };
     let start = Start { pose: [30.0, -20.0, 0.05], inputs, ..Start::default() };
     let y = start.states(&plain).unwrap();
     let disturbed = Inputs { disturbance: [300.0, -500.0, 4e3], ..inputs };
-    let [light, slow] = [plain, heavy].map(|p| p.evaluate(0.0, &y, &disturbed, [false; 4]));
+    let [light, slow] = [plain, heavy].map(|p| p.evaluate(0.0, &y, &disturbed, &[false; 4].into()));
     let mut wrench = [2500.0 * slow.acceleration[0], 2500.0 * slow.acceleration[1], 3.5e5 * slow.acceleration[2]];
     for k in &slow.kinematics {
         let row = k.jacobian_row();

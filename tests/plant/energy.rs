@@ -3,6 +3,7 @@
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
 use cdpr::parameters::{CableInertia, CableModel, Parameters};
+use cdpr::per_cable::PerCable;
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 use num_dual::Dual64;
@@ -12,7 +13,7 @@ use crate::catalogue::everything;
 use crate::random::{INERTIAS, MODELS, Random, plant, state};
 
 /// The rate of the energy along the motion, by dual numbers, and the power said to make it; and the largest of them.
-fn balance(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; 4]) -> (f64, f64, f64) {
+fn balance(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> (f64, f64, f64) {
     let mut rates = vec![0.0; y.len()];
     plant.rates(time, y, u, slack, &mut rates);
     let moving: Vec<Dual64> = y.iter().zip(&rates).map(|(y, r)| Dual64::new(*y, *r)).collect();
@@ -30,7 +31,7 @@ fn energy_changes_by_the_power_in_every_instant() {
             let plant = plant(model, inertia, &[]);
             for _ in 0..100 {
                 let (y, u) = state(&mut random, &plant);
-                let (rate, power, size) = balance(&plant, 0.0, &y, &u, [false; 4]);
+                let (rate, power, size) = balance(&plant, 0.0, &y, &u, &[false; 4].into());
                 assert!((rate - power).abs() < 1e-10 * size, "{model:?} {inertia:?}: {rate} {power}");
             }
         }
@@ -53,9 +54,9 @@ fn energy_balances_with_slack_cables() {
                 y[at + 1] += random.within(-2.0, 2.0);
             }
             let slack = plant.slack_cables(0.0, &y, &u);
-            let (rate, power, size) = balance(&plant, 0.0, &y, &u, slack);
+            let (rate, power, size) = balance(&plant, 0.0, &y, &u, &slack);
             assert!((rate - power).abs() < 1e-10 * size, "{inertia:?} {slack:?}: {rate} {power}");
-            let damping = plant.power(0.0, &y, &u, &plant.evaluate(0.0, &y, &u, slack)).damping;
+            let damping = plant.power(0.0, &y, &u, &plant.evaluate(0.0, &y, &u, &slack)).damping;
             assert!(damping <= 0.0, "dampers add {damping} W");
         }
     }
@@ -69,7 +70,7 @@ fn energy_balances_with_every_effect() {
             for model in MODELS {
                 let plant = plant(model, CableInertia::Paper, std::slice::from_ref(&spec));
                 let (y, u) = state(&mut random, &plant);
-                let (rate, power, size) = balance(&plant, 2.0, &y, &u, [false; 4]);
+                let (rate, power, size) = balance(&plant, 2.0, &y, &u, &[false; 4].into());
                 assert!((rate - power).abs() < 1e-9 * size, "{spec:?} {model:?}: {rate} {power}");
             }
         }
@@ -77,7 +78,7 @@ fn energy_balances_with_every_effect() {
 }
 
 fn moving(plant: Arc<Plant>) -> Simulation {
-    let inputs = Inputs { winch_force: [21e3, 19e3, 22e3, 20e3], disturbance: [100.0, -50.0, 300.0] };
+    let inputs = Inputs { winch_force: [21e3, 19e3, 22e3, 20e3].into(), disturbance: [100.0, -50.0, 300.0] };
     let start = Start { pose: [20.0, -30.0, 0.05], twist: [0.5, 1.0, 0.02], inputs, ..Start::default() };
     Simulation::new(plant, &start, 1e-12).unwrap()
 }
@@ -97,7 +98,7 @@ fn a_simulation_keeps_the_balance() {
         let plant = plant(model, inertia, &effects);
         let mut simulation = moving(plant.clone());
         let power = |s: &Simulation| plant.power(s.time(), s.states(), &s.inputs(), &s.evaluate()).total();
-        let energy = |s: &Simulation| plant.energy(s.states(), s.slack()).total();
+        let energy = |s: &Simulation| plant.energy(s.states(), &s.slack()).total();
         let (before, step) = (energy(&simulation), 0.005);
         let mut work = 0.0;
         for _ in 0..1000 {
@@ -125,8 +126,8 @@ fn energy_is_conserved_where_nothing_takes_it() {
         y[plant.rate_index(i).unwrap()] = 0.0;
     }
     simulation.set_states(&y);
-    simulation.set_inputs(Inputs::default());
-    let energy = |s: &Simulation| plant.energy(s.states(), [false; 4]).total();
+    simulation.set_inputs(Inputs::none(4));
+    let energy = |s: &Simulation| plant.energy(s.states(), &[false; 4].into()).total();
     let before = energy(&simulation);
     for _ in 0..1000 {
         simulation.advance(0.01).unwrap();
@@ -143,7 +144,7 @@ fn momentum_is_conserved_without_forces() {
     let offset = EffectSpec::new("platform_com_offset", None, &[2.0, -1.0]).unwrap();
     let drums = EffectSpec::new("winch_drum_inertia", None, &[50.0]).unwrap();
     let plant = Arc::new(Plant::new(parameters, vec![offset, drums]).unwrap());
-    let start = Start { twist: [0.3, -0.2, 0.05], inputs: Inputs::default(), ..Start::default() };
+    let start = Start { twist: [0.3, -0.2, 0.05], inputs: Inputs::none(4), ..Start::default() };
     let mut simulation = Simulation::new(plant.clone(), &start, 1e-10).unwrap();
     let mut y = simulation.states().to_vec();
     for i in 0..4 {

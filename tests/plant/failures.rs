@@ -35,7 +35,7 @@ fn inputs_that_are_no_numbers_are_an_error_and_leave_the_state() {
             let mut simulation = simulation(model);
             simulation.advance(0.5).unwrap();
             let before = simulation.states().to_vec();
-            let mut inputs = Inputs { winch_force: [1e3; 4], disturbance: [0.0; 3] };
+            let mut inputs = Inputs { winch_force: [1e3; 4].into(), disturbance: [0.0; 3] };
             inputs.winch_force[2] = bad;
             simulation.set_inputs(inputs);
             let error = simulation.advance(0.1).unwrap_err();
@@ -43,7 +43,7 @@ fn inputs_that_are_no_numbers_are_an_error_and_leave_the_state() {
             assert!(error.to_string().contains("t = 0.5 s"), "{error}");
             assert_eq!(simulation.states(), before);
             // It can go on with other inputs.
-            simulation.set_inputs(Inputs { winch_force: [1e3; 4], disturbance: [0.0; 3] });
+            simulation.set_inputs(Inputs { winch_force: [1e3; 4].into(), disturbance: [0.0; 3] });
             simulation.advance(0.1).unwrap();
             assert!(simulation.states().iter().all(|v| v.is_finite()));
         }
@@ -57,7 +57,7 @@ fn a_platform_pulled_to_an_anchor_ends_in_an_answer() {
         for inertia in [CableInertia::Paper, CableInertia::Reeled, CableInertia::None] {
             let start = Start { pose: [-500.0, -500.0, 0.0], ..Start::default() };
             let mut simulation = Simulation::new(plant(model, inertia, &[]), &start, 1e-8).unwrap();
-            simulation.set_inputs(Inputs { winch_force: [5e4, 0.0, 0.0, 0.0], disturbance: [0.0; 3] });
+            simulation.set_inputs(Inputs { winch_force: [5e4, 0.0, 0.0, 0.0].into(), disturbance: [0.0; 3] });
             let mut failed = None;
             for _ in 0..3000 {
                 if let Err(error) = simulation.advance(0.01) {
@@ -100,14 +100,14 @@ fn starts_that_cannot_be_are_refused() {
     assert!(error.to_string().contains("unstretched_length[1]"), "{error}");
     let pushed = Start {
         initialization: Initialization::StaticEquilibrium,
-        inputs: Inputs { winch_force: [1e3; 4], disturbance: [1e6, 0.0, 0.0] },
+        inputs: Inputs { winch_force: [1e3; 4].into(), disturbance: [1e6, 0.0, 0.0] },
         ..Start::default()
     };
     let error = Simulation::new(lumped, &pushed, 1e-8).unwrap_err();
     assert!(matches!(error, StartError::NoEquilibrium { .. }), "{error}");
     let sag = EffectSpec::new("cable_sag", None, &[20.0, 1e5]).unwrap();
     let sagging = plant(CableModel::LumpedMass, CableInertia::Paper, &[sag]);
-    let weak = Start { inputs: Inputs { winch_force: [1.0; 4], disturbance: [0.0; 3] }, ..Start::default() };
+    let weak = Start { inputs: Inputs { winch_force: [1.0; 4].into(), disturbance: [0.0; 3] }, ..Start::default() };
     let error = Simulation::new(sagging, &weak, 1e-8).unwrap_err();
     assert!(matches!(error, StartError::NoLength { cable: 1, .. }), "{error}");
 }
@@ -118,7 +118,7 @@ fn an_equilibrium_stays() {
         let start = Start {
             initialization: Initialization::StaticEquilibrium,
             pose: [0.0; 3],
-            inputs: Inputs { winch_force: [1e4, 1.01e4, 1e4, 1.01e4], disturbance: [3.0, -2.0, 10.0] },
+            inputs: Inputs { winch_force: [1e4, 1.01e4, 1e4, 1.01e4].into(), disturbance: [3.0, -2.0, 10.0] },
             ..Start::default()
         };
         let mut simulation = Simulation::new(plant(model, CableInertia::Paper, &[]), &start, 1e-10).unwrap();

@@ -77,7 +77,7 @@ fn forward_kinematics_undoes_inverse_kinematics() {
     let (geometry, mut random) = (geometry(), Random(13));
     for _ in 0..300 {
         let pose = pose(&mut random);
-        let lengths: [f64; 4] = cable_lengths(&geometry, &pose).into();
+        let lengths = cable_lengths(&geometry, &pose);
         let guess = [
             pose[0] + random.within(-20.0, 20.0),
             pose[1] + random.within(-20.0, 20.0),
@@ -93,7 +93,7 @@ fn forward_kinematics_undoes_inverse_kinematics() {
 #[test]
 fn forward_kinematics_says_why_it_fails() {
     let geometry = geometry();
-    let lengths: [f64; 4] = cable_lengths(&geometry, &[1.0, 2.0, 0.1]).into();
+    let lengths = cable_lengths(&geometry, &[1.0, 2.0, 0.1]);
     let mut wrong = lengths;
     wrong[2] += 0.5;
     let error = forward_kinematics(&geometry, &wrong, [0.0; 3], 1e-3).unwrap_err();

@@ -15,18 +15,18 @@ fn controlled(simulation: &Simulation, reference: [f64; 2]) -> Inputs {
         -3e4 * y[2] - 4e4 * y[5],
     ];
     let cables = cdpr::kinematics::cables(simulation.plant().geometry(), &[y[0], y[1], y[2]], &[0.0; 3]);
-    let force = std::array::from_fn(|i| {
+    let force: [f64; 4] = std::array::from_fn(|i| {
         let row = cables[i].jacobian_row();
         let turn = row[2].signum() * 0.02 * wrench[2];
         (2e4 - 0.4 * (row[0] * wrench[0] + row[1] * wrench[1]) - turn).clamp(1e3, 6e4)
     });
-    Inputs { winch_force: force, disturbance: [0.0; 3] }
+    Inputs { winch_force: force.into(), disturbance: [0.0; 3] }
 }
 
 #[test]
 fn an_hour_of_1_ms_steps_ends_after_an_hour() {
     let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[]);
-    let inputs = Inputs { winch_force: [2e4; 4], disturbance: [0.0; 3] };
+    let inputs = Inputs { winch_force: [2e4; 4].into(), disturbance: [0.0; 3] };
     let start = Start { pose: [1.0, 1.0, 0.02], inputs, ..Start::default() };
     let mut simulation = Simulation::new(plant, &start, 1e-8).unwrap();
     for k in 0..3_600_000_u32 {
@@ -55,14 +55,14 @@ fn random_inputs_never_hang_nor_give_nan() {
                 let mut simulation = Simulation::new(plant, &Start { pose, ..Start::default() }, 1e-7).unwrap();
                 let mut steps = 0;
                 for _ in 0..1500 {
-                    let force = std::array::from_fn(|_| match random.within(0.0, 4.0) as u32 {
+                    let force: [f64; 4] = std::array::from_fn(|_| match random.within(0.0, 4.0) as u32 {
                         0 => 0.0,
                         1 => random.within(-2e3, 0.0),
                         _ => random.within(0.0, 4e4),
                     });
                     let size = [1e3, 1e4][run % 2];
                     let [x, y, turn]: [f64; 3] = random.around(size);
-                    simulation.set_inputs(Inputs { winch_force: force, disturbance: [x, y, 10.0 * turn] });
+                    simulation.set_inputs(Inputs { winch_force: force.into(), disturbance: [x, y, 10.0 * turn] });
                     if let Err(error) = simulation.advance(0.01) {
                         panic!("{model:?} {inertia:?}: {error}");
                     }

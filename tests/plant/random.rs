@@ -6,6 +6,7 @@ use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
 use cdpr::kinematics;
 use cdpr::parameters::{CableInertia, CableModel, Parameters};
+use cdpr::per_cable::PerCable;
 use cdpr::plant::Plant;
 
 pub(crate) const MODELS: [CableModel; 3] = [CableModel::Rigid, CableModel::MasslessSpring, CableModel::LumpedMass];
@@ -63,7 +64,7 @@ pub(crate) fn state(random: &mut Random, plant: &Plant) -> (Vec<f64>, Inputs) {
         }
     }
     let inputs = Inputs {
-        winch_force: std::array::from_fn(|_| random.within(2e3, 4e4)),
+        winch_force: PerCable::from_fn(4, |_| random.within(2e3, 4e4)),
         disturbance: [random.within(-500.0, 500.0), random.within(-500.0, 500.0), random.within(-5e3, 5e3)],
     };
     (y, inputs)

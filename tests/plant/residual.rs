@@ -2,6 +2,7 @@
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::{EffectSpec, Stage};
+use cdpr::per_cable::PerCable;
 use cdpr::plant::Plant;
 use num_dual::Dual64;
 
@@ -9,7 +10,7 @@ use crate::catalogue::everything;
 use crate::random::{INERTIAS, MODELS, Random, plant, state};
 
 /// Largest entry of `residual(y, rates(y))` in units of the terms that it is the difference of.
-fn mismatch(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: [bool; 4]) -> f64 {
+fn mismatch(plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> f64 {
     let n = plant.dimension();
     let mut rates = vec![0.0; n];
     plant.rates(time, y, u, slack, &mut rates);
@@ -43,10 +44,10 @@ fn rates_solve_the_residual_for_all_models_and_inertias() {
             let plant = plant(model, inertia, &[]);
             for _ in 0..100 {
                 let (y, u) = state(&mut random, &plant);
-                let worst = mismatch(&plant, 0.0, &y, &u, [false; 4]);
+                let worst = mismatch(&plant, 0.0, &y, &u, &[false; 4].into());
                 assert!(worst < 1e-12, "{model:?} {inertia:?}: {worst:e}");
-                let slack = std::array::from_fn(|_| random.within(0.0, 1.0) < 0.4);
-                let worst = mismatch(&plant, 0.0, &y, &u, slack);
+                let slack: [bool; 4] = std::array::from_fn(|_| random.within(0.0, 1.0) < 0.4);
+                let worst = mismatch(&plant, 0.0, &y, &u, &slack.into());
                 assert!(worst < 1e-12, "{model:?} {inertia:?} slack {slack:?}: {worst:e}");
             }
         }
@@ -63,7 +64,7 @@ fn rates_solve_the_residual_for_every_effect() {
                 for _ in 0..5 {
                     let (y, u) = state(&mut random, &plant);
                     let time = random.within(0.0, 100.0);
-                    let worst = mismatch(&plant, time, &y, &u, [false; 4]);
+                    let worst = mismatch(&plant, time, &y, &u, &[false; 4].into());
                     assert!(worst < 1e-12, "{spec:?} {model:?}: {worst:e}");
                 }
             }
@@ -79,7 +80,7 @@ fn rates_solve_the_residual_with_all_effects_at_once() {
         for model in MODELS {
             let plant = plant(model, INERTIAS[0], &effects);
             let (y, u) = state(&mut random, &plant);
-            let worst = mismatch(&plant, 7.0, &y, &u, [false, true, false, false]);
+            let worst = mismatch(&plant, 7.0, &y, &u, &[false, true, false, false].into());
             assert!(worst < 1e-12, "{model:?}: {worst:e}");
         }
     }
@@ -104,7 +105,8 @@ fn every_effect_on_the_motion_changes_the_residual() {
                 let (a, b) = (with.unstretched_index(i).unwrap(), without.unstretched_index(i).unwrap());
                 wide[a..a + 2].copy_from_slice(&y[b..b + 2]);
             }
-            let (a, b) = (with.evaluate(3.0, &wide, &u, [false; 4]), without.evaluate(3.0, &y, &u, [false; 4]));
+            let (a, b) =
+                (with.evaluate(3.0, &wide, &u, &[false; 4].into()), without.evaluate(3.0, &y, &u, &[false; 4].into()));
             a.acceleration != b.acceleration || a.unstretched_acceleration != b.unstretched_acceleration || {
                 spec.id == "cable_creep" && a.effect_rate != b.effect_rate
             }
@@ -137,14 +139,14 @@ fn dual_numbers_differentiate_the_rates() {
         for column in 0..n {
             let seeded: Vec<Dual64> =
                 y.iter().enumerate().map(|(k, v)| Dual64::new(*v, f64::from(u8::from(k == column)))).collect();
-            plant.rates(Dual64::from(5.0), &seeded, &u.lift(), [false; 4], &mut dual);
+            plant.rates(Dual64::from(5.0), &seeded, &u.lift(), &[false; 4].into(), &mut dual);
             // A small bow hardly stretches its cable: only a wide difference rises above rounding.
             let step = if swinging.contains(&column) { 1e-3 } else { 1e-6 * (1.0 + y[column].abs() * 1e-1) };
             let mut moved = y.clone();
             moved[column] = y[column] + step;
-            plant.rates(5.0, &moved, &u, [false; 4], &mut ahead);
+            plant.rates(5.0, &moved, &u, &[false; 4].into(), &mut ahead);
             moved[column] = y[column] - step;
-            plant.rates(5.0, &moved, &u, [false; 4], &mut behind);
+            plant.rates(5.0, &moved, &u, &[false; 4].into(), &mut behind);
             for row in 0..n {
                 let difference = (ahead[row] - behind[row]) / (2.0 * step);
                 let size = 1e-7 / step + difference.abs();

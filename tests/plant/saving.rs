@@ -12,17 +12,17 @@ use crate::catalogue::everything;
 use crate::random::{MODELS, Random, plant};
 
 fn start() -> Start {
-    let inputs = Inputs { winch_force: [1.5e4; 4], disturbance: [0.0; 3] };
+    let inputs = Inputs { winch_force: [1.5e4; 4].into(), disturbance: [0.0; 3] };
     Start { pose: [3.0, -2.0, 0.1], twist: [0.4, 0.7, -0.05], inputs, ..Start::default() }
 }
 
 fn drive(simulation: &mut Simulation, steps: std::ops::Range<i32>) {
     for k in steps {
         let t = f64::from(k);
-        let force = std::array::from_fn(|i| 1.5e4 + 2e3 * (0.3 * t + i as f64).sin());
-        let slope = std::array::from_fn(|i| if k % 3 == 0 { 5e3 * (t + i as f64).cos() } else { 0.0 });
-        let inputs = Inputs { winch_force: force, disturbance: [100.0 * t.sin(), 50.0, -300.0 * t.cos()] };
-        simulation.set_inputs_with_slopes(inputs, Inputs { winch_force: slope, disturbance: [0.0; 3] });
+        let force: [f64; 4] = std::array::from_fn(|i| 1.5e4 + 2e3 * (0.3 * t + i as f64).sin());
+        let slope: [f64; 4] = std::array::from_fn(|i| if k % 3 == 0 { 5e3 * (t + i as f64).cos() } else { 0.0 });
+        let inputs = Inputs { winch_force: force.into(), disturbance: [100.0 * t.sin(), 50.0, -300.0 * t.cos()] };
+        simulation.set_inputs_with_slopes(inputs, Inputs { winch_force: slope.into(), disturbance: [0.0; 3] });
         simulation.advance([0.01, 0.007, 0.013][k as usize % 3]).unwrap();
     }
 }
@@ -90,14 +90,14 @@ fn a_restored_run_continues_bit_for_bit_with_every_effect() {
 fn a_slack_cable_is_saved() {
     let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[]);
     let mut simulation = Simulation::new(plant.clone(), &start(), 1e-8).unwrap();
-    simulation.set_inputs(Inputs { winch_force: [-5e2, 1e4, 1e4, 1e4], disturbance: [0.0; 3] });
+    simulation.set_inputs(Inputs { winch_force: [-5e2, 1e4, 1e4, 1e4].into(), disturbance: [0.0; 3] });
     let mut steps = 0;
     while !simulation.slack()[0] {
         simulation.advance(0.005).unwrap();
         steps += 1;
         assert!(steps < 200, "never slack");
     }
-    simulation.set_inputs(Inputs { winch_force: [1e4; 4], disturbance: [0.0; 3] });
+    simulation.set_inputs(Inputs { winch_force: [1e4; 4].into(), disturbance: [0.0; 3] });
     let bytes = saved(&simulation);
     let mut fresh = Simulation::new(plant, &start(), 1e-8).unwrap();
     fresh.restore(&bytes).unwrap();

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
 use cdpr::parameters::{CableInertia, CableModel};
+use cdpr::per_cable::PerCable;
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 
@@ -12,7 +13,7 @@ use crate::random::{MODELS, Random, plant, state};
 /// Winch 1 lets go for a tenth of a second: its cable goes slack, and taut again.
 fn inputs(time: f64) -> Inputs {
     let first = if (0.1..0.2).contains(&time) { -500.0 } else { 1e4 };
-    Inputs { winch_force: [first, 1e4, 1e4, 1e4], disturbance: [0.0; 3] }
+    Inputs { winch_force: [first, 1e4, 1e4, 1e4].into(), disturbance: [0.0; 3] }
 }
 
 fn start() -> Start {
@@ -35,12 +36,12 @@ fn reference(plant: &Plant, end: f64, h: f64) -> (Vec<(f64, bool)>, Vec<f64>) {
             switches.push((time, now[0]));
         }
         slack = now;
-        plant.rates(time, &y, &u, slack, &mut k[0]);
+        plant.rates(time, &y, &u, &slack, &mut k[0]);
         for (next, weight) in [(1, 0.5), (2, 0.5), (3, 1.0)] {
             for i in 0..n {
                 stage[i] = y[i] + weight * h * k[next - 1][i];
             }
-            plant.rates(time, &stage, &u, slack, &mut k[next]);
+            plant.rates(time, &stage, &u, &slack, &mut k[next]);
         }
         for i in 0..n {
             y[i] += h / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]);
@@ -113,10 +114,10 @@ fn the_slack_set_of_stiff_cables_is_consistent() {
             let plant = plant(model, inertia, &[]);
             for _ in 0..500 {
                 let (y, mut u) = state(&mut random, &plant);
-                u.winch_force = std::array::from_fn(|_| random.within(-1500.0, 1500.0));
+                u.winch_force = PerCable::from_fn(4, |_| random.within(-1500.0, 1500.0));
                 u.disturbance = [random.within(-2e4, 2e4), random.within(-2e4, 2e4), random.within(-2e5, 2e5)];
                 let slack = plant.slack_cables(0.0, &y, &u);
-                let e = plant.evaluate(0.0, &y, &u, slack);
+                let e = plant.evaluate(0.0, &y, &u, &slack);
                 for i in 0..4 {
                     assert_eq!(slack[i], e.tension_uncut[i] < 0.0, "{model:?} {:?}", e.tension_uncut);
                 }
@@ -132,11 +133,11 @@ fn the_slack_set_of_stiff_cables_is_consistent() {
 fn tension_about_zero_does_not_chatter() {
     for model in MODELS {
         let plant: Arc<Plant> = plant(model, CableInertia::Paper, &[]);
-        let start = Start { inputs: Inputs::default(), pose: [1.0, 2.0, 0.1], ..Start::default() };
+        let start = Start { inputs: Inputs::none(4), pose: [1.0, 2.0, 0.1], ..Start::default() };
         let mut simulation = Simulation::new(plant, &start, 1e-8).unwrap();
         for k in 0..2000 {
             let force = 20.0 * (0.3 * f64::from(k)).sin();
-            simulation.set_inputs(Inputs { winch_force: [force, -force, force, 0.0], disturbance: [0.0; 3] });
+            simulation.set_inputs(Inputs { winch_force: [force, -force, force, 0.0].into(), disturbance: [0.0; 3] });
             simulation.advance(0.01).unwrap();
             assert!(simulation.outputs().tension.iter().all(|t| *t >= -1e-6));
         }

@@ -19,8 +19,9 @@ fn steps_of_1_10_and_100_ms_give_the_same_trajectory() {
                 let mut simulation = Simulation::new(plant.clone(), &start, 1e-9).unwrap();
                 for tenth in 0..50 {
                     let t = 0.1 * f64::from(tenth);
-                    let force = std::array::from_fn(|i| 1.5e4 + 1e3 * (t + i as f64).sin());
-                    simulation.set_inputs(Inputs { winch_force: force, disturbance: [200.0 * t.sin(), 0.0, 500.0] });
+                    let force: [f64; 4] = std::array::from_fn(|i| 1.5e4 + 1e3 * (t + i as f64).sin());
+                    simulation
+                        .set_inputs(Inputs { winch_force: force.into(), disturbance: [200.0 * t.sin(), 0.0, 500.0] });
                     for _ in 0..(0.1 / step).round() as usize {
                         simulation.advance(step).unwrap();
                     }
@@ -49,8 +50,8 @@ fn steps_of_1_10_and_100_ms_give_the_same_trajectory() {
 #[test]
 fn slopes_hold_over_a_step_as_many_short_steps_would() {
     let plant = plant(MODELS[2], CableInertia::Paper, &[]);
-    let slopes = Inputs { winch_force: [500.0, -300.0, 200.0, 0.0], disturbance: [10.0, 0.0, -40.0] };
-    let start = Start { inputs: Inputs { winch_force: [1e4; 4], disturbance: [0.0; 3] }, ..Start::default() };
+    let slopes = Inputs { winch_force: [500.0, -300.0, 200.0, 0.0].into(), disturbance: [10.0, 0.0, -40.0] };
+    let start = Start { inputs: Inputs { winch_force: [1e4; 4].into(), disturbance: [0.0; 3] }, ..Start::default() };
     let mut long = Simulation::new(plant.clone(), &start, 1e-10).unwrap();
     long.set_inputs_with_slopes(start.inputs, slopes);
     let mut short = long.clone();

@@ -42,7 +42,7 @@ fn images_of_a_state_have_the_image_of_its_rates() {
                         }
                         out
                     };
-                    let mut mirrored = Inputs::default();
+                    let mut mirrored = Inputs::none(4);
                     for i in 0..4 {
                         mirrored.winch_force[symmetry.image[i]] = u.winch_force[i];
                     }
@@ -50,8 +50,8 @@ fn images_of_a_state_have_the_image_of_its_rates() {
                         mirrored.disturbance[k] = symmetry.signs[k] * u.disturbance[k];
                     }
                     let (mut rates, mut image_rates) = (vec![0.0; y.len()], vec![0.0; y.len()]);
-                    plant.rates(0.0, &y, &u, [false; 4], &mut rates);
-                    plant.rates(0.0, &image(&y), &mirrored, [false; 4], &mut image_rates);
+                    plant.rates(0.0, &y, &u, &[false; 4].into(), &mut rates);
+                    plant.rates(0.0, &image(&y), &mirrored, &[false; 4].into(), &mut image_rates);
                     for (a, b) in image(&rates).iter().zip(&image_rates) {
                         // Anchors at cos and sin of odd multiples of 45° are symmetric to rounding only.
                         assert!((a - b).abs() < 2e-9 * (1.0 + a.abs()), "{}, {model:?}: {a} {b}", symmetry.name);

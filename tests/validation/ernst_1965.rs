@@ -16,8 +16,8 @@ fn a_sagging_cable_has_the_equivalent_modulus() {
         let ea = plant.parameters().axial_stiffness();
         let length = kinematics::cable_lengths(plant.geometry(), &[0.0; 3])[0];
         let equivalent = ea / (1.0 + (weight * length).powi(2) * ea / (12.0 * tension.powi(3)));
-        let expected = elastic_stiffness(plant.geometry(), &[0.0; 3], &[equivalent / length; 4]);
-        let found = stiffness(&plant, 0.0, &[0.0; 3], &[tension; 4]).unwrap().elastic;
+        let expected = elastic_stiffness(plant.geometry(), &[0.0; 3], &[equivalent / length; 4].into());
+        let found = stiffness(&plant, 0.0, &[0.0; 3], &[tension; 4].into()).unwrap().elastic;
         for k in 0..3 {
             // Ernst's formula is of first order in strain and holds for the chord's own length.
             let (a, b) = (found[(k, k)], expected[(k, k)]);

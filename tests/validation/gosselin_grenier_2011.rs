@@ -5,6 +5,7 @@
 use cdpr::geometry::Geometry;
 use cdpr::inverse::distribution::{Bounds, Distribution, Objective, TensionLine, structure_matrix};
 use cdpr::parameters::Parameters;
+use cdpr::per_cable::PerCable;
 
 fn case(k: i32) -> (TensionLine, [f64; 3], [f64; 3]) {
     let s = f64::from(k);
@@ -16,7 +17,7 @@ fn case(k: i32) -> (TensionLine, [f64; 3], [f64; 3]) {
 
 const BOUNDS: (f64, f64) = (1e3, 21e3);
 
-fn tensions(pose: [f64; 3], wrench: [f64; 3], p: f64) -> [f64; 4] {
+fn tensions(pose: [f64; 3], wrench: [f64; 3], p: f64) -> PerCable<f64> {
     let structure = structure_matrix(&Geometry::new(&Parameters::default()), &pose);
     let bounds = Bounds::new(BOUNDS.0, BOUNDS.1).unwrap();
     Distribution { objective: Objective::PNorm(p), bounds }.tensions(&structure, &wrench).unwrap()
@@ -53,7 +54,7 @@ fn with_a_growing_exponent_the_largest_distance_falls_to_the_minimax() {
     for k in 0..20 {
         let (line, pose, wrench) = case(k);
         let middle = 0.5 * (BOUNDS.0 + BOUNDS.1);
-        let largest = |t: [f64; 4]| t.into_iter().map(|t| (t - middle).abs()).fold(0.0, f64::max);
+        let largest = |t: PerCable<f64>| t.into_iter().map(|t| (t - middle).abs()).fold(0.0, f64::max);
         // The largest distance is convex and piecewise linear in λ.
         let (mut a, mut b) = (-1e5, 1e5);
         for _ in 0..200 {

@@ -8,15 +8,15 @@
 use cdpr::dynamics::Inputs;
 use cdpr::geometry::Geometry;
 use cdpr::kinematics;
-use cdpr::parameters::{CABLES, Parameters};
+use cdpr::parameters::Parameters;
 use cdpr::plant::Plant;
 use cdpr::simulation::wrench_at_rest;
 use cdpr::statics::stiffness;
 
 struct Case {
     pose: [f64; 3],
-    tension: [f64; CABLES],
-    moorpy_tension: [f64; CABLES],
+    tension: [f64; 4],
+    moorpy_tension: [f64; 4],
     moorpy_force: [f64; 3],
     moorpy_stiffness: [[f64; 3]; 3],
 }
@@ -51,10 +51,10 @@ fn forces_and_stiffness_agree() {
     let plant = Plant::new(Parameters::default(), Vec::new()).unwrap();
     assert_eq!(plant.parameters().axial_stiffness(), 15.2e6);
     for case in CASES {
-        for i in 0..CABLES {
+        for i in 0..4 {
             assert!((case.moorpy_tension[i] - case.tension[i]).abs() < 4.0);
         }
-        let inputs = Inputs { winch_force: case.tension, disturbance: [0.0; 3] };
+        let inputs = Inputs { winch_force: case.tension.into(), disturbance: [0.0; 3] };
         let force = wrench_at_rest(&plant, 0.0, case.pose, &inputs);
         let arm = plant.parameters().attachment_radius;
         for k in 0..3 {
@@ -62,7 +62,7 @@ fn forces_and_stiffness_agree() {
             // As far as the tensions agree, 4 N on each of four lines.
             assert!((force[k] - case.moorpy_force[k]).abs() < 8.0 * scale, "{force:?} {:?}", case.moorpy_force);
         }
-        let ours = stiffness(&plant, 0.0, &case.pose, &case.tension).unwrap().total();
+        let ours = stiffness(&plant, 0.0, &case.pose, &case.tension.into()).unwrap().total();
         for r in 0..3 {
             for c in 0..3 {
                 let (a, b) = (ours[(r, c)], case.moorpy_stiffness[r][c]);
@@ -82,12 +82,12 @@ fn stiffness_is_the_second_derivative_of_the_elastic_energy() {
     let plant = Plant::new(parameters, Vec::new()).unwrap();
     for case in CASES {
         let start = kinematics::cable_lengths(&geometry, &case.pose);
-        let unstretched: Vec<f64> = (0..CABLES).map(|i| start[i] / (1.0 + case.tension[i] / ea)).collect();
+        let unstretched: Vec<f64> = (0..4).map(|i| start[i] / (1.0 + case.tension[i] / ea)).collect();
         let energy = |pose: [f64; 3]| -> f64 {
             let lengths = kinematics::cable_lengths(&geometry, &pose);
-            (0..CABLES).map(|i| 0.5 * ea / unstretched[i] * (lengths[i] - unstretched[i]).powi(2)).sum()
+            (0..4).map(|i| 0.5 * ea / unstretched[i] * (lengths[i] - unstretched[i]).powi(2)).sum()
         };
-        let ours = stiffness(&plant, 0.0, &case.pose, &case.tension).unwrap().total();
+        let ours = stiffness(&plant, 0.0, &case.pose, &case.tension.into()).unwrap().total();
         let h = [0.05, 0.05, 0.005];
         for r in 0..3 {
             for c in 0..3 {

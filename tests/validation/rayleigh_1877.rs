@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
-use cdpr::parameters::{CABLES, CableModel, Parameters};
+use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::Simulation;
 use cdpr::statics::{LinearModel, force_controlled_modes};
@@ -16,16 +16,16 @@ fn a_mass_on_stretched_strings() {
     for (density, tension) in [(0.0, 1000.0), (0.215, 1000.0), (0.215, 30e3)] {
         let parameters = Parameters {
             cable_model: CableModel::Rigid,
-            anchor_angle: [pi, pi, 0.0, 0.0],
-            attachment_angle: [pi, pi, 0.0, 0.0],
+            anchor_angle: [pi, pi, 0.0, 0.0].into(),
+            attachment_angle: [pi, pi, 0.0, 0.0].into(),
             cable_density: density,
             ..Parameters::default()
         };
         let length = parameters.anchor_radius - parameters.attachment_radius;
-        let effective = parameters.platform_mass + CABLES as f64 * density * length / 3.0;
-        let expected = (CABLES as f64 * tension / (length * effective)).sqrt();
+        let effective = parameters.platform_mass + 4.0 * density * length / 3.0;
+        let expected = (4.0 * tension / (length * effective)).sqrt();
         let plant = Arc::new(Plant::new(parameters, Vec::new()).unwrap());
-        let inputs = Inputs { winch_force: [tension; CABLES], disturbance: [0.0; 3] };
+        let inputs = Inputs { winch_force: [tension; 4].into(), disturbance: [0.0; 3] };
         let y = vec![0.0; plant.dimension()];
         let simulation = Simulation::from_states(plant.clone(), 0.0, y, inputs, 1e-10);
         let modes = force_controlled_modes(&plant, &LinearModel::of(&simulation)).unwrap();

@@ -170,7 +170,7 @@ impl Text {
         let inputs = &model.start.inputs;
         self.section(&format!(
             "equilibrium under the model's winch forces [{}] N",
-            inputs.winch_force.map(number).join(", ")
+            inputs.winch_force.iter().copied().map(number).collect::<Vec<_>>().join(", ")
         ));
         match statics::static_equilibrium(plant, 0.0, *pose, inputs) {
             Ok(found) => {
@@ -184,12 +184,15 @@ impl Text {
         }
         self.section(&format!(
             "equilibrium with winches locked at the model's unstretched lengths [{}] m",
-            lengths.map(number).join(", ")
+            lengths.iter().copied().map(number).collect::<Vec<_>>().join(", ")
         ));
         match statics::locked_equilibrium(plant, 0.0, lengths, &inputs.disturbance, *pose) {
             Ok(found) => {
                 self.at_rest(&found.pose, &found.stiffness);
-                self.line(format!("tensions [{}] N", found.tension.map(number).join(", ")));
+                self.line(format!(
+                    "tensions [{}] N",
+                    found.tension.iter().copied().map(number).collect::<Vec<_>>().join(", ")
+                ));
             }
             Err(error) => self.line(format!("none: {error}")),
         }

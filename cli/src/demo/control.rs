@@ -62,6 +62,6 @@ impl Controller {
         }
         let wrench = std::array::from_fn(|k| self.mass[k] * self.acceleration[k]);
         let tensions = self.distribution.tensions(&structure_matrix(&self.geometry, &self.pose), &wrench)?;
-        Ok(Inputs { winch_force: tensions.map(|t| (t / FORCE_STEP).round() * FORCE_STEP), ..Inputs::default() })
+        Ok(Inputs { winch_force: tensions.map(|t| (t / FORCE_STEP).round() * FORCE_STEP), disturbance: [0.0; 3] })
     }
 }

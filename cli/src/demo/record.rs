@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use cdpr::model_file::Model;
-use cdpr::parameters::CABLES;
 use fastrand::Rng;
 
 use super::control::{Controller, Reference};
@@ -86,7 +85,8 @@ pub(super) fn record(robot: &Model, believed: &Model, plan: &Plan, path: &Path) 
     robot.start.inputs = controller.forces(robot.start.pose, &reference.at(0.0), STEP)?;
     let mut simulation = simulate::begin_simulation(&robot)?;
     let mut table = csv::Writer::from_writer(WholeFile::create(path)?);
-    let names = |name: &'static str| (0..CABLES).map(move |i| indexed(name, i));
+    let cables = robot.parameters.cables();
+    let names = |name: &'static str| (0..cables).map(move |i| indexed(name, i));
     let header = ["time".to_owned()].into_iter().chain(names("winch_force"));
     table.write_record(header.chain(["x", "y", "phi"].map(String::from)).chain(names("unstretched_length")))?;
     let lead_in = (LEAD_IN / STEP).round() as u32;
@@ -103,8 +103,10 @@ pub(super) fn record(robot: &Model, believed: &Model, plan: &Plan, path: &Path) 
         }
         let time = f64::from(k - lead_in) * STEP;
         // Written no finer than a sensor shows it.
-        let cells = [format!("{time:.2}")].into_iter().chain(inputs.winch_force.map(|u| format!("{u:.3}")));
-        table.write_record(cells.chain(pose.map(|v| format!("{v:.7}"))).chain(length.map(|l| format!("{l:.5}"))))?;
+        let cells = [format!("{time:.2}")].into_iter().chain(inputs.winch_force.iter().map(|u| format!("{u:.3}")));
+        table.write_record(
+            cells.chain(pose.map(|v| format!("{v:.7}"))).chain(length.iter().map(|l| format!("{l:.5}"))),
+        )?;
     }
     table.into_inner().map_err(csv::IntoInnerError::into_error)?.finish()
 }

@@ -5,7 +5,6 @@ use std::io::{Write, stdout};
 use std::path::Path;
 
 use cdpr::model_file::Model;
-use cdpr::parameters::CABLES;
 use cdpr::release::{RELEASE, RELEASE_POSE, ReleaseRow};
 use cdpr::simulation::Simulation;
 
@@ -16,6 +15,9 @@ use crate::plot::{self, Figure, Line, Panel, Recording, Scale, Style};
 use crate::progress::Progress;
 use crate::whole::{self, WholeFile};
 use crate::{fmu, simulate};
+
+/// Cables of the robot that is released.
+const CABLES: usize = 4;
 
 /// Communication step (s).
 const STEP: f64 = 0.01;
@@ -42,8 +44,8 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
     fmu::pack(&text, &[], &fmu_path)?;
 
     let csv_path = out.join("release.csv");
-    let mut table = ResultWriter::new(WholeFile::create(&csv_path)?)?;
-    let mut recording = Recording::new();
+    let mut table = ResultWriter::new(WholeFile::create(&csv_path)?, CABLES)?;
+    let mut recording = Recording::new(CABLES);
     let fmu = Fmu::open(&fmu_path)?;
     let mut slave = fmu.instantiate("release")?;
     // The start pose is in the model; set through FMI all the same, as an importer would.
@@ -54,7 +56,7 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
     let mut in_process = simulate::begin_simulation(&model)?;
     let mut comparison = Comparison::default();
     let mut progress = Progress::new("driving the FMU");
-    let (inputs, outputs) = (csv_io::input_names(), csv_io::output_names());
+    let (inputs, outputs) = (csv_io::input_names(CABLES), csv_io::output_names(CABLES));
     for k in 0..=STEPS {
         if k > 0 {
             let begin = f64::from(k - 1) * STEP;
@@ -94,7 +96,7 @@ impl Comparison {
 
 /// Largest difference of pose, unstretched lengths and tensions from a row of the table.
 fn deviation(shown: &[f64], row: &ReleaseRow) -> [f64; 3] {
-    let by_name: BTreeMap<String, f64> = csv_io::output_names().into_iter().zip(shown.iter().copied()).collect();
+    let by_name: BTreeMap<String, f64> = csv_io::output_names(CABLES).into_iter().zip(shown.iter().copied()).collect();
     let largest = |pairs: Vec<(String, f64)>| {
         pairs.into_iter().map(|(name, value)| (by_name[&name] - value).abs()).fold(0.0, f64::max)
     };

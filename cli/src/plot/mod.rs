@@ -6,8 +6,6 @@ mod svg;
 
 pub(crate) use recording::{Channel, Recording};
 
-use cdpr::parameters::CABLES;
-
 /// Panels below each other, over one time axis.
 pub(crate) struct Figure {
     pub(crate) title: String,
@@ -65,11 +63,11 @@ impl Figure {
 /// The picture of a simulation.
 pub(crate) fn run_picture(title: &str, recording: &Recording) -> Figure {
     let mut panels = motion_panels(recording);
-    let forces: Vec<Channel> = (0..CABLES).map(Channel::WinchForce).collect();
+    let forces: Vec<Channel> = (0..recording.cables()).map(Channel::WinchForce).collect();
     panels.push(cable_panel("winch force", recording, &forces, Style::Held));
-    let tensions: Vec<Channel> = (0..CABLES).map(Channel::Tension).collect();
+    let tensions: Vec<Channel> = (0..recording.cables()).map(Channel::Tension).collect();
     panels.push(cable_panel("tension", recording, &tensions, Style::Joined));
-    let lines = (0..CABLES).map(|i| {
+    let lines = (0..recording.cables()).map(|i| {
         let mut points = recording.points(Channel::UnstretchedLength(i));
         let start = points.first().map_or(0.0, |p| p[1]);
         points.iter_mut().for_each(|p| p[1] -= start);

@@ -1,7 +1,6 @@
 //! A run, kept at the resolution of a picture.
 
 use cdpr::dynamics::Inputs;
-use cdpr::parameters::CABLES;
 use cdpr::simulation::Outputs;
 
 /// More points than this are thinned out.
@@ -23,15 +22,14 @@ pub(crate) enum Channel {
 }
 
 impl Channel {
-    const COUNT: usize = 6 + 3 * CABLES;
-
-    fn place(self) -> usize {
+    /// Its place among those of a robot with `cables` cables.
+    fn place(self, cables: usize) -> usize {
         match self {
             Self::Pose(k) => k,
             Self::Disturbance(k) => 3 + k,
             Self::WinchForce(i) => 6 + i,
-            Self::Tension(i) => 6 + CABLES + i,
-            Self::UnstretchedLength(i) => 6 + 2 * CABLES + i,
+            Self::Tension(i) => 6 + cables + i,
+            Self::UnstretchedLength(i) => 6 + 2 * cables + i,
         }
     }
 }
@@ -39,22 +37,28 @@ impl Channel {
 /// The quantities of a run over time; however long the run, of limited size, with every peak in it.
 pub(crate) struct Recording {
     traces: Vec<Trace>,
+    cables: usize,
 }
 
 impl Recording {
-    /// An empty one.
-    pub(crate) fn new() -> Self {
-        Self { traces: vec![Trace::default(); Channel::COUNT] }
+    /// An empty one, of a robot with `cables` cables.
+    pub(crate) fn new(cables: usize) -> Self {
+        Self { traces: vec![Trace::default(); 6 + 3 * cables], cables }
+    }
+
+    /// Number of cables.
+    pub(crate) fn cables(&self) -> usize {
+        self.cables
     }
 
     /// Adds an instant.
     pub(crate) fn add(&mut self, time: f64, inputs: &Inputs, outputs: &Outputs) {
-        let mut put = |channel: Channel, value: f64| self.traces[channel.place()].add([time, value]);
+        let mut put = |channel: Channel, value: f64| self.traces[channel.place(self.cables)].add([time, value]);
         for k in 0..3 {
             put(Channel::Pose(k), outputs.pose[k]);
             put(Channel::Disturbance(k), inputs.disturbance[k]);
         }
-        for i in 0..CABLES {
+        for i in 0..self.cables {
             put(Channel::WinchForce(i), inputs.winch_force[i]);
             put(Channel::Tension(i), outputs.tension[i]);
             put(Channel::UnstretchedLength(i), outputs.unstretched_length[i]);
@@ -63,7 +67,7 @@ impl Recording {
 
     /// Time (s) and value of a quantity.
     pub(crate) fn points(&self, channel: Channel) -> Vec<[f64; 2]> {
-        self.traces[channel.place()].points()
+        self.traces[channel.place(self.cables)].points()
     }
 }
 

@@ -82,7 +82,7 @@ mod tests {
         let mut trial = Trial {
             name: "test".into(),
             time: (0..n).map(|k| 0.02 * k as f64).collect(),
-            inputs: vec![Inputs::default(); n],
+            inputs: vec![Inputs::none(4); n],
             channels: vec![Channel::Pose(0)],
             measured,
         };

@@ -307,7 +307,7 @@ pub fn read_trial(path: &Path, map: &ColumnMap) -> Result<Trial, DataError> {
             Ok(value)
         };
         needed(time_at)?;
-        let mut inputs = Inputs::default();
+        let mut inputs = Inputs::none(forces.len());
         for (slot, at) in inputs.winch_force.iter_mut().zip(&forces) {
             *slot = needed(*at)?;
         }

@@ -78,7 +78,7 @@ pub(crate) fn record(effects: &[EffectSpec], duration: f64, seed: u64) -> Trial 
         }
         let wrench = std::array::from_fn(|k| MASS[k] * acceleration[k]);
         let tensions = distribution.tensions(&structure_matrix(&geometry, position), &wrench).expect("tensions");
-        Inputs { winch_force: tensions, ..Inputs::default() }
+        Inputs { winch_force: tensions, ..Inputs::none(4) }
     };
     model.start.pose = std::array::from_fn(|k| wanted(k, 0.0)[0]);
     model.start.inputs = forces(0.0, model.start.pose);

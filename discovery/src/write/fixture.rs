@@ -169,7 +169,7 @@ fn compared(name: &str, holdout: bool, shift: f64) -> Compared {
             shown.iter().map(|v| if k < RESTART { f64::NAN } else { v + drift * friction / FORCE }).collect()
         };
         trial.time.push(t);
-        trial.inputs.push(Inputs { winch_force: [2e4; 4], ..Inputs::default() });
+        trial.inputs.push(Inputs { winch_force: [2e4; 4].into(), ..Inputs::none(4) });
         trial.measured.push(shown.iter().map(|v| if k == 150 { f64::NAN } else { v + noise }).collect());
         before.push(simulated(10.0 * since));
         after.push(simulated(0.0));

@@ -4,7 +4,7 @@ use cdpr::dynamics::Inputs;
 use cdpr::effect::{EffectKind, EffectSpec, PlatformContext, Stage, WinchContext};
 use cdpr::geometry::Geometry;
 use cdpr::kinematics::{CableKinematics, cables};
-use cdpr::parameters::CABLES;
+use cdpr::per_cable::PerCable;
 
 use crate::outcome::Compared;
 
@@ -20,11 +20,11 @@ pub(super) struct Moment {
     pub(super) acceleration: [f64; 3],
     pub(super) inputs: Inputs,
     /// Rates of the winch forces (N/s).
-    pub(super) force_rate: [f64; CABLES],
+    pub(super) force_rate: PerCable<f64>,
     /// Speed at which cable leaves each winch (m/s), and its rate (m/s²).
-    pub(super) winch_speed: [f64; CABLES],
-    pub(super) winch_acceleration: [f64; CABLES],
-    pub(super) cables: [CableKinematics; CABLES],
+    pub(super) winch_speed: PerCable<f64>,
+    pub(super) winch_acceleration: PerCable<f64>,
+    pub(super) cables: PerCable<CableKinematics>,
     /// What the model as given misses: force and torque on the platform (N, N m), pull at each winch (N).
     pub(super) latent: [f64; 7],
 }
@@ -44,15 +44,16 @@ pub(super) fn moments(compared: &Compared, geometry: &Geometry, interval: f64) -
             let slope = |value: &dyn Fn(usize) -> f64| (value(after) - value(before)) / span;
             let motion = &compared.motion[k];
             let (pose, twist) = ([motion[0], motion[1], motion[2]], [motion[3], motion[4], motion[5]]);
+            let over_cables = |rate: &dyn Fn(usize) -> f64| PerCable::from_fn(geometry.cables(), rate);
             Moment {
                 time,
                 pose,
                 twist,
                 acceleration: std::array::from_fn(|a| slope(&|k| compared.motion[k][3 + a])),
                 inputs: trial.inputs[k],
-                force_rate: std::array::from_fn(|i| slope(&|k| trial.inputs[k].winch_force[i])),
+                force_rate: over_cables(&|i| slope(&|k| trial.inputs[k].winch_force[i])),
                 winch_speed: compared.winch_speed[k],
-                winch_acceleration: std::array::from_fn(|i| slope(&|k| compared.winch_speed[k][i])),
+                winch_acceleration: over_cables(&|i| slope(&|k| compared.winch_speed[k][i])),
                 cables: cables(geometry, &pose, &twist),
                 latent: compared.latents[k],
             }
@@ -111,14 +112,14 @@ impl Moment {
 
     /// What a platform-side effect sees here; cables count as unstretched.
     pub(super) fn in_context<T>(&self, use_it: impl FnOnce(&PlatformContext<'_, f64>) -> T) -> T {
-        let length = std::array::from_fn(|i| self.cables[i].length);
+        let length = self.cables.map(|cable| cable.length);
         use_it(&PlatformContext {
             time: self.time,
             pose: &self.pose,
             twist: &self.twist,
             inputs: &self.inputs,
             cable_length: &length,
-            cable_speed: &std::array::from_fn(|i| self.cables[i].speed),
+            cable_speed: &self.cables.map(|cable| cable.speed),
             unstretched_length: &length,
             unstretched_rate: &self.winch_speed,
         })

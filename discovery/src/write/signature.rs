@@ -9,7 +9,6 @@ use std::f64::consts::TAU;
 use cdpr::effect::{EffectKind, EffectSpec, WinchContext};
 use cdpr::formula::{Formula, Variable};
 use cdpr::geometry::Geometry;
-use cdpr::parameters::CABLES;
 
 use crate::outcome::{Compared, Discovery, Found};
 use crate::report::{Signature, channel_words, printed};
@@ -183,7 +182,7 @@ fn view(found: &Found, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
 
 /// The cables an effect acts on, from 0.
 fn cables_of(spec: &EffectSpec) -> Vec<usize> {
-    spec.cable.map_or_else(|| (0..CABLES).collect(), |cable| vec![cable - 1])
+    spec.cable.map_or_else(|| (0..4).collect(), |cable| vec![cable - 1])
 }
 
 fn at_winches(

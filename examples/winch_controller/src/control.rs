@@ -2,7 +2,7 @@
 
 use cdpr::geometry::Geometry;
 use cdpr::kinematics::{CableKinematics, cables};
-use cdpr::parameters::{CABLES, Parameters};
+use cdpr::parameters::Parameters;
 use nalgebra::{Matrix3x4, Vector3};
 
 use crate::reference::Motion;
@@ -47,7 +47,7 @@ pub fn winch_forces(settings: &Settings, measured: &Measurement, acceleration: &
 
 /// The wrench (N, N, N m) of the winch forces that this acceleration takes: equations (26)-(28) with (23) for the
 /// cables' mass along and (20) across, solved for `-Σ u S`.
-fn wrench(robot: &Parameters, cables: &[CableKinematics; CABLES], omega: f64, acceleration: &[f64; 3]) -> Vector3<f64> {
+fn wrench(robot: &Parameters, cables: &[CableKinematics], omega: f64, acceleration: &[f64; 3]) -> Vector3<f64> {
     let mass = Vector3::new(robot.platform_mass, robot.platform_mass, robot.platform_inertia);
     let acceleration = Vector3::from(*acceleration);
     let mut wrench = mass.component_mul(&acceleration);
@@ -110,7 +110,7 @@ mod tests {
             let measured = Measurement { pose, twist };
             let found = winch_forces(&settings, &measured, &acceleration).unwrap();
             assert!(found.feasible);
-            let inputs = Inputs { winch_force: found.force, ..Inputs::default() };
+            let inputs = Inputs { winch_force: found.force.into(), ..Inputs::none(4) };
             let y = [pose, twist].concat();
             let rates = Simulation::from_states(Arc::clone(&plant), 0.0, y, inputs, 1e-9).rates();
             for k in 0..3 {

@@ -64,7 +64,7 @@ fn run(model: CableModel, pose: [f64; 3], settings: &[(&str, f64)], step: f64, s
     controller.measure(&[pose[0], pose[1], pose[2], 0.0, 0.0, 0.0]);
     controller.0.initialise(Experiment { start_time: 0.0, stop_time: None, tolerance: None }).unwrap();
     let plant = Plant::new(Parameters { cable_model: model, ..Parameters::default() }, vec![]).unwrap();
-    let inputs = Inputs { winch_force: controller.forces(), ..Inputs::default() };
+    let inputs = Inputs { winch_force: controller.forces().into(), ..Inputs::none(4) };
     let start = Start { pose, inputs, ..Start::default() };
     let mut plant = Simulation::new(Arc::new(plant), &start, 1e-8).unwrap();
 
@@ -75,7 +75,7 @@ fn run(model: CableModel, pose: [f64; 3], settings: &[(&str, f64)], step: f64, s
         let outputs = plant.outputs();
         controller.measure(&[outputs.pose, outputs.twist].concat());
         controller.0.step(time, step).unwrap();
-        plant.set_inputs(Inputs { winch_force: forces, ..Inputs::default() });
+        plant.set_inputs(Inputs { winch_force: forces.into(), ..Inputs::none(4) });
         plant.advance(step).unwrap();
 
         for tension in plant.outputs().tension {

@@ -6,8 +6,10 @@ mod structure;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
+use crate::CABLES;
 use cdpr::dynamics::Inputs;
-use cdpr::parameters::{CABLES, CableModel};
+use cdpr::parameters::CableModel;
+use cdpr::per_cable::PerCable;
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 use cdpr::statics::{LinearModel, Mode, force_controlled_modes};
@@ -69,7 +71,7 @@ fn plant(area: Area, model: CableModel) -> Result<Arc<Plant>, PaperError> {
 /// The plant at the centre under 1 kN in each cable, linearised.
 fn linear(area: Area, model: CableModel) -> Result<(Arc<Plant>, LinearModel), PaperError> {
     let plant = plant(area, model)?;
-    let inputs = Inputs { winch_force: [FORCE; CABLES], disturbance: [0.0; 3] };
+    let inputs = Inputs { winch_force: [FORCE; CABLES].into(), disturbance: [0.0; 3] };
     let simulation =
         Simulation::new(plant.clone(), &Start { inputs, ..Start::default() }, 1e-10).map_err(PaperError::model)?;
     Ok((plant, LinearModel::of(&simulation)))
@@ -307,7 +309,8 @@ fn runge_kutta_claim() -> Result<Claim, PaperError> {
     let y = simulation.states().to_vec();
     let inputs = simulation.inputs();
     let steps = 500;
-    let explicit = runge_kutta(|t, y, rates| plant.rates(t, y, &inputs, [false; CABLES], rates), &y, 0.1, steps);
+    let explicit =
+        runge_kutta(|t, y, rates| plant.rates(t, y, &inputs, &PerCable::filled(CABLES, false), rates), &y, 0.1, steps);
     simulation.advance(0.1 * steps as f64).map_err(PaperError::model)?;
     let apart = explicit.iter().zip(simulation.states()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     Ok(Claim {

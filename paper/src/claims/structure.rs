@@ -1,10 +1,11 @@
 //! Statements on geometry, Jacobian and equilibrium: sections II and III.C.1.
 
+use crate::CABLES;
 use cdpr::dynamics::Inputs;
 use cdpr::geometry::Geometry;
 use cdpr::inverse::distribution::{TensionLine, structure_matrix};
 use cdpr::kinematics;
-use cdpr::parameters::{CABLES, CableModel, Parameters};
+use cdpr::parameters::{CableModel, Parameters};
 use cdpr::simulation::wrench_at_rest;
 use cdpr::statics::geometric_stiffness;
 use nalgebra::SVector;
@@ -55,7 +56,7 @@ fn position() -> Result<Claim, PaperError> {
     let geometry = Geometry::new(&Parameters::default());
     let mut miss = 0.0_f64;
     for pose in POSES {
-        let lengths = kinematics::cable_lengths(&geometry, &pose).into();
+        let lengths = kinematics::cable_lengths(&geometry, &pose);
         let found = kinematics::forward_kinematics(&geometry, &lengths, [0.0; 3], 1e-6).map_err(PaperError::model)?;
         miss = (0..3).map(|k| (found[k] - pose[k]).abs()).fold(miss, f64::max);
     }
@@ -96,7 +97,7 @@ fn transposed_jacobian(runs: &Runs) -> Claim {
 
 fn equilibrium() -> Result<Claim, PaperError> {
     let plant = plant(Area::Physical, CableModel::Rigid)?;
-    let inputs = Inputs { winch_force: [FORCE; CABLES], disturbance: [0.0; 3] };
+    let inputs = Inputs { winch_force: [FORCE; CABLES].into(), disturbance: [0.0; 3] };
     let left = largest(wrench_at_rest(&plant, 0.0, [0.0; 3], &inputs).into_iter());
     let k = geometric_stiffness(plant.geometry(), &[0.0; 3], &inputs.winch_force);
     Ok(Claim {

@@ -60,7 +60,7 @@ fn moving(cable_model: CableModel, effects: Vec<EffectSpec>) -> Model {
     model.parameters.cable_model = cable_model;
     model.start.pose = [4.0, -7.0, 0.2];
     model.start.twist = [0.6, -0.4, 0.01];
-    model.start.inputs.winch_force = [8000.0, 9000.0, 7500.0, 8600.0];
+    model.start.inputs.winch_force = [8000.0, 9000.0, 7500.0, 8600.0].into();
     model.start.inputs.disturbance = [200.0, -150.0, 900.0];
     model
 }

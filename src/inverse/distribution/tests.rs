@@ -16,7 +16,7 @@ fn numbers() -> impl FnMut() -> f64 {
     }
 }
 
-fn cases() -> Vec<(SMatrix<f64, 3, CABLES>, [f64; 3])> {
+fn cases() -> Vec<(Matrix3xX<f64>, [f64; 3])> {
     let mut next = numbers();
     (0..200)
         .map(|_| {
@@ -43,8 +43,8 @@ fn tensions_exert_the_wrench_within_the_bounds() {
             match (Distribution { objective, bounds }).tensions(&structure, &wrench) {
                 Ok(tension) => {
                     feasible += 1;
-                    let reached = structure * Vector4::from(tension);
-                    let miss = (reached - SVector::from(wrench)).norm();
+                    let reached = &structure * DVector::from_column_slice(&tension);
+                    let miss = (reached - Vector3::from(wrench)).norm();
                     assert!(miss < 1e-7, "{objective:?}: {miss:e}");
                     assert!(tension.iter().all(|t| (1e3 - 1e-6..=20e3 + 1e-6).contains(t)), "{tension:?}");
                 }
@@ -67,7 +67,7 @@ fn the_objective_is_smallest_among_the_feasible() {
         let line = TensionLine::of(&structure, &wrench).unwrap();
         let Some([low, high]) = line.feasible(&bounds) else { continue };
         for objective in OBJECTIVES {
-            let cost = |tension: [f64; CABLES]| -> f64 {
+            let cost = |tension: PerCable<f64>| -> f64 {
                 tension
                     .iter()
                     .map(|t| match objective {
@@ -99,7 +99,7 @@ fn tensions_are_continuous_along_a_path() {
         let mut last = tension(0.0);
         for k in 1..=6000 {
             let next = tension(1e-3 * f64::from(k));
-            let jump = (0..CABLES).map(|i| (next[i] - last[i]).abs()).fold(0.0, f64::max);
+            let jump = (0..4).map(|i| (next[i] - last[i]).abs()).fold(0.0, f64::max);
             assert!(jump < 30.0, "{objective:?}: {jump} N at step {k}");
             last = next;
         }
@@ -119,7 +119,7 @@ fn cutting_off_is_potts_improved_closed_form() {
         let violation = |t: f64| (bounds.lower - t).max(t - bounds.upper);
         // With one degree of redundancy each fixing determines all; the cable to fix is the one whose fixing serves.
         if tension.iter().any(|t| violation(*t) > 0.0) {
-            let candidates = (0..CABLES).filter(|i| violation(tension[*i]) > 0.0).filter_map(|i| {
+            let candidates = (0..4).filter(|i| violation(tension[*i]) > 0.0).filter_map(|i| {
                 let bound = if tension[i] < bounds.lower { bounds.lower } else { bounds.upper };
                 let fixed = line.at((bound - line.minimum_norm[i]) / line.internal[i]);
                 fixed.iter().all(|t| violation(*t) < 1e-9).then_some(fixed)
@@ -131,7 +131,7 @@ fn cutting_off_is_potts_improved_closed_form() {
             plain += 1;
         }
         let ours = Distribution { objective: Objective::MidTension, bounds }.tensions(&structure, &wrench).unwrap();
-        for i in 0..CABLES {
+        for i in 0..4 {
             assert!((ours[i] - tension[i]).abs() < 1e-6, "{ours:?} {tension:?}");
         }
     }
@@ -145,14 +145,14 @@ fn nearest_tensions_cannot_be_bettered() {
     for (structure, wrench) in cases().into_iter().take(40) {
         let found = nearest(&structure, &wrench, &bounds);
         let arm = structure.row(2).amax();
-        let miss = |t: Vector4<f64>| {
-            let d = structure * t - SVector::<f64, 3>::from(wrench);
+        let miss = |t: &DVector<f64>| {
+            let d = &structure * t - Vector3::from(wrench);
             (d[0] * d[0] + d[1] * d[1] + (d[2] / arm).powi(2)).sqrt()
         };
-        let best = miss(Vector4::from(found.nearest_tension));
+        let best = miss(&DVector::from_column_slice(&found.nearest_tension));
         for _ in 0..500 {
-            let other = Vector4::from_fn(|_, _| 2e3 + 1e3 * next());
-            assert!(best <= miss(other) + 1e-7, "{best} against {}", miss(other));
+            let other = DVector::from_fn(4, |_, _| 2e3 + 1e3 * next());
+            assert!(best <= miss(&other) + 1e-7, "{best} against {}", miss(&other));
         }
     }
 }
@@ -160,7 +160,7 @@ fn nearest_tensions_cannot_be_bettered() {
 #[test]
 fn a_singular_pose_is_told() {
     let mut parameters = Parameters { attachment_radius: 0.0, ..Parameters::default() };
-    parameters.attachment_angle = [0.0; 4];
+    parameters.attachment_angle = [0.0; 4].into();
     let structure = structure_matrix(&Geometry::new(&parameters), &[10.0, 20.0, 0.0]);
     let bounds = Bounds::new(1e3, 3e3).unwrap();
     let error = Distribution { objective: Objective::MidTension, bounds }.tensions(&structure, &[0.0; 3]);
