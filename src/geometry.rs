@@ -65,6 +65,10 @@ impl Geometry {
                 i + 1
             ));
         }
+        let length = |i: &usize| (points[*i][0] - self.anchor[*i][0]).hypot(points[*i][1] - self.anchor[*i][1]);
+        if let Some(i) = (0..points.len()).find(|i| length(i) == 0.0) {
+            return fail(format!("a pose with a length in every cable; cable {} begins where it ends", i + 1));
+        }
         match self.blocked_cable(pose) {
             Some(i) => fail(format!("cables clear of the platform; cable {} runs through it", i + 1)),
             None => Ok(()),

@@ -4,7 +4,6 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use cdpr::dynamics::Inputs;
-use cdpr::inverse::distribution::Selection;
 use cdpr::inverse::{Ends, Instant, InverseDynamics, InverseError, SplineTrajectory, Trajectory};
 use cdpr::model_file::Model;
 use cdpr::parameters::{CableModel, Initialization};
@@ -175,7 +174,7 @@ fn summary(instants: &[Instant]) -> anyhow::Result<()> {
         instants.iter().flat_map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
     };
     let (tension, force) = (range(&|i| i.tension), range(&|i| i.winch_force));
-    let bound = instants.iter().filter(|i| matches!(i.selection, Selection::AtBound { .. })).count();
+    let bound = instants.iter().filter(|i| i.selection.iter().any(Option::is_some)).count();
     let mut out = std::io::stdout().lock();
     writeln!(out, "{} rows", instants.len())?;
     writeln!(out, "tensions      {:.1} to {:.1} N, at a bound in {bound} rows", tension.0, tension.1)?;

@@ -173,6 +173,11 @@ impl Local<'_> {
 }
 
 impl Linearisation {
+    /// Room for `cables` cables.
+    pub(crate) fn new(cables: usize) -> Self {
+        Self { cables: vec![CableBlock::default(); cables], ..Self::default() }
+    }
+
     /// Linearises the plant at this instant.
     pub(crate) fn update(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) {
         let e = plant.evaluate(time, y, u, slack);

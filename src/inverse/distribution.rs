@@ -1,8 +1,9 @@
 //! Tension distribution: one of infinitely many sets of cable tensions that exert a given wrench.
 //!
-//! Four cables, three degrees of freedom: the tensions that balance a wrench are a line `T = T₀ + λ n`, with `T₀` the
+//! With four cables and three degrees of freedom the tensions that balance a wrench are a line `T = T₀ + λ n`, with `T₀` the
 //! minimum-norm solution and `n` the unit vector of internal tension. Bounds cut an interval out of it, and every
-//! convex objective has one minimum there, so all methods here are closed forms or a scalar root.
+//! convex objective has one minimum there, so the methods for four cables are closed forms or a scalar root. With three
+//! cables there is nothing to choose; with more than four the choice is a convex problem, see the file `general`.
 
 use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
 
@@ -12,6 +13,8 @@ use crate::kinematics::{self, CableKinematics};
 use crate::parameters::ParameterError;
 use crate::per_cable::PerCable;
 use crate::scalar::Real;
+
+mod general;
 
 /// The structure matrix `A = -J_Mᵀ` (3×n): tensions `T` exert the wrench `A T` on the platform, equations (8), (26), (27).
 pub fn structure_matrix(geometry: &Geometry, pose: &[f64; 3]) -> Matrix3xX<f64> {
@@ -87,19 +90,9 @@ pub struct Distribution {
     pub bounds: Bounds,
 }
 
-/// Where on the line of tensions the answer lies; enough to carry derivatives along a trajectory.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Selection {
-    /// Within the bounds, at the objective's own minimum.
-    Interior,
-    /// One cable sits at a bound and decides.
-    AtBound {
-        /// Cable, from 0.
-        cable: usize,
-        /// Its tension (N).
-        tension: f64,
-    },
-}
+/// For each cable the bound (N) that its tension sits at, `None` where it is free; enough to carry derivatives along a
+/// trajectory.
+pub type Selection = PerCable<Option<f64>>;
 
 /// No tensions within the bounds exert the wrench.
 #[derive(Clone, Debug, PartialEq)]
@@ -124,6 +117,12 @@ pub enum DistributionError {
         .0.wrench[0], .0.wrench[1], .0.wrench[2], .0.nearest_tension, .0.shortfall[0], .0.shortfall[1], .0.shortfall[2]
     )]
     Infeasible(Box<Infeasible>),
+    /// Fewer cables than the plane has directions of force and torque.
+    #[error("{found} cables cannot exert every force and torque in the plane; expected 3 or more")]
+    TooFewCables {
+        /// Number of cables.
+        found: usize,
+    },
     /// The cables do not span all three directions.
     #[error("the pose is singular: the cables cannot exert every direction of force and torque")]
     Singular,
@@ -150,6 +149,15 @@ pub trait Redundancy {
 
 /// Cables that leave one degree of redundancy, so that the tensions that exert a wrench are a line.
 const FOUR: usize = 4;
+
+/// A cable (from 0) at a bound, which decides the others' tensions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AtBound {
+    /// The cable.
+    pub cable: usize,
+    /// Its tension (N).
+    pub tension: f64,
+}
 
 /// The line of tensions that exert a wrench.
 #[derive(Clone, Copy, Debug)]
@@ -215,7 +223,7 @@ impl TensionLine<f64> {
 
     /// The interval of `λ` (N) within the bounds, with the cable that makes each end; `None` where it is empty (Pott, *Cable-Driven
     /// Parallel Robots*, 2018, chapter 3).
-    pub fn feasible(&self, bounds: &Bounds) -> Option<[(f64, Option<Selection>); 2]> {
+    pub fn feasible(&self, bounds: &Bounds) -> Option<[(f64, Option<AtBound>); 2]> {
         let (mut low, mut high) = ((f64::NEG_INFINITY, None), (f64::INFINITY, None));
         let slack = 1e-12 * bounds.upper;
         for cable in 0..FOUR {
@@ -229,10 +237,10 @@ impl TensionLine<f64> {
             let (first, last) = if n > 0.0 { (bounds.lower, bounds.upper) } else { (bounds.upper, bounds.lower) };
             let (a, b) = ((first - t) / n, (last - t) / n);
             if a > low.0 {
-                low = (a, Some(Selection::AtBound { cable, tension: first }));
+                low = (a, Some(AtBound { cable, tension: first }));
             }
             if b < high.0 {
-                high = (b, Some(Selection::AtBound { cable, tension: last }));
+                high = (b, Some(AtBound { cable, tension: last }));
             }
         }
         (low.0 <= high.0 + slack).then_some([low, high])
@@ -322,24 +330,28 @@ impl Objective {
 }
 
 impl Distribution {
-    /// Tensions in any number type for a [`Selection`] made on the real parts.
+    /// Tensions in any number type for a [`Selection`] and tensions made on the real parts, from the rows of `J_M` and the
+    /// wrench.
+    ///
+    /// # Errors
+    /// See [`Redundancy::select`].
     pub(crate) fn lift<S: Real>(
         &self,
-        line: &TensionLine<S>,
-        selection: Selection,
+        rows: &PerCable<[S; 3]>,
+        wrench: &[S; 3],
+        selection: &Selection,
         tension: &PerCable<f64>,
-    ) -> PerCable<S> {
-        match selection {
-            Selection::AtBound { cable, tension } => {
-                let lambda = (-line.minimum_norm[cable] + tension) / line.internal[cable];
-                line.at(lambda)
-            }
-            Selection::Interior => {
-                let lambda: f64 =
-                    (0..FOUR).map(|i| (tension[i] - line.minimum_norm[i].re()) * line.internal[i].re()).sum();
-                line.at(self.objective.minimum_with_derivatives(line, lambda, &self.bounds))
-            }
+    ) -> Result<PerCable<S>, DistributionError> {
+        if rows.len() != FOUR {
+            return general::lift(self, rows, wrench, selection, tension);
         }
+        let line = TensionLine::new(rows, wrench)?;
+        let at_bound = selection.iter().enumerate().find_map(|(cable, bound)| bound.map(|tension| (cable, tension)));
+        if let Some((cable, tension)) = at_bound {
+            return Ok(line.at((-line.minimum_norm[cable] + tension) / line.internal[cable]));
+        }
+        let lambda: f64 = (0..FOUR).map(|i| (tension[i] - line.minimum_norm[i].re()) * line.internal[i].re()).sum();
+        Ok(line.at(self.objective.minimum_with_derivatives(&line, lambda, &self.bounds)))
     }
 
     /// The tensions (N) that exert `wrench` (N, N m) through `structure` (3×n): (26), (27) solved for them.
@@ -361,9 +373,24 @@ impl Redundancy for Distribution {
         structure: &Matrix3xX<f64>,
         wrench: &[f64; 3],
     ) -> Result<(Selection, PerCable<f64>), DistributionError> {
+        let cables = structure.ncols();
+        if cables < 3 {
+            return Err(DistributionError::TooFewCables { found: cables });
+        }
+        let infeasible = |found| Err(DistributionError::Infeasible(Box::new(found)));
+        if cables != FOUR {
+            let found = nearest(structure, wrench, &self.bounds);
+            let arm = structure.row(2).amax().max(1e-9);
+            let [x, y, torque] = found.shortfall;
+            if x.abs().max(y.abs()).max(torque.abs() / arm) > 1e-9 * self.bounds.upper {
+                return infeasible(found);
+            }
+            let rows = PerCable::from_fn(cables, |i| std::array::from_fn(|k| -structure[(k, i)]));
+            return general::solve(self, &rows, wrench);
+        }
         let line = TensionLine::of(structure, wrench)?;
         let Some([low, high]) = line.feasible(&self.bounds) else {
-            return Err(DistributionError::Infeasible(Box::new(nearest(structure, wrench, &self.bounds))));
+            return infeasible(nearest(structure, wrench, &self.bounds));
         };
         let own = self.objective.minimum(&line, low.0, high.0, &self.bounds);
         let (lambda, selection) = if own <= low.0 {
@@ -373,7 +400,11 @@ impl Redundancy for Distribution {
         } else {
             (own, None)
         };
-        Ok((selection.unwrap_or(Selection::Interior), line.at(lambda)))
+        let mut bound = PerCable::filled(FOUR, None);
+        if let Some(AtBound { cable, tension }) = selection {
+            bound[cable] = Some(tension);
+        }
+        Ok((bound, line.at(lambda)))
     }
 }
 

@@ -29,7 +29,7 @@ use crate::integrator::{Radau, RadauError};
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
-use distribution::{DistributionError, Redundancy, Selection, TensionLine};
+use distribution::{DistributionError, Redundancy, Selection};
 use internal::{InternalSystem, Layout};
 use wrench::{Context, Prescribed};
 
@@ -102,7 +102,7 @@ pub struct Instant {
     pub tension: PerCable<f64>,
     /// Their rates (N/s).
     pub tension_rate: PerCable<f64>,
-    /// Where the distribution's answer lies.
+    /// Which cables sit at a bound.
     pub selection: Selection,
     /// Paid-out (unstretched) lengths `l_i` (m); the cable length in a rigid cable.
     pub unstretched: PerCable<f64>,
@@ -250,11 +250,11 @@ impl<'a> InverseDynamics<'a> {
         let wrench = wrench::required(&self.plant, &prescribed, &cables);
         let at = |error| InverseError::Distribution { time, error };
         let rows = distribution::rows(&cables);
-        let line = TensionLine::new(&rows, &wrench).map_err(at)?;
         let structure = nalgebra::Matrix3xX::from_fn(rows.len(), |r, c| -rows[c][r].re);
-        let wrench = wrench.map(|w| w.re);
-        let (selection, tension) = self.redundancy.select(&structure, &wrench).map_err(at)?;
-        let tension = self.redundancy.distribution().lift(&line, selection, &tension);
+        let asked = wrench.map(|w| w.re);
+        let (selection, tension) = self.redundancy.select(&structure, &asked).map_err(at)?;
+        let distribution = self.redundancy.distribution();
+        let tension = distribution.lift(&rows, &wrench, &selection, &tension).map_err(at)?;
         Ok(Rigid {
             motion,
             prescribed,
@@ -262,7 +262,7 @@ impl<'a> InverseDynamics<'a> {
             speed: cables.map(|c| c.speed),
             acceleration,
             angular_rate: cables.map(|c| c.angular_rate),
-            wrench,
+            wrench: asked,
             tension,
             selection,
         })

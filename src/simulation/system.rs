@@ -45,7 +45,7 @@ impl Workspace {
         plant.nominal(&mut nominal);
         Self {
             nominal,
-            linearisation: Linearisation::default(),
+            linearisation: Linearisation::new(plant.cables()),
             linearised_inputs: Inputs::none(plant.cables()),
             linearised_slack: PerCable::filled(plant.cables(), false),
             real: Factors::empty(plant.cables()),

@@ -1,5 +1,6 @@
 //! The plant and its simulation, seen from outside.
 
+mod any_cables;
 mod catalogue;
 mod dry_friction;
 mod effects;

@@ -51,7 +51,7 @@ pub(crate) fn state(random: &mut Random, plant: &Plant) -> (Vec<f64>, Inputs) {
     y[3..5].copy_from_slice(&velocity);
     y[5] = random.within(-0.2, 0.2);
     let cables = kinematics::cables(plant.geometry(), &[y[0], y[1], y[2]], &[y[3], y[4], y[5]]);
-    for i in 0..4 {
+    for i in 0..plant.cables() {
         let strain = random.within(3e-4, 2e-3);
         if let Some(at) = plant.unstretched_index(i) {
             y[at] = cables[i].length / (1.0 + strain);
@@ -64,7 +64,7 @@ pub(crate) fn state(random: &mut Random, plant: &Plant) -> (Vec<f64>, Inputs) {
         }
     }
     let inputs = Inputs {
-        winch_force: PerCable::from_fn(4, |_| random.within(2e3, 4e4)),
+        winch_force: PerCable::from_fn(plant.cables(), |_| random.within(2e3, 4e4)),
         disturbance: [random.within(-500.0, 500.0), random.within(-500.0, 500.0), random.within(-5e3, 5e3)],
     };
     (y, inputs)

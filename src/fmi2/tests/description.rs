@@ -60,3 +60,34 @@ fn one_sensor_effect_on_both_channels_has_two_names() {
     assert_eq!(get(&mut platform, "effect.length_sensor_bias[1].bias"), 0.1);
     assert_eq!(get(&mut platform, "effect.length_sensor_bias[1].cable_length.bias"), 0.2);
 }
+
+/// With more cables every name of the default robot keeps its reference, and the others' parameters can be set.
+#[test]
+fn six_cables_have_variables_of_their_own() {
+    use crate::parameters::{CableParameters, Parameters};
+    let mut cable = Parameters::default().on_circles();
+    cable.push(CableParameters { density: Some(0.3), ..CableParameters::between([0.0, 800.0], [0.0, 10.0]) });
+    cable.push(CableParameters::between([0.0, -800.0], [0.0, -10.0]));
+    let parameters = Parameters { cable, ..Parameters::default() };
+    let start = Start { pose: [0.1; 3], ..Start::pulling(6) };
+    let mut platform = CablePlatform::new(Model { parameters, start, ..Model::default() }).unwrap();
+    let plain = CablePlatform::new(Model::default()).unwrap();
+    for variable in &plain.description().variables {
+        if variable.name.starts_with("anchor_") || variable.name.starts_with("attachment_") {
+            continue;
+        }
+        let same = &platform.description().variables[index(&platform, &variable.name)];
+        assert_eq!(same.value_reference, variable.value_reference, "{}", variable.name);
+    }
+    set(&mut platform, "anchor_y[5]", 810.0);
+    set(&mut platform, "own_density[5]", 0.25);
+    assert_eq!(get(&mut platform, "attachment_y[6]"), -10.0);
+    initialise(&mut platform, Experiment { start_time: 0.0, stop_time: None, tolerance: None });
+    set(&mut platform, "winch_force[6]", 2000.0);
+    platform.step(0.0, 0.1).unwrap();
+    let expected = 810.0 - get(&mut platform, "y") - 10.0;
+    assert!((get(&mut platform, "cable_length[5]") - expected).abs() < 1.0);
+    assert!(get(&mut platform, "tension[6]") > 1000.0);
+    let saved = snapshot(&mut platform);
+    assert!(!saved.is_empty());
+}

@@ -174,12 +174,12 @@ fn derivatives_are_there_even_with_all_tensions_at_the_mean() {
     let cables = crate::kinematics::cables(&geometry(), &[Jet::from(0.0); 3], &[Jet::from(0.0); 3]);
     // The wrench is zero now and rises at 1 N/s.
     let wrench = [Jet::new(0.0, 1.0, 0.0, 0.0), Jet::from(0.0), Jet::from(0.0)];
-    let line = TensionLine::new(&rows(&cables), &wrench).unwrap();
     for objective in [Objective::PNorm(1.5), Objective::PNorm(6.0), Objective::MidTension, Objective::AnalyticCentre] {
         let distribution = Distribution { objective, bounds };
         let structure = structure_matrix(&geometry(), &[0.0; 3]);
         let (selection, tension) = distribution.select(&structure, &[0.0; 3]).unwrap();
-        for (lifted, plain) in distribution.lift(&line, selection, &tension).iter().zip(tension) {
+        let lifted = distribution.lift(&rows(&cables), &wrench, &selection, &tension).unwrap();
+        for (lifted, plain) in lifted.iter().zip(tension) {
             assert!(
                 (lifted.re - plain).abs() < 1e-9 && lifted.v1.abs() < 1.0 && lifted.v1 != 0.0,
                 "{objective:?}: {lifted:?}"
