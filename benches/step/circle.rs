@@ -60,7 +60,7 @@ impl Control {
         let pretension = DVector::from_element(structure.ncols(), PRETENSION);
         let rest = DVector::from_column_slice(wrench.as_slice()) - &structure * &pretension;
         let forces = pretension + inverse * rest;
-        let mut inputs = Inputs::default();
+        let mut inputs = Inputs::none(4);
         inputs.winch_force.iter_mut().zip(&forces).for_each(|(slot, force)| *slot = *force);
         inputs
     }

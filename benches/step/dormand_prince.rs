@@ -37,14 +37,14 @@ impl<'a> DormandPrince<'a> {
         let taut = Simulation::slack(self.origin);
         let h = step / self.parts as f64;
         for _ in 0..self.parts {
-            plant.rates(0.0, &self.states, inputs, taut, &mut self.rates[0]);
+            plant.rates(0.0, &self.states, inputs, &taut, &mut self.rates[0]);
             for (row, weights) in TABLEAU.iter().enumerate() {
                 for (at, value) in self.stage.iter_mut().enumerate() {
                     let slope: f64 = weights.iter().zip(&self.rates).map(|(w, rates)| w * rates[at]).sum();
                     *value = self.states[at] + h * slope;
                 }
                 match self.rates.get_mut(row + 1) {
-                    Some(rates) => plant.rates(0.0, &self.stage, inputs, taut, rates),
+                    Some(rates) => plant.rates(0.0, &self.stage, inputs, &taut, rates),
                     None => self.states.copy_from_slice(&self.stage),
                 }
             }

@@ -213,7 +213,7 @@ fn single_evaluation() -> f64 {
     for _ in 0..100 * RUNS {
         let begun = Instant::now();
         for _ in 0..STRETCH {
-            plant.rates(0.0, black_box(start.states()), black_box(&inputs), Simulation::slack(&start), &mut rates);
+            plant.rates(0.0, black_box(start.states()), black_box(&inputs), &Simulation::slack(&start), &mut rates);
             black_box(&rates);
         }
         fastest = fastest.min(begun.elapsed().as_nanos() as f64 / STRETCH as f64);

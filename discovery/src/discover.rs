@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use cdpr::effect::{DependsOn, EffectSpec, Place};
 use cdpr::model_file::Model;
-use cdpr::parameters::CABLES;
 use cdpr::per_cable::PerCable;
 
 use crate::alike::likeness;
@@ -92,8 +91,12 @@ pub fn discover(
         };
         let unknown = |e: cdpr::effect::SpecError| FitError::Model(e.to_string());
         let depends_on = effect.depends_on().map_err(unknown)?;
-        let places: Vec<Place> =
-            effect.places().map_err(unknown)?.iter().flat_map(|place| place.one_by_one(CABLES)).collect();
+        let places: Vec<Place> = effect
+            .places()
+            .map_err(unknown)?
+            .iter()
+            .flat_map(|place| place.one_by_one(model.parameters.cables()))
+            .collect();
         let when = verify::when(&fitted.train, &without.train, &evidence.train);
         for place in &places {
             let share = taken.delta_bic.abs() / total.max(1e-9) / places.len() as f64;

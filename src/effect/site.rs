@@ -244,7 +244,7 @@ mod tests {
             time,
             pose: &pose,
             twist: &twist,
-            inputs: &Inputs::default(),
+            inputs: &Inputs::none(4),
             cable_length: &lengths,
             cable_speed: &[0.1; 4],
             unstretched_length: &lengths,

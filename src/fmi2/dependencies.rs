@@ -72,7 +72,8 @@ impl Knowns {
             })
         });
         let rest = table.roles.iter().enumerate().filter(|(_, role)| match role {
-            Role::Parameter(place, _) => REALS[*place].unit == "m" || REALS[*place].unit == "rad",
+            // Geometry, and weight: the platform's mass and gravity.
+            Role::Parameter(place, _) => ["m", "rad", "kg", "m/s2"].contains(&REALS[*place].unit),
             Role::EffectParameter(..) | Role::Choice(Choice::Initialization) => true,
             _ => false,
         });

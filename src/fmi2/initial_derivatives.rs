@@ -85,7 +85,9 @@ fn field(model: &mut Model, role: Role) -> Result<&mut f64, ModelError> {
         Role::Time => Ok(&mut model.start.time),
         Role::WinchForce(_) | Role::Disturbance(_) => input_field(&mut model.start.inputs, role).ok_or_else(none),
         Role::State(state) => start_field(&mut model.start, state).ok_or_else(none),
-        Role::Parameter(place, i) => Ok((REALS[place].field)(model, i)),
+        Role::Parameter(place, i) => {
+            (REALS[place].field)(model, i).ok_or_else(|| ModelError::new("the model has no such parameter"))
+        }
         Role::EffectParameter(effect, k) => Ok(&mut model.effects[effect].values[k]),
         _ => Err(none()),
     }

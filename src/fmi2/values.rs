@@ -136,17 +136,10 @@ impl Now {
 pub(super) fn read(simulation: &Simulation, now: &Now, rates: &[f64], role: Role) -> Result<f64, ModelError> {
     let acceleration = match role {
         Role::Rate(State::UnstretchedRate(_)) => simulation.unstretched_accelerations(&now.evaluation),
-        _ => Default::default(),
+        _ => now.evaluation.unstretched_acceleration,
     };
     let plant = simulation.plant();
-    let instant = Instant {
-        outputs: &now.outputs,
-        states: simulation.states(),
-        rates,
-        acceleration,
-        scale: plant.cable.each_ref().map(|c| c.unstretched_sensor.0),
-        effects: std::array::from_fn(|i| plant.effect_states(i).start),
-    };
+    let instant = Instant { outputs: &now.outputs, states: simulation.states(), rates, acceleration, plant };
     instant.real(role).ok_or_else(|| ModelError::new("no real variable of the plant"))
 }
 

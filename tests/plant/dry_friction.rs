@@ -17,7 +17,7 @@ fn simulation(model: CableModel, effects: Vec<EffectSpec>, tolerance: f64) -> Si
 }
 
 fn pushed(force: f64) -> Inputs {
-    Inputs { winch_force: [1e3; 4], disturbance: [force, 0.0, 0.0] }
+    Inputs { winch_force: [1e3; 4].into(), disturbance: [force, 0.0, 0.0] }
 }
 
 #[test]

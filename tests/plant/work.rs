@@ -11,11 +11,13 @@ use cdpr::simulation::{Simulation, Start};
 
 use crate::random::MODELS;
 
-const QUIET: Inputs = Inputs { winch_force: [1e3; 4], disturbance: [0.0; 3] };
+fn quiet() -> Inputs {
+    Inputs::pulling(4, 1e3)
+}
 
 fn simulation(model: CableModel, effects: Vec<EffectSpec>, time: f64, tolerance: f64) -> Simulation {
     let plant = Plant::new(Parameters { cable_model: model, ..Parameters::default() }, effects).unwrap();
-    let start = Start { time, pose: [0.1, 0.1, 0.05], inputs: QUIET, ..Start::default() };
+    let start = Start { time, pose: [0.1, 0.1, 0.05], inputs: quiet(), ..Start::default() };
     Simulation::new(Arc::new(plant), &start, tolerance).unwrap()
 }
 
@@ -65,7 +67,7 @@ fn a_torque_of_1e9_newton_metres_ends_in_an_answer() {
     for model in MODELS {
         for step in [2.0, 3600.0] {
             let mut simulation = simulation(model, vec![], 0.0, 1e-8);
-            simulation.set_inputs(Inputs { disturbance: [0.0, 0.0, 1e9], ..QUIET });
+            simulation.set_inputs(Inputs { disturbance: [0.0, 0.0, 1e9], ..quiet() });
             let before = simulation.statistics().evaluations;
             let error = simulation.advance(step).unwrap_err();
             assert!(matches!(error, RadauError::TooMuchWork { .. }), "{error}");
@@ -80,11 +82,11 @@ fn input_slopes_of_1e27_end_in_an_answer() {
     for model in MODELS {
         for step in [0.01, 2.0] {
             for slopes in [
-                Inputs { winch_force: [1e27; 4], disturbance: [0.0; 3] },
-                Inputs { winch_force: [0.0; 4], disturbance: [1e27; 3] },
+                Inputs { winch_force: [1e27; 4].into(), disturbance: [0.0; 3] },
+                Inputs { winch_force: [0.0; 4].into(), disturbance: [1e27; 3] },
             ] {
                 let mut simulation = simulation(model, vec![], 0.0, 1e-8);
-                simulation.set_inputs_with_slopes(QUIET, slopes);
+                simulation.set_inputs_with_slopes(quiet(), slopes);
                 assert!(bounded(&mut simulation, step, 1.0).is_some(), "{model:?}");
             }
         }
@@ -97,7 +99,7 @@ fn creep_of_1_newton_ends_in_an_answer() {
         for force in [1e3, 2e4] {
             let creep = vec![EffectSpec::new("cable_creep", None, &[1.0, 1.0]).unwrap()];
             let mut simulation = simulation(model, creep, 0.0, 1e-8);
-            simulation.set_inputs(Inputs { winch_force: [force; 4], ..QUIET });
+            simulation.set_inputs(Inputs { winch_force: [force; 4].into(), ..quiet() });
             bounded(&mut simulation, 0.1, 1.0);
         }
     }

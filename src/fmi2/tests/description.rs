@@ -65,6 +65,7 @@ fn one_sensor_effect_on_both_channels_has_two_names() {
 #[test]
 fn six_cables_have_variables_of_their_own() {
     use crate::parameters::{CableParameters, Parameters};
+    use crate::simulation::Start;
     let mut cable = Parameters::default().on_circles();
     cable.push(CableParameters { density: Some(0.3), ..CableParameters::between([0.0, 800.0], [0.0, 10.0]) });
     cable.push(CableParameters::between([0.0, -800.0], [0.0, -10.0]));

@@ -98,7 +98,7 @@ fn from_states_they_are_the_exact_ones_of_the_run() {
 #[test]
 fn from_winch_forces_they_follow_the_cable_law() {
     let mut model = Model::default();
-    model.start.inputs.winch_force = [20_000.0; 4];
+    model.start.inputs.winch_force = [20_000.0; 4].into();
     let parameters = model.parameters.clone();
     let mut platform = initialising(model);
     let length = get(&mut platform, "cable_length[1]");
@@ -119,10 +119,10 @@ fn from_winch_forces_they_follow_the_cable_law() {
 #[test]
 fn at_rest_the_pose_follows_a_push_by_the_stiffness() {
     let mut model = Model::default();
-    model.start.inputs.winch_force = [20_000.0; 4];
+    model.start.inputs.winch_force = [20_000.0; 4].into();
     model.start.initialization = Initialization::StaticEquilibrium;
     let geometry = crate::geometry::Geometry::new(&model.parameters);
-    let stiffness = crate::statics::geometric_stiffness(&geometry, &[0.0; 3], &[20_000.0; 4]);
+    let stiffness = crate::statics::geometric_stiffness(&geometry, &[0.0; 3], &[20_000.0; 4].into());
     let mut platform = initialising(model);
     let compliance = stiffness.try_inverse().unwrap();
     // The pose itself is exact there: what moves are lengths.
@@ -147,7 +147,7 @@ fn declared_initial_dependencies_cover_what_shows() {
     moving.start.initialization = Initialization::FromWinchForces;
     let mut at_rest = Model::default();
     at_rest.start.initialization = Initialization::StaticEquilibrium;
-    at_rest.start.inputs.winch_force = [20_000.0; 4];
+    at_rest.start.inputs.winch_force = [20_000.0; 4].into();
     at_rest.start.inputs.disturbance = [200.0, -150.0, 900.0];
     for model in [moving, at_rest] {
         let mut platform = initialising(model);

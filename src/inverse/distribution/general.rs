@@ -15,6 +15,10 @@ use crate::scalar::Real;
 const STEPS: usize = 1000;
 /// Share of the way to a bound that a step may take.
 const TO_THE_BOUND: f64 = 0.995;
+/// Distance from the middle, in half widths of the bounds, below which all tensions count as at the middle.
+const LEAST_REACH: f64 = 1e-6;
+/// Share of the largest curvature below which a cable counts as flat.
+const FLAT: f64 = 1e-3;
 /// Complementarity at which a cable's place, at its bound or free, is told apart.
 const SETTLED: f64 = 1e-12;
 /// Steps of the last solution: three orders of derivatives and the value.
@@ -25,6 +29,8 @@ struct Cost {
     objective: Objective,
     /// The middle of the bounds over half their width.
     middle: f64,
+    /// How far from the middle tensions lie, in the unit of a p-norm, so that its slopes are of the order of one.
+    reach: f64,
 }
 
 impl Cost {
@@ -36,19 +42,28 @@ impl Cost {
                 if t.re() == 0.0 {
                     t
                 } else {
-                    t * t.abs().powf(p - 2.0)
+                    t / self.reach * (t / self.reach).abs().powf(p - 2.0)
                 }
             }
             Objective::AnalyticCentre => (-t + 1.0).recip() - (t + 1.0).recip(),
         }
     }
 
-    /// The curvature; for a p-norm below 2 the slope over `t`, with which Newton's method does not jump across zero.
+    /// The curvature; a p-norm's is bounded near the middle, where it is flat or sharp.
     fn curvature(&self, t: f64) -> f64 {
         match self.objective {
             Objective::MinimumNorm | Objective::MidTension => 1.0,
-            Objective::PNorm(p) => ((p - 1.0).max(1.0) * t.abs().powf(p - 2.0)).clamp(1e-12, 1e12),
+            Objective::PNorm(p) => (p - 1.0) / self.reach * (t.abs() / self.reach).max(1e-9).powf(p - 2.0),
             Objective::AnalyticCentre => (1.0 - t).powi(-2) + (1.0 + t).powi(-2),
+        }
+    }
+
+    /// What a step of Newton's method far from the minimum divides by: for a p-norm below 2 the slope over `t`, with
+    /// which it does not jump across the middle to and fro.
+    fn majorant(&self, t: f64) -> f64 {
+        match self.objective {
+            Objective::PNorm(p) if p < 2.0 => self.curvature(t) / (p - 1.0),
+            _ => self.curvature(t),
         }
     }
 }
@@ -87,6 +102,13 @@ impl<S: Real> Scaled<S> {
     }
 }
 
+/// One over each cable's curvature, none so small that the largest leaves nothing of it: a step may be too short along a
+/// flat cable, which does no harm.
+fn weights(curvature: PerCable<f64>) -> PerCable<f64> {
+    let least = FLAT * curvature.iter().fold(0.0_f64, |a, b| a.max(if b.is_finite() { *b } else { 0.0 }));
+    curvature.map(|c| 1.0 / c.max(least))
+}
+
 /// The inverse of `A D⁻¹ Aᵀ` over the cables with a weight `1/D`; `None` where they span fewer than three directions.
 fn normal_inverse(rows: &[[f64; 3]], weight: &[f64]) -> Option<[[f64; 3]; 3]> {
     let mut normal = [[0.0; 3]; 3];
@@ -114,9 +136,14 @@ pub(super) fn solve(
     let problem = Scaled::new(jacobian, wrench, distribution);
     let cables = jacobian.len();
     let half = 0.5 * (bounds.upper - bounds.lower);
-    let cost = Cost { objective: distribution.objective, middle: bounds.middle() / half };
+    let mut cost = Cost { objective: distribution.objective, middle: bounds.middle() / half, reach: 1.0 };
     if normal_inverse(&problem.rows, &[1.0; crate::per_cable::MAX_CABLES][..cables]).is_none() {
         return Err(DistributionError::Singular);
+    }
+    if matches!(cost.objective, Objective::PNorm(_)) {
+        let squares = Cost { objective: Objective::MidTension, ..cost };
+        let near = central_path(&squares, &problem)?;
+        cost.reach = reach(near.iter().map(|place| Place::scaled(*place)));
     }
     let place = central_path(&cost, &problem)?;
     let bound = place.map(|place| match place {
@@ -124,11 +151,7 @@ pub(super) fn solve(
         Place::Upper => Some(bounds.upper),
         Place::Free(_) => None,
     });
-    let near = place.map(|place| match place {
-        Place::Lower => -1.0,
-        Place::Upper => 1.0,
-        Place::Free(t) => t,
-    });
+    let near = place.map(Place::scaled);
     let t = finish(&cost, &problem, &bound, &near)?;
     Ok((bound, t.map(|t| bounds.middle() + half * t)))
 }
@@ -148,13 +171,14 @@ pub(super) fn lift<S: Real>(
     let half = 0.5 * (bounds.upper - bounds.lower);
     let problem = Scaled::new(jacobian, wrench, distribution);
     let near = tension.map(|t| (t - bounds.middle()) / half);
-    let flat = near.iter().all(|t| t.abs() < 1e-6);
+    let reach = reach(near.iter().copied());
+    let flat = reach <= LEAST_REACH;
     // With all tensions at the middle a p-norm is flat or sharp; the square's minimum passes through the same point.
     let objective = match distribution.objective {
         Objective::PNorm(_) if flat => Objective::MidTension,
         other => other,
     };
-    let cost = Cost { objective, middle: bounds.middle() / half };
+    let cost = Cost { objective, middle: bounds.middle() / half, reach };
     let t = finish(&cost, &problem, selection, &near)?;
     Ok(t.map(|t| t * half + bounds.middle()))
 }
@@ -165,6 +189,22 @@ enum Place {
     Lower,
     Upper,
     Free(f64),
+}
+
+impl Place {
+    /// The scaled tension.
+    fn scaled(self) -> f64 {
+        match self {
+            Self::Lower => -1.0,
+            Self::Upper => 1.0,
+            Self::Free(t) => t,
+        }
+    }
+}
+
+/// The largest distance from the middle.
+fn reach(scaled: impl Iterator<Item = f64>) -> f64 {
+    scaled.fold(LEAST_REACH, |most, t| most.max(t.abs()))
 }
 
 /// Follows the central path to the minimum.
@@ -193,9 +233,9 @@ fn central_path(cost: &Cost, problem: &Scaled<f64>) -> Result<PerCable<Place>, D
             }));
         }
         let centre = 0.1 * gap / (2.0 * cables as f64);
-        let weight = PerCable::from_fn(cables, |i| {
-            1.0 / (cost.curvature(t[i]) + low[i] / (1.0 + t[i]) + high[i] / (1.0 - t[i]))
-        });
+        let free = weights(t.map(|t| cost.majorant(t)));
+        let weight =
+            PerCable::from_fn(cables, |i| 1.0 / (1.0 / free[i] + low[i] / (1.0 + t[i]) + high[i] / (1.0 - t[i])));
         let pull = PerCable::from_fn(cables, |i| {
             matrix3::dot(&problem.rows[i], &multiplier) - cost.slope(t[i]) + centre / (1.0 + t[i])
                 - centre / (1.0 - t[i])
@@ -236,7 +276,11 @@ fn finish<S: Real>(
 ) -> Result<PerCable<S>, DistributionError> {
     let cables = near.len();
     let real = problem.rows.map(|row| row.map(|v| v.re()));
-    let weight = PerCable::from_fn(cables, |i| if bound[i].is_some() { 0.0 } else { 1.0 / cost.curvature(near[i]) });
+    // Those at a bound do not count: their curvature is without end.
+    let weight = weights(PerCable::from_fn(cables, |i| match bound[i] {
+        Some(_) => f64::INFINITY,
+        None => cost.curvature(near[i]),
+    }));
     let inverse = normal_inverse(&real, &weight).ok_or_else(|| {
         DistributionError::NotSolved("so many cables are at a bound that the others cannot balance the wrench".into())
     })?;
@@ -322,7 +366,7 @@ mod tests {
                     let reached = &structure * nalgebra::DVector::from_column_slice(&tension);
                     assert!((0..3).all(|k| (reached[k] - wrench[k]).abs() < 1e-8), "{cables} {objective:?} {reached}");
                     assert!(tension.iter().all(|t| (10.0 - 1e-9..=200.0 + 1e-9).contains(t)), "{tension:?}");
-                    let cost = Cost { objective, middle: bounds.middle() / 95.0 };
+                    let cost = Cost { objective, middle: bounds.middle() / 95.0, reach: 1.0 };
                     // Slopes along the null space of the free cables vanish: f' is in the row space of A.
                     let free: Vec<usize> = (0..cables).filter(|i| place[*i].is_none()).collect();
                     let slope = nalgebra::DVector::from_iterator(
