@@ -10,6 +10,9 @@ pub struct Geometry {
     pub anchor: PerCable<[f64; 2]>,
     /// `B_i` (m), body frame with origin G.
     pub attachment: PerCable<[f64; 2]>,
+    /// Whether the platform must stay between the anchors, because nothing but the cables holds it; in gravity it may hang
+    /// below them.
+    pub between_anchors: bool,
 }
 
 impl Geometry {
@@ -25,6 +28,7 @@ impl Geometry {
         Self {
             anchor: PerCable::from_fn(cables.len(), |i| cables[i].anchor),
             attachment: PerCable::from_fn(cables.len(), |i| cables[i].attachment),
+            between_anchors: parameters.gravity == [0.0; 2],
         }
     }
 
@@ -43,7 +47,7 @@ impl Geometry {
         self.attachment.iter().map(|b| b[0].hypot(b[1])).fold(1e-3 * self.size(), f64::max)
     }
 
-    /// Checks a pose: the attachment points inside the anchors' polygon, no cable through the platform. The paper has
+    /// Checks a pose: the attachment points inside the anchors' polygon (without gravity), no cable through the platform. The paper has
     /// no such limit; its figures stay within.
     ///
     /// # Errors
@@ -58,7 +62,7 @@ impl Geometry {
             Err(ParameterError::new("pose", format!("[{}, {}, {}]", pose[0], pose[1], pose[2]), expected))
         };
         let points = self.attachment_points(pose);
-        if let Some(i) = points.iter().position(|p| !inside(&self.anchor, *p)) {
+        if let Some(i) = points.iter().position(|p| self.between_anchors && !inside(&self.anchor, *p)) {
             let [x, y] = points[i];
             return fail(format!(
                 "a pose inside the anchors; attachment point {} is at ({x:.3}, {y:.3}) m, outside their polygon",
@@ -75,9 +79,9 @@ impl Geometry {
         }
     }
 
-    /// Whether every attachment point lies inside the polygon of the anchors at `pose` (m, rad).
+    /// Whether every attachment point lies inside the polygon of the anchors at `pose` (m, rad), where it has to.
     pub fn holds(&self, pose: &[f64; 3]) -> bool {
-        self.attachment_points(pose).into_iter().all(|p| inside(&self.anchor, p))
+        !self.between_anchors || self.attachment_points(pose).into_iter().all(|p| inside(&self.anchor, p))
     }
 
     /// The first cable (from 0) that runs through the platform at `pose` (m, rad).

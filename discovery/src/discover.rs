@@ -46,6 +46,10 @@ pub fn discover(
     progress: Progress<'_>,
 ) -> Result<Discovery, DiscoverError> {
     let begun = Instant::now();
+    let cables = model.parameters.cables();
+    if cables != 4 {
+        return Err(DiscoverError::Data(format!("the model has {cables} cables; the search takes four so far")));
+    }
     if train.is_empty() {
         return Err(DiscoverError::Data("no training data; expected one recording or more".to_owned()));
     }

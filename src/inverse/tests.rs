@@ -2,7 +2,8 @@ use super::distribution::{Bounds, Distribution, Objective};
 use super::*;
 use crate::effect::EffectSpec;
 use crate::integrator::{Complex64, System};
-use crate::parameters::{CableInertia, Parameters};
+use crate::parameters::{CableInertia, CableParameters, Parameters};
+use crate::per_cable::PerCable;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 /// A smooth motion in closed form: each coordinate a sum of two sines.
@@ -66,12 +67,13 @@ fn worst_residual(plant: &Arc<Plant>, objective: Objective) -> f64 {
         let instant = problem.at(time, &internal).unwrap();
         let y = &instant.states;
         let mut rates = vec![0.0; plant.dimension()];
-        plant.rates(time, y, &instant.inputs(), &[false; 4].into(), &mut rates);
+        let taut = PerCable::filled(plant.cables(), false);
+        plant.rates(time, y, &instant.inputs(), &taut, &mut rates);
         // The accelerations asked for, and those of the paid-out lengths, in place of those that follow.
         for k in 0..3 {
             rates[3 + k] = instant.motion.pose[k][2];
         }
-        for i in 0..4 {
+        for i in 0..plant.cables() {
             if let Some(at) = plant.unstretched_index(i) {
                 rates[at] = instant.unstretched_rate[i];
             }
@@ -80,7 +82,7 @@ fn worst_residual(plant: &Arc<Plant>, objective: Objective) -> f64 {
             }
         }
         let mut residual = vec![0.0; plant.dimension()];
-        plant.residual(time, y, &rates, &instant.inputs(), &[false; 4].into(), &mut residual);
+        plant.residual(time, y, &rates, &instant.inputs(), &taut, &mut residual);
         for (row, r) in residual.iter().enumerate() {
             let size = if row == 5 { 1e5 } else { 1e4 };
             worst = worst.max(r.abs() / size);
@@ -101,6 +103,41 @@ fn the_implicit_equations_hold_for_every_model() {
             }
         }
     }
+}
+
+#[test]
+fn the_implicit_equations_hold_for_more_cables_in_gravity() {
+    for cables in [5, 6, 8, 12] {
+        let cable = (0..cables).map(|i| {
+            let angle = std::f64::consts::TAU * (i as f64 + 0.4) / cables as f64;
+            let on_body = angle + if i % 2 == 0 { 0.7 } else { -0.7 };
+            CableParameters::between(
+                [900.0 * angle.cos(), 900.0 * angle.sin()],
+                [10.0 * on_body.cos(), 10.0 * on_body.sin()],
+            )
+        });
+        let parameters = Parameters {
+            cable: cable.collect(),
+            gravity: [0.0, -2.0],
+            centre_of_mass: [0.3, 0.2],
+            ..Parameters::default()
+        };
+        let plant = Arc::new(Plant::new(parameters, Vec::new()).unwrap());
+        for objective in [Objective::MinimumNorm, Objective::MidTension, Objective::AnalyticCentre] {
+            let worst = worst_residual(&plant, objective);
+            assert!(worst < 1e-9, "{cables} {objective:?}: {worst:e}");
+        }
+    }
+}
+
+#[test]
+fn two_cables_are_too_few_for_a_motion() {
+    let cable = [-9.0, 9.0].map(|x| CableParameters::between([x, 900.0], [x, 5.0]));
+    let parameters = Parameters { cable: cable.to_vec(), gravity: [0.0, -9.81], ..Parameters::default() };
+    let plant = Arc::new(Plant::new(parameters, Vec::new()).unwrap());
+    let (trajectory, redundancy) = (sines(), distribution(Objective::MidTension));
+    let error = InverseDynamics::new(plant, &trajectory, &redundancy).unwrap().start(0.3).unwrap_err();
+    assert!(matches!(error, InverseError::Pose { .. } | InverseError::Distribution { .. }), "{error}");
 }
 
 #[test]

@@ -160,8 +160,15 @@ fn a_load_on_two_cables_is_a_pendulum() {
     assert!(left.iter().all(|w| w.abs() < 1e-9), "{left:?}");
     let modes = locked_model(&plant, 0.0, &[0.0; 3], &[half; 2].into()).unwrap().modes().unwrap();
     let slowest = modes[0].natural_frequency();
-    let stretched = length;
-    assert!((slowest / (9.81_f64 / stretched).sqrt() - 1.0).abs() < 1e-6, "{slowest} rad/s");
+    assert!((slowest / (9.81_f64 / length).sqrt() - 1.0).abs() < 1e-6, "{slowest} rad/s");
+    // It hangs below its anchors, where nothing without weight could stay.
+    let mut hanging =
+        Simulation::new(Arc::new(plant), &Start { inputs: Inputs::pulling(2, half), ..Start::pulling(2) }, 1e-8)
+            .unwrap();
+    hanging.advance(1.0).unwrap();
+    assert!(hanging.outputs().pose.iter().all(|p| p.abs() < 1e-6), "{:?}", hanging.outputs().pose);
+    let weightless = Parameters { gravity: [0.0; 2], cable: cable.to_vec(), ..Parameters::default() };
+    assert!(Geometry::new(&weightless).check_pose(&[0.0; 3]).is_err());
 }
 
 #[test]
