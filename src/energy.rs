@@ -55,7 +55,7 @@ pub struct Power {
     /// Work of effects that act on the platform or across the cables, which takes in what the bow of a swinging cable
     /// stores.
     pub effects: f64,
-    /// Work of the cables' dampers, never positive.
+    /// Work of the cables' dampers; never positive where they measure the rate of length, as the paper's do.
     pub damping: f64,
     /// What cables with effects on their elastic law take up, stored or lost, with the sign changed.
     pub cable_laws: f64,

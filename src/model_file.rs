@@ -9,7 +9,9 @@ use toml::Spanned;
 
 use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
-use crate::parameters::{CableInertia, CableModel, CableParameters, Initialization, ParameterError, Parameters};
+use crate::parameters::{
+    CableDamper, CableInertia, CableModel, CableParameters, Initialization, ParameterError, Parameters,
+};
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::{Plant, PlantError};
 use crate::simulation::{DEFAULT_TOLERANCE, Simulation, Start, StartError};
@@ -54,6 +56,7 @@ pub struct ModelFileError {
 struct Keys {
     cable_model: Option<CableModel>,
     cable_inertia: Option<CableInertia>,
+    cable_damper: Option<CableDamper>,
     platform_mass: Option<f64>,
     platform_inertia: Option<f64>,
     centre_of_mass: Option<[f64; 2]>,
@@ -120,6 +123,7 @@ impl Model {
         let parameters = Parameters {
             cable_model: keys.cable_model.unwrap_or(default.cable_model),
             cable_inertia: keys.cable_inertia.unwrap_or(default.cable_inertia),
+            cable_damper: keys.cable_damper.unwrap_or(default.cable_damper),
             platform_mass: keys.platform_mass.unwrap_or(default.platform_mass),
             platform_inertia: keys.platform_inertia.unwrap_or(default.platform_inertia),
             centre_of_mass: keys.centre_of_mass.unwrap_or(default.centre_of_mass),
@@ -254,6 +258,7 @@ impl Model {
         let array = |values: PerCable<f64>| format!("{values:?}");
         line("cable_model", name(format!("{:?}", p.cable_model)), "rigid, massless_spring or lumped_mass");
         line("cable_inertia", name(format!("{:?}", p.cable_inertia)), "paper, reeled or none");
+        line("cable_damper", name(format!("{:?}", p.cable_damper)), "length_rate (as the paper has it) or strain_rate");
         line("platform_mass", format!("{:?}", p.platform_mass), "kg");
         line("platform_inertia", format!("{:?}", p.platform_inertia), "kg m2");
         line("centre_of_mass", format!("{:?}", p.centre_of_mass), "m, body frame");

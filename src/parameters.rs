@@ -32,6 +32,18 @@ pub enum CableInertia {
     None,
 }
 
+/// What the cables' damper measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CableDamper {
+    /// As the paper has it, (33): `b (L̇ - l̇)`. A cable reeled out at constant strain `ε` feels `b ε l̇`, which can feed a
+    /// slow oscillation of a soft cable.
+    #[default]
+    LengthRate,
+    /// The strain's rate: `b l ε̇ = b (L̇ - l̇ L/l)`.
+    StrainRate,
+}
+
 /// How the states get their start values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -83,6 +95,8 @@ pub struct Parameters {
     pub cable_model: CableModel,
     /// Which cable inertia, see [`CableInertia`].
     pub cable_inertia: CableInertia,
+    /// What the damper measures, see [`CableDamper`].
+    pub cable_damper: CableDamper,
     /// Mass `M` of the platform (kg).
     pub platform_mass: f64,
     /// Moment of inertia `I_M` of the platform about its centre of mass (kg m²).
@@ -116,6 +130,7 @@ impl Default for Parameters {
         Self {
             cable_model: CableModel::LumpedMass,
             cable_inertia: CableInertia::Paper,
+            cable_damper: CableDamper::LengthRate,
             platform_mass: 2500.0,
             platform_inertia: 3.5e5,
             centre_of_mass: [0.0; 2],

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use cdpr::dynamics::Inputs;
 use cdpr::geometry::Geometry;
 use cdpr::kinematics::{self, CableKinematics};
-use cdpr::parameters::{CableInertia, CableModel, Parameters};
+use cdpr::parameters::{CableDamper, CableInertia, CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 use cdpr_paper::mismatch::Mismatch;
@@ -291,8 +291,58 @@ fn equations_15_and_23_ask_for_a_force_where_none_is_needed() {
     assert!(close(asked(CableInertia::Paper), 0.5 * 0.215 * 25.0, 1e-9), "the rod asks for ρ/2 L̇²");
 }
 
+/// At constant strain a damper that measures strain feels nothing; the printed one feels the paying out.
 #[test]
-fn runge_kutta_can_be_used() {
+fn the_damper_of_33_feels_a_cable_that_is_reeled_out_at_constant_strain() {
+    let (rate, strain) = (0.5, 1e-3);
+    let felt = |cable_damper: CableDamper| {
+        let p = Parameters { cable_damper, ..Parameters::default() };
+        let (stiffness, damping) = (p.axial_stiffness(), p.cable_damping);
+        let plant = Plant::new(p, Vec::new()).unwrap();
+        let mut y = Start::default().states(&plant).unwrap();
+        let c = kinematics::cables(plant.geometry(), &[0.0; 3], &[0.0; 3])[0];
+        let speed = rate * (1.0 + strain);
+        (y[3], y[4]) = (speed * c.direction[0], speed * c.direction[1]);
+        let at = plant.unstretched_index(0).unwrap();
+        (y[at], y[at + 1]) = (c.length / (1.0 + strain), rate);
+        let e = plant.evaluate(0.0, &y, &Inputs::pulling(4, 1000.0), &[false; 4].into());
+        (e.tension[0] - stiffness * strain) * y[at] / damping
+    };
+    assert!(close(felt(CableDamper::LengthRate), strain * rate, 1e-6));
+    assert!(felt(CableDamper::StrainRate).abs() < 1e-6 * strain * rate);
+}
+
+/// `l̇` at constant tension and chord, with the printed area: its slope over `l` is the pole.
+#[test]
+fn table_2_has_another_pole_with_the_stretched_length() {
+    let p = Parameters::as_printed();
+    let (stiffness, damping, tension, chord) = (p.axial_stiffness(), p.cable_damping, 1000.0, 907.0);
+    let rest = chord / (1.0 + tension / stiffness);
+    let rate = |l: f64, b: f64| (stiffness * (chord - l) / l - tension) / b;
+    let slope = |b: &dyn Fn(f64) -> f64| (rate(rest + 1e-4, b(rest + 1e-4)) - rate(rest - 1e-4, b(rest - 1e-4))) / 2e-4;
+    assert!(close(slope(&|l| damping / l), -0.126, 1e-3));
+    assert!(close(slope(&|_| damping / chord), -0.209, 1e-3));
+}
+
+/// On (37)-(40) the pole of the paid-out lengths, -760 1/s, bounds the step of the method of order 4 to 2.785/760 s.
+#[test]
+fn runge_kutta_fails_on_massless_springs_above_its_limit() {
+    let parameters = Parameters { cable_model: CableModel::MasslessSpring, ..Parameters::default() };
+    let plant = Arc::new(Plant::new(parameters, Vec::new()).unwrap());
+    let start = Start { pose: [0.1; 3], ..Start::default() };
+    let mut simulation = Simulation::new(plant.clone(), &start, 1e-12).unwrap();
+    let (y, inputs) = (simulation.states().to_vec(), simulation.inputs());
+    let run =
+        |step: f64, steps| runge_kutta(|t, y, r| plant.rates(t, y, &inputs, &[false; 4].into(), r), &y, step, steps);
+    simulation.advance(7.2).unwrap();
+    let off = |states: &[f64]| (states[6] - simulation.states()[6]).abs();
+    assert!(off(&run(0.0036, 2000)) < 1e-6, "{}", off(&run(0.0036, 2000)));
+    // Not smaller than, because it may be no number at all.
+    assert!(!(off(&run(0.0040, 1800)) < 1.0), "{}", off(&run(0.0040, 1800)));
+}
+
+#[test]
+fn runge_kutta_can_be_used_with_rigid_cables() {
     let parameters = Parameters { cable_model: CableModel::Rigid, ..Parameters::default() };
     let plant = Arc::new(Plant::new(parameters, Vec::new()).unwrap());
     let start = Start { pose: [0.1; 3], ..Start::default() };

@@ -184,7 +184,8 @@ impl Plant {
         }
         let mut tension_uncut = zeros;
         for i in 0..LANES {
-            let opening = k.speed[i] - unstretched_rate[i];
+            let strain = (k.length[i] - unstretched[i]) * inverse_unstretched[i];
+            let opening = k.speed[i] - unstretched_rate[i] - unstretched_rate[i] * strain * constants.strain_damper[i];
             tension_uncut[i] = spring[i] + opening * inverse_unstretched[i] * constants.damping[i];
         }
 
@@ -286,8 +287,9 @@ impl Plant {
                     unstretched_acceleration[i] = length_bias[i];
                 }
                 if data.cables[i].model == CableModel::MasslessSpring {
-                    unstretched_rate[i] =
-                        k.speed[i] + (spring[i] - tension[i]) * unstretched[i] / data.cables[i].damping;
+                    let cable = &data.cables[i];
+                    let opening = (spring[i] - tension[i]) * unstretched[i] / cable.damping;
+                    unstretched_rate[i] = (k.speed[i] + opening) / cable.paid_out_share(k.length[i], unstretched[i]);
                 }
             }
         }

@@ -137,7 +137,9 @@ impl Local<'_> {
         let pull = winch_pull(self.plant, i, command, added, &winch, &states, &mut effect_rates);
         let elastic = |unstretched| elastic::tension(data, &effects.law, time, length, unstretched, &states);
         let mut tension = match data.model {
-            CableModel::LumpedMass => elastic(unstretched) + (speed - unstretched_rate) * data.damping / unstretched,
+            CableModel::LumpedMass => {
+                elastic(unstretched) + data.damper_force(length, speed, unstretched, unstretched_rate)
+            }
             CableModel::Rigid | CableModel::MasslessSpring => {
                 pull + data.axial_bias(length, speed, turning)
                     + data.axial_mass(length) * self.evaluation.unstretched_acceleration[i]
@@ -149,7 +151,8 @@ impl Local<'_> {
         match data.model {
             CableModel::Rigid => {}
             CableModel::MasslessSpring => {
-                rates[0] = speed + (elastic(unstretched) - tension) * unstretched / data.damping;
+                let opening = (elastic(unstretched) - tension) * unstretched / data.damping;
+                rates[0] = (speed + opening) / data.paid_out_share(length, unstretched);
             }
             CableModel::LumpedMass => {
                 rates[0] = unstretched_rate;

@@ -19,7 +19,7 @@ pub use jacobian::Jacobian;
 pub(crate) use linearisation::Linearisation;
 
 use crate::geometry::Geometry;
-use crate::parameters::{CableInertia, CableModel, Parameters};
+use crate::parameters::{CableDamper, CableInertia, CableModel, Parameters};
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::scalar::Real;
 
@@ -59,6 +59,8 @@ pub struct CableData {
     pub model: CableModel,
     /// How the cable's own mass enters.
     pub inertia: CableInertia,
+    /// What the damper measures.
+    pub damper: CableDamper,
     /// `ρ` (kg/m).
     pub density: f64,
     /// `EA` (N).
@@ -102,6 +104,21 @@ impl CableData {
         }
     }
 
+    /// How much cable a damper loses to each metre that is paid out: 1 as the paper has it, `L/l` where it measures strain.
+    #[inline]
+    pub(crate) fn paid_out_share<S: Real>(&self, length: S, unstretched: S) -> S {
+        match self.damper {
+            CableDamper::LengthRate => S::from(1.0),
+            CableDamper::StrainRate => length / unstretched,
+        }
+    }
+
+    /// Damper's force (N), (33), at length and rate of the chord and the cable's own.
+    #[inline]
+    pub(crate) fn damper_force<S: Real>(&self, length: S, speed: S, unstretched: S, rate: S) -> S {
+        (speed - rate * self.paid_out_share(length, unstretched)) * self.damping / unstretched
+    }
+
     /// Mass (kg) that moves with the winch end at this length (m).
     #[inline]
     pub(crate) fn axial_mass<S: Real>(&self, length: S) -> S {
@@ -124,6 +141,8 @@ pub(crate) struct CableConstants {
     rate_square: [f64; MAX_CABLES],
     /// Factor of `-(l α̇)²` in the axial bias (kg/m).
     turning_square: [f64; MAX_CABLES],
+    /// 1 where the damper measures the strain's rate, 0 where the length's.
+    pub(crate) strain_damper: [f64; MAX_CABLES],
 }
 
 impl CableConstants {
@@ -137,6 +156,7 @@ impl CableConstants {
             drum_mass: each(&|c| c.drum_mass),
             rate_square: each(&|c| if c.inertia == CableInertia::Paper { 0.5 * c.density } else { 0.0 }),
             turning_square: each(&|c| 0.5 * c.acting_density()),
+            strain_damper: each(&|c| f64::from(u8::from(c.damper == CableDamper::StrainRate))),
         }
     }
 
@@ -180,6 +200,7 @@ impl PlantData {
             let mut cable = CableData {
                 model: parameters.cable_model,
                 inertia: parameters.cable_inertia,
+                damper: parameters.cable_damper,
                 density: or(own.and_then(|c| c.density), parameters.cable_density),
                 axial_stiffness: modulus * or(own.and_then(|c| c.area), parameters.cable_area),
                 damping: or(own.and_then(|c| c.damping), parameters.cable_damping),

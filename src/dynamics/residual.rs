@@ -80,7 +80,8 @@ impl Plant {
             };
             let cut = |tension: S| if slack[i] { zero } else { tension };
             let spring = |l: S, rate: S| {
-                elastic::tension(cable, &effects.law, time, k.length, l, &states) + (k.speed - rate) * cable.damping / l
+                elastic::tension(cable, &effects.law, time, k.length, l, &states)
+                    + cable.damper_force(k.length, k.speed, l, rate)
             };
             let tension = match cable.model {
                 CableModel::Rigid => cut(from_motion(k.length, k.speed, length_acceleration)),

@@ -97,7 +97,7 @@ impl Layout {
         if layout.has_length {
             let l = internal[layout.offset];
             let spring = elastic_tension(data, laws, time, length, l, &states);
-            rates[layout.offset] = speed + (spring - tension) * l / data.damping;
+            rates[layout.offset] = (speed + (spring - tension) * l / data.damping) / data.paid_out_share(length, l);
         }
         let mut law_rates = [S::from(0.0); MAX_EFFECT_STATES];
         for (kind, at) in laws {
@@ -186,14 +186,14 @@ impl Layout {
             if layout.has_length {
                 let states = settled.map(Jet::from);
                 let rest = Self::at_rest(plant, i, drive, drive.tension[i], &states);
+                let data = &plant.data().cables[i];
                 // The damper's share follows from the rate of the spring alone; each round is one term of its series.
                 let round = |l: Jet| {
                     let rate = Jet::new(l.v1, l.v2, l.v3, 0.0);
-                    let damper = (drive.speed[i] - rate) * plant.data().cables[i].damping / l;
+                    let damper = data.damper_force(drive.length[i], drive.speed[i], l, rate);
                     Self::at_rest(plant, i, drive, drive.tension[i] - damper, &states)
                 };
                 // The series settles where the pole is much faster than the motion; elsewhere the cable starts as at rest.
-                let data = &plant.data().cables[i];
                 let l = if data.axial_stiffness > SLOW_POLE * data.damping { round(round(rest)) } else { rest };
                 internal[layout.offset] = l.re;
             }

@@ -92,6 +92,25 @@ fn force_controlled_periods_are_those_of_the_closed_forms() {
     }
 }
 
+/// With the area as printed the paper's damper (33) feeds the slow oscillation along x; a damper of the strain's rate takes
+/// from it.
+#[test]
+fn the_printed_damper_feeds_a_slow_oscillation_of_a_soft_cable() {
+    use crate::parameters::CableDamper;
+    let ratio = |base: Parameters, cable_damper: CableDamper| {
+        let plant = Arc::new(Plant::new(Parameters { cable_damper, ..base }, Vec::new()).unwrap());
+        let simulation = Simulation::new(plant.clone(), &Start::default(), 1e-10).unwrap();
+        let modes = force_controlled_modes(&plant, &LinearModel::of(&simulation)).unwrap();
+        let along_x = modes.iter().find(|mode| mode.oscillates() && mode.shape[0].norm() > 0.5).unwrap();
+        assert!((200.0..250.0).contains(&along_x.period()), "{along_x:?}");
+        along_x.damping_ratio()
+    };
+    let close = |found: f64, expected: f64, within: f64| assert!((found / expected - 1.0).abs() < within, "{found}");
+    close(ratio(Parameters::as_printed(), CableDamper::LengthRate), -1.9e-3, 0.05);
+    close(ratio(Parameters::as_printed(), CableDamper::StrainRate), 4.5e-5, 0.05);
+    assert!(ratio(Parameters::default(), CableDamper::LengthRate).abs() < 1e-9);
+}
+
 #[test]
 fn locked_winches_give_the_published_periods_and_damping() {
     let plant = plant_of(CableModel::LumpedMass, Vec::new());

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cdpr::dynamics::Inputs;
 use cdpr::geometry::Geometry;
 use cdpr::model_file::Model;
-use cdpr::parameters::{CableInertia, CableModel, CableParameters, Parameters};
+use cdpr::parameters::{CableDamper, CableInertia, CableModel, CableParameters, Parameters};
 use cdpr::per_cable::PerCable;
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start, wrench_at_rest};
@@ -45,6 +45,7 @@ fn any_robot(random: &mut Random, cables: usize, cable_model: CableModel, cable_
         cable: cable.collect(),
         cable_model,
         cable_inertia,
+        cable_damper: if cables % 2 == 0 { CableDamper::StrainRate } else { CableDamper::LengthRate },
         gravity: [random.within(-1.0, 1.0), -9.81],
         centre_of_mass: random.around(0.5),
         ..Parameters::default()
