@@ -1,0 +1,53 @@
+//! What can be measured.
+
+/// A measured quantity. Cables count from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Channel {
+    /// `x`, `y` (m), `phi` (rad): 0, 1, 2.
+    Pose(usize),
+    /// `cable_length[i]` (m).
+    CableLength(usize),
+    /// `unstretched_length[i]` (m).
+    UnstretchedLength(usize),
+    /// `tension[i]` (N).
+    Tension(usize),
+}
+
+impl Channel {
+    /// Every channel that can be measured.
+    pub fn all() -> Vec<Self> {
+        let mut all: Vec<Self> = (0..3).map(Self::Pose).collect();
+        all.extend((0..4).map(Self::CableLength));
+        all.extend((0..4).map(Self::UnstretchedLength));
+        all.extend((0..4).map(Self::Tension));
+        all
+    }
+
+    /// The FMU's name of it.
+    pub fn name(self) -> String {
+        match self {
+            Self::Pose(k) => ["x", "y", "phi"][k].to_owned(),
+            Self::CableLength(i) => format!("cable_length[{}]", i + 1),
+            Self::UnstretchedLength(i) => format!("unstretched_length[{}]", i + 1),
+            Self::Tension(i) => format!("tension[{}]", i + 1),
+        }
+    }
+
+    /// Its SI unit.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Pose(2) => "rad",
+            Self::Tension(_) => "N",
+            _ => "m",
+        }
+    }
+
+    /// Smallest noise assumed (in its unit), so that data without noise do not make the filter singular.
+    pub(crate) fn noise_floor(self) -> f64 {
+        match self {
+            Self::Pose(2) => 1e-8,
+            Self::Tension(_) => 1e-2,
+            _ => 1e-6,
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! One recording.
+
+use cdpr::dynamics::Inputs;
+
+use super::Channel;
+
+/// One recording: samples at strictly increasing times, inputs held between samples.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// Where it was read from.
+    pub name: String,
+    /// Times (s).
+    pub time: Vec<f64>,
+    /// Inputs from each sample to the next.
+    pub inputs: Vec<Inputs>,
+    /// The channels that are present.
+    pub channels: Vec<Channel>,
+    /// Measurements, a row a sample in the order of `channels`; `NAN` is a gap.
+    pub measured: Vec<Vec<f64>>,
+}
+
+impl Trial {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// The samples `range` as a trial of their own.
+    pub fn part(&self, range: std::ops::Range<usize>, name: String) -> Self {
+        Self {
+            name,
+            time: self.time[range.clone()].to_vec(),
+            inputs: self.inputs[range.clone()].to_vec(),
+            channels: self.channels.clone(),
+            measured: self.measured[range].to_vec(),
+        }
+    }
+
+    /// Leaves out channels without a single number.
+    pub(crate) fn drop_empty_channels(&mut self) {
+        let used: Vec<usize> =
+            (0..self.channels.len()).filter(|j| self.measured.iter().any(|row| row[*j].is_finite())).collect();
+        self.channels = used.iter().map(|j| self.channels[*j]).collect();
+        for row in &mut self.measured {
+            *row = used.iter().map(|j| row[*j]).collect();
+        }
+    }
+
+    /// Rows from one number of channel `j` to its next: the median, 1 where there are no two.
+    pub(crate) fn stride(&self, j: usize) -> usize {
+        let rows: Vec<usize> = (0..self.len()).filter(|k| self.measured[*k][j].is_finite()).collect();
+        let mut strides: Vec<usize> = rows.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        strides.sort_unstable();
+        strides.get(strides.len() / 2).copied().unwrap_or(1)
+    }
+
+    /// Median sampling interval (s).
+    pub fn interval(&self) -> f64 {
+        let mut steps: Vec<f64> = self.time.windows(2).map(|w| w[1] - w[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    }
+}
