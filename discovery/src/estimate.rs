@@ -78,13 +78,16 @@ fn first_trajectory(model: &Examined, trial: &Trial, first: &[f64]) -> Trajector
     let n = model.states();
     let width = n + LATENTS;
     let len = trial.len();
-    let half = ((0.25 / trial.interval()).round() as usize).max(2);
+    let quarter_second = (0.25 / trial.interval()).round() as usize;
+    // A straight line takes three numbers, which a slow channel has some rows apart.
+    let halves: Vec<usize> = (0..trial.channels.len()).map(|j| quarter_second.max(2 * trial.stride(j))).collect();
+    let half = halves.iter().copied().max().unwrap_or(2);
     let column = |wanted: Channel| trial.channels.iter().position(|c| *c == wanted);
     let mut values = vec![0.0; len * width];
     // Value and slope of a straight line through the samples around k; the last known value where there are too few.
     let line = |j: usize, k: usize| -> Option<(f64, f64)> {
         let (mut s, mut st, mut stt, mut sv, mut stv) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for i in k.saturating_sub(half)..(k + half + 1).min(len) {
+        for i in k.saturating_sub(halves[j])..(k + halves[j] + 1).min(len) {
             let v = trial.measured[i][j];
             if v.is_finite() {
                 let t = trial.time[i] - trial.time[k];

@@ -12,11 +12,14 @@ pub(crate) struct Prediction {
     pub(crate) shown: Vec<Vec<f64>>,
     /// Samples at which the simulation restarts.
     pub(crate) restarts: Vec<usize>,
+    /// What stretches without a sample inside predict of the sample at their end.
+    ends: Vec<(usize, Vec<f64>)>,
 }
 
 /// Simulates every trial freely over `horizon` (s) at a time, from the state that the filter has by then.
 ///
-/// The first stretch begins after one horizon, at most a fifth of the trial, so that there is a window before it.
+/// The first stretch begins after one horizon, at most a fifth of the trial, so that there is a window before it. A stretch
+/// takes at least one sampling interval.
 pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
     (0..trials.len())
         .into_par_iter()
@@ -27,7 +30,8 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
             let start = trial.time[0];
             let duration = trial.time[trial.len() - 1] - start;
             let first = start + horizon.min(0.2 * duration);
-            let mut out = Prediction { shown: vec![vec![f64::NAN; m]; trial.len()], restarts: Vec::new() };
+            let mut out =
+                Prediction { shown: vec![vec![f64::NAN; m]; trial.len()], restarts: Vec::new(), ends: Vec::new() };
             let mut next_restart = first;
             let mut simulation = fit.examined.simulation(trial, 0, fit.trajectories[t].states(0));
             let mut running = false;
@@ -35,6 +39,10 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
             for k in 0..trial.len() {
                 simulation.set_inputs(trial.inputs[k]);
                 if trial.time[k] >= next_restart {
+                    if running && out.restarts.last().is_some_and(|last| last + 1 == k) {
+                        fit.examined.measure(&simulation, &trial.channels, &mut shown);
+                        out.ends.push((k, shown.clone()));
+                    }
                     let state: Vec<f64> =
                         fit.trajectories[t].states(k).iter().zip(filtered.updated(k)).map(|(a, b)| a + b).collect();
                     simulation.set_states(&state);
@@ -70,13 +78,12 @@ pub(crate) fn gap(trials: &[Trial], predictions: &[Prediction], noise: &[f64]) -
     let mut sums = vec![(0.0, 0); all.len()];
     for (trial, prediction) in trials.iter().zip(predictions) {
         let index: Vec<usize> = trial.channels.iter().map(|c| all.iter().position(|a| a == c).unwrap_or(0)).collect();
-        for k in 0..trial.len() {
-            // The sample of a restart has been used for the state; it is no prediction.
-            if prediction.restarts.contains(&k) {
-                continue;
-            }
+        // The sample of a restart has been used for the state; it is no prediction of its own stretch.
+        let inside = (0..trial.len()).filter(|k| prediction.restarts.binary_search(k).is_err());
+        let predicted = inside.map(|k| (k, &prediction.shown[k]));
+        for (k, shown) in predicted.chain(prediction.ends.iter().map(|(k, shown)| (*k, shown))) {
             for (j, at) in index.iter().enumerate() {
-                let e = (prediction.shown[k][j] - trial.measured[k][j]) / noise[*at];
+                let e = (shown[j] - trial.measured[k][j]) / noise[*at];
                 if e.is_finite() {
                     sums[*at].0 += e * e;
                     sums[*at].1 += 1;
@@ -98,5 +105,33 @@ impl GapSum {
     pub(crate) fn channel(&self, at: usize) -> Option<f64> {
         let (sum, count) = self.0[at];
         (count > 0).then(|| (sum / count as f64).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::{fitted, record};
+    use crate::estimate::noise_of_data;
+
+    /// Every sample is a restart then; what is predicted of it is that of the one before.
+    #[test]
+    fn samples_one_horizon_apart_have_a_gap() {
+        let trial = record(&[], 60.0, 8);
+        let every = |by: usize| {
+            let mut slow = trial.clone();
+            let keep = |k: &usize| k.is_multiple_of(by);
+            slow.time = (0..trial.len()).filter(keep).map(|k| trial.time[k]).collect();
+            slow.inputs = (0..trial.len()).filter(keep).map(|k| trial.inputs[k]).collect();
+            slow.measured = (0..trial.len()).filter(keep).map(|k| trial.measured[k].clone()).collect();
+            [slow]
+        };
+        for by in [10, 20] {
+            let trials = every(by);
+            let fit = fitted(&[], &trials);
+            let predictions = predict(&fit, &trials, 1.0);
+            let gap = gap(&trials, &predictions, &noise_of_data(&trials)).total();
+            assert!(gap > 0.1, "{by}: {gap}");
+        }
     }
 }

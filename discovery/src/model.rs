@@ -173,9 +173,10 @@ impl Examined {
     }
 
     fn first_pose(&self, trial: &Trial) -> [f64; 3] {
-        let window = trial.len().min(1 + (0.2 / trial.interval().max(1e-6)) as usize);
+        let fifth_second = 1 + (0.2 / trial.interval().max(1e-6)) as usize;
         let mean = |wanted: Channel| {
             let j = trial.channels.iter().position(|c| *c == wanted)?;
+            let window = trial.len().min(fifth_second.max(2 * trial.stride(j)));
             let value = crate::data::clean::median(trial.measured[..window].iter().map(|row| row[j]).collect());
             value.is_finite().then_some(value)
         };
@@ -201,7 +202,7 @@ impl Examined {
 }
 
 /// The pose that fits the lengths and coordinates known, in the least squares sense.
-fn gauss_newton_pose(
+pub(crate) fn gauss_newton_pose(
     geometry: &cdpr::geometry::Geometry,
     lengths: &[Option<f64>],
     known: &[Option<f64>; 3],
