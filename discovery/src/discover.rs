@@ -7,8 +7,9 @@ use cdpr::model_file::Model;
 use cdpr::per_cable::PerCable;
 
 use crate::alike::likeness;
-use crate::data::Trial;
+use crate::check::check;
 use crate::data::clean::remove_outliers;
+use crate::data::{Trial, make_ready};
 use crate::estimate::{FitError, noise_of_data};
 use crate::extension::{containing, count_in_use};
 use crate::fitted::{Evidence, Fitted, Trained};
@@ -25,7 +26,7 @@ use crate::write::{errors, label, place};
 /// Why there is no verdict.
 #[derive(Debug, thiserror::Error)]
 pub enum DiscoverError {
-    /// No trial, or trials that differ in what matters.
+    /// Trials that no search can use, or not as they were read.
     #[error("{0}")]
     Data(String),
     /// The model cannot be fitted to the data.
@@ -38,11 +39,11 @@ pub enum DiscoverError {
 /// With no held-out trial the last 30 % of the longest trial are held out. `progress` gets a message and a fraction.
 ///
 /// # Errors
-/// No data, or a model that cannot be fitted to them.
+/// Data that no search can use or that are not of this robot as they were read, or a model that cannot be fitted to them.
 pub fn discover(
     model: &Model,
-    mut train: Vec<Trial>,
-    mut holdout: Vec<Trial>,
+    train: Vec<Trial>,
+    holdout: Vec<Trial>,
     progress: Progress<'_>,
 ) -> Result<Discovery, DiscoverError> {
     let begun = Instant::now();
@@ -50,12 +51,30 @@ pub fn discover(
     if cables != 4 {
         return Err(DiscoverError::Data(format!("the model has {cables} cables; the search takes four so far")));
     }
-    if train.is_empty() {
-        return Err(DiscoverError::Data("no training data; expected one recording or more".to_owned()));
-    }
     progress("cleaning the data", 0.0);
+    let mut ready = prepare(train, holdout).map_err(DiscoverError::Data)?;
+    progress("checking the data against the model", 0.01);
+    let trials = ready.evidence.train.iter().chain(&ready.evidence.holdout);
+    ready.remarks.extend(check(model, trials).map_err(DiscoverError::Data)?);
+    examine(model, ready, begun, progress)
+}
+
+/// Recordings that a search can begin with.
+pub(crate) struct Ready {
+    evidence: Evidence,
+    /// What was held out, as a noun phrase.
+    holdout_source: String,
+    outliers: usize,
+    remarks: Vec<String>,
+}
+
+/// Makes recordings ready, cleans them and holds some out.
+pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<Ready, String> {
+    if train.is_empty() {
+        return Err("no training data; expected one recording or more".to_owned());
+    }
+    let remarks = make_ready(&mut train, &mut holdout, HORIZON)?;
     let outliers = train.iter_mut().chain(&mut holdout).map(remove_outliers).sum();
-    let mut remarks = Vec::new();
     let holdout_source = if holdout.is_empty() {
         hold_out(&mut train, &mut holdout)?
     } else {
@@ -64,7 +83,17 @@ pub fn discover(
     };
     let all: Vec<Trial> = train.iter().chain(&holdout).cloned().collect();
     let noise = noise_of_data(&all);
-    let evidence = Evidence { train, holdout, noise };
+    Ok(Ready { evidence: Evidence { train, holdout, noise }, holdout_source, outliers, remarks })
+}
+
+/// Finds out what `model` is missing, from recordings that are ready.
+pub(crate) fn examine(
+    model: &Model,
+    ready: Ready,
+    begun: Instant,
+    progress: Progress<'_>,
+) -> Result<Discovery, DiscoverError> {
+    let Ready { evidence, holdout_source, outliers, mut remarks } = ready;
     progress("fitting the model as given", 0.02);
     let mut search = Search::new(&evidence, model.effects.len(), progress);
     let base = search.base(model)?;
@@ -182,16 +211,16 @@ pub fn discover(
 }
 
 /// Cuts the last 30 % off the longest trial.
-fn hold_out(train: &mut [Trial], holdout: &mut Vec<Trial>) -> Result<String, DiscoverError> {
+fn hold_out(train: &mut [Trial], holdout: &mut Vec<Trial>) -> Result<String, String> {
     let longest = (0..train.len()).max_by_key(|t| train[*t].len()).unwrap_or(0);
     let trial = &train[longest];
     let cut = trial.len() * 7 / 10;
     if trial.len() - cut < 50 {
-        return Err(DiscoverError::Data(format!(
+        return Err(format!(
             "{} has {} samples: too few to hold a part out; expected 170 or more, or --holdout",
             trial.name,
             trial.len()
-        )));
+        ));
     }
     let name = format!("the last {:.0} s of {}", trial.time[trial.len() - 1] - trial.time[cut], trial.name);
     holdout.push(trial.part(cut..trial.len(), name.clone()));

@@ -12,6 +12,7 @@ pub mod write;
 
 mod alike;
 mod candidates;
+mod check;
 mod discover;
 mod estimate;
 mod extension;
