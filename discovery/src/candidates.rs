@@ -32,7 +32,8 @@ pub(crate) struct Candidate {
 impl Candidate {
     /// The effect with these amplitudes.
     pub(crate) fn effect(&self, amplitudes: &[f64]) -> Option<EffectSpec> {
-        (self.build)(amplitudes).filter(|spec| spec.check().is_ok())
+        let known = amplitudes.iter().all(|a| a.is_finite());
+        known.then(|| (self.build)(amplitudes)).flatten().filter(|spec| spec.check().is_ok())
     }
 }
 
@@ -154,6 +155,9 @@ impl Library {
         tried: usize,
         build: impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send + Sync + 'static,
     ) {
+        if !possible(id, Some(1), variations) {
+            return;
+        }
         let mut by_cable = Vec::new();
         for cable in 1..=4 {
             let sims: Vec<usize> = variations.iter().map(|values| self.vary(id, Some(cable), values)).collect();
@@ -176,6 +180,9 @@ impl Library {
         tried: usize,
         build: impl Fn(&[f64]) -> Option<Vec<f64>> + Send + Sync + 'static,
     ) {
+        if !possible(id, None, variations) {
+            return;
+        }
         let columns = variations
             .iter()
             .map(|values| {
@@ -186,6 +193,11 @@ impl Library {
         let make = move |a: &[f64]| build(a).and_then(|values| EffectSpec::new(id, None, &values).ok());
         self.candidate(id, None, columns, tried, Box::new(make));
     }
+}
+
+/// Whether an effect can have these values, which come from the model and the data: a cable without mass has no transverse mode.
+fn possible(id: &str, cable: Option<usize>, variations: &[Vec<f64>]) -> bool {
+    variations.iter().all(|values| EffectSpec::new(id, cable, values).is_ok())
 }
 
 /// One parameter in proportion to one amplitude.
@@ -279,7 +291,7 @@ fn winches(lib: &mut Library, situation: &Situation) {
 }
 
 fn saturation(lib: &mut Library, cable: Option<usize>, lower: f64, upper: f64) {
-    if upper <= lower {
+    if upper <= lower || !possible("winch_saturation", cable, &[vec![lower, upper]]) {
         return;
     }
     let sim = lib.vary("winch_saturation", cable, &[lower, upper]);
@@ -539,4 +551,23 @@ fn push_term(lib: &mut Library, target: &'static str, term: &str, size: f64) {
     let term = term.to_owned();
     let build = move |a: &[f64]| EffectSpec::expression(target, &format!("{}*{term}", literal(a[0] * size))).ok();
     lib.candidate("expression", None, vec![column], 0, Box::new(build));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::record;
+
+    #[test]
+    fn a_cable_without_mass_has_no_transverse_mode_and_no_panic() {
+        let mut model = Model::default();
+        let situation = Situation::of(&[record(&[], 5.0, 1)]);
+        let count = |model: &Model| {
+            let library = catalogue(model, &situation);
+            library.candidates.iter().filter(|c| c.id == "cable_transverse_mode").count()
+        };
+        assert_eq!(count(&model), 5);
+        model.parameters.cable_density = 0.0;
+        assert_eq!(count(&model), 0);
+    }
 }

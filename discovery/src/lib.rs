@@ -18,6 +18,8 @@ mod estimate;
 mod extension;
 mod fitted;
 mod form;
+#[cfg(test)]
+mod fuzz;
 mod gap;
 mod kalman;
 mod late;

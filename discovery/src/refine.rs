@@ -234,16 +234,21 @@ fn move_parameter(model: &mut Model, free: Free, change: f64) {
     let (low, high) = parameter.typical;
     let value = &mut spec.values[free.parameter];
     let before = *value;
-    let change = if parameter.unit == "rad" { change.clamp(-0.5, 0.5) } else { change };
-    *value = (before + change).clamp(parameter.min, parameter.max);
+    let change = if parameter.unit == "rad" { between(change, -0.5, 0.5) } else { change };
+    *value = between(before + change, parameter.min, parameter.max);
     if parameter.shape && low > 0.0 {
         // Shapes stay where the law is itself.
-        *value = value.clamp(0.25 * before, 4.0 * before).clamp(0.1 * low, 10.0 * high);
+        *value = between(between(*value, 0.25 * before, 4.0 * before), 0.1 * low, 10.0 * high);
     } else if parameter.shape {
-        *value = value.clamp(10.0 * low, 10.0 * high);
+        *value = between(*value, 10.0 * low, 10.0 * high);
     } else if parameter.min == 0.0 {
         *value = value.max(1e-6 * before.max(0.05 * high));
     }
+}
+
+/// The value nearest to `value` between two bounds in any order: those of a parameter below zero come the other way round.
+fn between(value: f64, one: f64, other: f64) -> f64 {
+    if value.is_nan() { value } else { value.max(one.min(other)).min(one.max(other)) }
 }
 
 /// Least squares by scaled Cholesky; columns that say nothing get zero.
@@ -310,4 +315,23 @@ fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Propos
         })
         .collect();
     Estimate { free: free.to_vec(), standard_error, wald }
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+
+    use super::*;
+
+    /// Where all forces push, so do the limits of a winch's force, and four times such a limit lies below a quarter of it.
+    #[test]
+    fn a_shape_below_zero_moves_within_its_bounds() {
+        let limits = EffectSpec::new("winch_saturation", None, &[-25e3, -15e3]).unwrap();
+        let mut model = Model { effects: vec![limits], ..Model::default() };
+        move_parameter(&mut model, Free { effect: 0, parameter: 1 }, -100.0);
+        let moved = model.effects[0].values[1];
+        assert!(moved.is_finite(), "{moved}");
+        assert_eq!(between(5.0, 2.0, -1.0), 2.0);
+        assert_eq!(between(-5.0, 2.0, -1.0), -1.0);
+    }
 }
