@@ -1,10 +1,12 @@
 //! `cdpr discover`: what a model is missing, from recordings; written as data, model, FMU and report.
 
 use std::fmt::Write as _;
-use std::io::{Write, stdout};
+use std::fs;
+use std::io::{ErrorKind, Write, stdout};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use anyhow::Context;
 use cdpr::model_file::Model;
 use cdpr::parameters::CableModel;
 use cdpr_discovery::data::{ColumnMap, DataError, Trial, read_trial};
@@ -27,10 +29,18 @@ use crate::{fmu, model, whole};
     cable_length[i], unstretched_length[i] (m), tension[i] (N) from which the pose can be told. Inputs are held from \
     row to row; a gap in a measurement is an empty cell or nan. Without --holdout the last part of the longest \
     recording is held out.\n\n\
-    A map names the columns of a table from elsewhere and their units:\n  \
+    Times are seconds, or dates as 2026-05-04T10:20:30.125Z; these and Unix times are counted from the first sample.\n\n\
+    A map names the columns of a table from elsewhere and their units. Keys are column, unit, scale and offset; the value is \
+    scale * unit * cell + offset, offset in SI:\n  \
     time = { column = \"t\", unit = \"ms\" }\n  \
-    \"winch_force[1]\" = { column = \"F1\", unit = \"kN\" }\n  \
-    x = \"pos_x\"\n\n\
+    phi = { column = \"yaw\", unit = \"degrees\" }\n  \
+    \"winch_force[1]\" = { column = \"F1\", unit = \"kN\", scale = -1 }\n  \
+    \"winch_force[2]\" = { column = \"I2\", unit = \"A\", scale = 85 }      (newtons an ampere)\n  \
+    x = \"pos_x\"\n\
+    Units: s ms us ns min h; m mm cm um km in ft; rad mrad deg (degrees) rev; N kN MN daN kgf lbf; N.m kN.m; and with a scale \
+    A mA V mV counts %.\n\n\
+    Before the search the recordings are checked against the model: units, signs, exchanged columns, origins, frames, clocks. \
+    What is clearly wrong ends with exit code 2 and says what to write in the map. More in docs/recordings.md.\n\n\
     Into DIR go report.html, discovery.json, model.toml (the model with what was found), CablePlatform.fmu (the same, \
     packed) and gap.csv (the numbers behind the plots).")]
 pub(crate) struct Arguments {
@@ -162,6 +172,10 @@ pub(crate) fn write_results(discovery: &Discovery, mut about: About, out: &Path)
     about.files.extend(files.clone());
     let report = write::report(discovery, &about);
     let page = report::render(&report)?;
+    // Should writing end half-way, no older report stands beside a newer model.
+    for file in &files {
+        remove_older(Path::new(&file.path))?;
+    }
     whole::write(&place("model.toml"), &model_toml)?;
     fmu::pack(&model_toml, &[], &place("CablePlatform.fmu"))?;
     whole::write(&place("gap.csv"), gap_csv(discovery))?;
@@ -169,6 +183,16 @@ pub(crate) fn write_results(discovery: &Discovery, mut about: About, out: &Path)
     // Last: who finds it finds the others.
     whole::write(&place("discovery.json"), discovery_json(discovery)?)?;
     Ok(Results { summary: summary(discovery, &report), files: files.to_vec(), report })
+}
+
+/// Removes a file of an earlier run, if there is one.
+fn remove_older(path: &Path) -> anyhow::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("{}: the file of an earlier run cannot be removed", path.display()))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The result on one screen.
@@ -255,4 +279,21 @@ fn sized(effect: &cdpr::effect::EffectSpec, parameters: &[report::Parameter]) ->
 fn signed(value: f64) -> String {
     let sign = if value > 0.0 { "+" } else { "" };
     format!("{sign}{}", report::significant(value, 3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_of_an_earlier_run_is_removed_and_a_missing_one_is_no_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let report = folder.path().join("report.html");
+        fs::write(&report, "old").unwrap();
+        remove_older(&report).unwrap();
+        assert!(!report.exists());
+        remove_older(&report).unwrap();
+        fs::create_dir(&report).unwrap();
+        assert!(remove_older(&report).unwrap_err().to_string().contains("report.html: the file of an earlier run"));
+    }
 }
