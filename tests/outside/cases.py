@@ -7,7 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from outside.fmu import OUTPUTS, POSE, TWIST, Instance, indexed, input_values, start_values
+from outside.fmu import (
+    OUTPUTS,
+    POSE,
+    TWIST,
+    Instance,
+    input_values,
+    output_names,
+    start_values,
+)
 from reference.parameters import LUMPED_MASS, MASSLESS_SPRING, Effect, Inputs, Parameters
 from reference.plant import Plant
 from reference.simulation import simulate
@@ -90,15 +98,18 @@ def starting(case: Case, plant: Plant) -> tuple[np.ndarray, dict]:
 
     Start values are what the sensors show.
     """
-    command, wrench = case.inputs.at(0.0)[:4], case.inputs.at(0.0)[4:]
+    command, wrench = np.split(case.inputs.at(0.0), [plant.cables])
     y0 = plant.initial_state(case.pose, case.twist, command=command)
     if plant.has_length_rate:
         # A start that is not at rest along the cables either.
-        y0[10:14] = plant.motion(y0[:3], y0[3:6]).L_rate * (1.0 - 1e-3)
+        y0[plant.length_rates] = plant.motion(y0[:3], y0[3:6]).L_rate * (1.0 - 1e-3)
     shown = plant.outputs(0.0, y0, command, wrench)
     states = [*POSE, *TWIST]
-    states += indexed("unstretched_length") if plant.has_length else []
-    states += indexed("unstretched_length_rate") if plant.has_length_rate else []
+    cables = range(1, plant.cables + 1)
+    if plant.has_length:
+        states += [f"unstretched_length[{i}]" for i in cables]
+    if plant.has_length_rate:
+        states += [f"unstretched_length_rate[{i}]" for i in cables]
     values = input_values(case.inputs) | {"initialization": "from_states"}
     return y0, values | {name: shown[name] for name in states}
 
@@ -121,7 +132,7 @@ def fmu_run(case: Case, instance: Instance, t_out, steps=None, through_fmi=True,
         # Here the rate of a length is EA/bl = 760 1/s times the error of the length.
         options.setdefault("relative_tolerance", 1e-11)
     instance.initialise(values | options)
-    return instance.run(case.inputs, t_out, steps)
+    return instance.run(case.inputs, t_out, steps, names=output_names(plant.cables))
 
 
 def relative_errors(found, expected, names=OUTPUTS) -> dict[str, float]:

@@ -11,12 +11,14 @@ from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2FMUstate
 
 from reference.parameters import CABLES, SCALARS, Inputs, Parameters
 
-INPUTS = (
-    *(f"winch_force[{i}]" for i in range(1, CABLES + 1)),
-    "disturbance_force_x",
-    "disturbance_force_y",
-    "disturbance_torque",
-)
+
+def input_names(cables: int) -> tuple[str, ...]:
+    """The inputs of a robot with so many cables, in their order."""
+    disturbances = ("disturbance_force_x", "disturbance_force_y", "disturbance_torque")
+    return (*(f"winch_force[{i}]" for i in range(1, cables + 1)), *disturbances)
+
+
+INPUTS = input_names(CABLES)
 POSE = ("x", "y", "phi")
 TWIST = ("vx", "vy", "omega")
 PER_CABLE = (
@@ -27,7 +29,15 @@ PER_CABLE = (
     "strain",
     "cable_angle",
 )
-OUTPUTS = (*POSE, *TWIST, *(f"{name}[{i}]" for name in PER_CABLE for i in range(1, CABLES + 1)))
+
+
+def output_names(cables: int) -> tuple[str, ...]:
+    """The real outputs of a robot with so many cables."""
+    per_cable = (f"{name}[{i}]" for name in PER_CABLE for i in range(1, cables + 1))
+    return (*POSE, *TWIST, *per_cable)
+
+
+OUTPUTS = output_names(CABLES)
 SLACK = tuple(f"slack[{i}]" for i in range(1, CABLES + 1))
 
 
@@ -144,10 +154,11 @@ class Instance:
     def set_inputs(self, inputs: Inputs, time: float):
         """The values and slopes that hold just after `time`."""
         k = inputs.segment(time)
-        self.set(dict(zip(INPUTS, inputs.on_segment(k, time), strict=True)))
+        names = input_names(inputs.values.shape[1] - 3)
+        self.set(dict(zip(names, inputs.on_segment(k, time), strict=True)))
         if inputs.slopes[k].any():
-            references = self.fmu.references(INPUTS)
-            self.slave.setRealInputDerivatives(references, [1] * 7, list(inputs.slopes[k]))
+            references = self.fmu.references(names)
+            self.slave.setRealInputDerivatives(references, [1] * len(names), list(inputs.slopes[k]))
 
     def run(self, inputs: Inputs, t_out, steps=None, names=OUTPUTS) -> dict[str, np.ndarray]:
         """Drive the instance over `t_out`; `steps` are further communication points.
@@ -204,4 +215,4 @@ def start_values(p: Parameters) -> dict:
 
 def input_values(inputs: Inputs, time: float = 0.0) -> dict:
     """The inputs just after `time`, by name."""
-    return dict(zip(INPUTS, inputs.at(time), strict=True))
+    return dict(zip(input_names(inputs.values.shape[1] - 3), inputs.at(time), strict=True))

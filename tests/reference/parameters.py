@@ -14,7 +14,7 @@ LUMPED_MASS = "lumped_mass"
 CABLE_MODELS = (RIGID, MASSLESS_SPRING, LUMPED_MASS)
 CABLE_INERTIAS = ("paper", "reeled", "none")
 
-CABLES = 4
+CABLES = 4  # of the robot of the paper
 AIR_DENSITY = 1.225  # kg/m3, ISA sea level
 
 
@@ -24,7 +24,7 @@ def _degrees(*angles: float) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class Effect:
-    """One entry of the catalogue: `cable` is 1..4, or None for all four or for the platform."""
+    """One entry of the catalogue: `cable` counts from 1, or None for all or for the platform."""
 
     id: str
     cable: int | None = None
@@ -33,6 +33,15 @@ class Effect:
     def acts_on(self, cable_index: int) -> bool:
         """Whether it acts on the cable with this zero-based index."""
         return self.cable is None or self.cable == cable_index + 1
+
+
+@dataclass(frozen=True)
+class Cable:
+    """One cable by coordinates (m); `own` holds what it has other than the robot's."""
+
+    anchor: tuple[float, float]
+    attachment: tuple[float, float]
+    own: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -52,6 +61,20 @@ class Parameters:
     cable_model: str = LUMPED_MASS
     cable_inertia: str = "paper"
     effects: tuple[Effect, ...] = ()
+    gravity: tuple[float, float] = (0.0, 0.0)  # m/s2
+    centre_of_mass: tuple[float, float] = (0.0, 0.0)  # m, body frame
+    cable: tuple[Cable, ...] = ()  # in place of the two circles
+
+    @property
+    def cables(self) -> int:
+        """Number of cables."""
+        return len(self.cable) or len(self.anchor_angle)
+
+    def each(self, own: str, common: float) -> np.ndarray:
+        """A property of every cable: its own, or the robot's."""
+        if not self.cable:
+            return np.full(self.cables, common)
+        return np.array([c.own.get(own, common) for c in self.cable])
 
     @property
     def axial_stiffness(self) -> float:
@@ -65,12 +88,23 @@ class Parameters:
     def to_toml(self) -> str:
         """The same model as a `model.toml`, every value written with all its digits."""
         lines = []
+        circles = ("anchor_radius", "attachment_radius")
         for name in SCALARS:
-            lines.append(f"{name} = {_number(getattr(self, name))}")
-        for name in ("anchor_angle", "attachment_angle"):
-            lines.append(f"{name} = [{', '.join(_number(v) for v in getattr(self, name))}]")
+            if not (self.cable and name in circles):
+                lines.append(f"{name} = {_number(getattr(self, name))}")
+        rows = ["gravity", "centre_of_mass"]
+        rows += [] if self.cable else ["anchor_angle", "attachment_angle"]
+        for name in rows:
+            lines.append(f"{name} = {_row(getattr(self, name))}")
         lines.append(f'cable_model = "{self.cable_model}"')
         lines.append(f'cable_inertia = "{self.cable_inertia}"')
+        if self.cable:
+            # Without a start of its own a model is refused where no winch holds it.
+            lines += ["", "[start]", f"winch_force = {_row([1000.0] * self.cables)}"]
+        for cable in self.cable:
+            lines += ["", "[[cable]]", f"anchor = {_row(cable.anchor)}"]
+            lines.append(f"attachment = {_row(cable.attachment)}")
+            lines += [f"{key} = {_number(value)}" for key, value in cable.own.items()]
         for effect in self.effects:
             lines += ["", "[[effect]]", f'id = "{effect.id}"']
             if effect.cable is not None:
@@ -98,8 +132,12 @@ def _number(value: float) -> str:
     return text if any(c in text for c in ".en") else text + ".0"
 
 
+def _row(values) -> str:
+    return f"[{', '.join(_number(v) for v in values)}]"
+
+
 class Inputs:
-    """The seven inputs over time: four winch forces (N), two forces (N) and a torque (N m).
+    """The inputs over time: the winch forces (N), two forces (N) and a torque (N m).
 
     Knots `times[k]` start segments on which the inputs are `values[k] + slopes[k] (t - times[k])`;
     without slopes this is a zero-order hold. Before the first knot the first value holds.
@@ -107,7 +145,7 @@ class Inputs:
 
     def __init__(self, times, values, slopes=None):
         self.times = [float(t) for t in times]
-        self.values = np.asarray(values, dtype=float).reshape(len(self.times), 7)
+        self.values = np.asarray(values, dtype=float).reshape(len(self.times), -1)
         self.slopes = np.zeros_like(self.values) if slopes is None else np.asarray(slopes, float)
 
     @classmethod

@@ -21,7 +21,6 @@ from scipy.optimize import brentq
 
 from .parameters import (
     AIR_DENSITY,
-    CABLES,
     LUMPED_MASS,
     MASSLESS_SPRING,
     RIGID,
@@ -55,29 +54,36 @@ def with_elasticity(p: Parameters) -> Parameters:
 
 
 class Plant:
-    """States, in this order: x y φ, vx vy ω, l(4) unless rigid, l'(4) if the cables have axial
+    """States, in this order: x y φ, vx vy ω, l(n) unless rigid, l'(n) if the cables have axial
     inertia and are `lumped_mass`, the creep strains, the states of the winch lags, bow and velocity
     of the swinging cables, then the deflections of friction that gives before it slides."""
 
     def __init__(self, parameters: Parameters):
         p = self.parameters = with_elasticity(parameters)
         self.winches = WinchChain(p)
-        self.anchors = p.anchor_radius * np.exp(1j * np.array(p.anchor_angle))
-        self.arms = p.attachment_radius * np.exp(1j * np.array(p.attachment_angle))
+        self.cables = n = p.cables
+        if p.cable:
+            self.anchors = np.array([complex(*c.anchor) for c in p.cable])
+            self.arms = np.array([complex(*c.attachment) for c in p.cable])
+        else:
+            self.anchors = p.anchor_radius * np.exp(1j * np.array(p.anchor_angle))
+            self.arms = p.attachment_radius * np.exp(1j * np.array(p.attachment_angle))
         self.mass = p.platform_mass
         self.inertia = p.platform_inertia
-        self.com = 0j  # centre of mass in the body frame
-        self.EA = np.full(CABLES, p.axial_stiffness)
-        self.bl = np.full(CABLES, p.cable_damping)
-        self.stiffening = np.zeros(CABLES)
-        self.drum_mass = np.zeros(CABLES)
-        self.drag = np.zeros(CABLES)
-        rho = 0.0 if p.cable_inertia == "none" else p.cable_density
-        self.straight = np.full(CABLES, rho / 3.0)  # kg/m that the end carries across
-        self.end = np.zeros(CABLES)  # kg/m that it carries along
+        self.com = complex(*p.centre_of_mass)  # centre of mass in the body frame
+        self.EA = p.each("youngs_modulus", p.youngs_modulus) * p.each("area", p.cable_area)
+        self.bl = p.each("damping", p.cable_damping)
+        self.rho = p.each("density", p.cable_density)
+        self.stiffening = np.zeros(n)
+        self.drum_mass = np.zeros(n)
+        self.drag = np.zeros(n)
+        heavy = p.cable_inertia != "none"
+        self.straight = heavy * self.rho / 3.0  # kg/m that the end carries across
+        self.end = np.zeros(n)  # kg/m that it carries along
         self.swings = []
         for effect in p.effects:
             self._apply(effect)
+        self.lengths, self.length_rates = slice(6, 6 + n), slice(6 + n, 6 + 2 * n)
         self.axial_mass = p.cable_inertia != "none" or bool(self.drum_mass.any())
         # Without axial inertia a lumped-mass cable is a massless spring.
         self.has_length = p.cable_model != RIGID
@@ -85,10 +91,10 @@ class Plant:
         self.creeps = [
             (i, e.values["axial_stiffness"], e.values["time_constant"])
             for e in p.find("cable_creep")
-            for i in range(CABLES)
+            for i in range(n)
             if e.acts_on(i) and self.has_length
         ]
-        self.first_creep = 6 + CABLES * (self.has_length + self.has_length_rate)
+        self.first_creep = 6 + n * (self.has_length + self.has_length_rate)
         self.first_lag = self.first_creep + len(self.creeps)
         self.first_swing = self.first_lag + len(self.winches.lags)
         self.first_bristle = self.first_swing + 2 * len(self.swings)
@@ -97,7 +103,7 @@ class Plant:
     def _apply(self, effect):
         """Effects that are a change of a parameter."""
         v = effect.values
-        cables = [i for i in range(CABLES) if effect.acts_on(i)]
+        cables = [i for i in range(self.cables) if effect.acts_on(i)]
         match effect.id:
             case "platform_mass":
                 self.mass += v["mass"]
@@ -149,7 +155,7 @@ class Plant:
 
     def _inertia_terms(self, length, rate, angle_rate):
         """Axial inertia force `mass * length'' + rest` of a moving cable."""
-        rho = self.parameters.cable_density
+        rho = self.rho
         match self.parameters.cable_inertia:
             case "paper":
                 mass = rho / 2.0 * length
@@ -175,7 +181,7 @@ class Plant:
     def _swinging(self, y, m, tension):
         """Forces across the cables (N) and rates of bow and velocity, by Lagrange's equations for
         the bow from the chord and the end's motion, with the mode's momentum as a state."""
-        across = np.zeros(CABLES)
+        across = np.zeros(self.cables)
         rates = []
         for (i, v), (bow, velocity) in zip(
             self.swings, y[self.first_swing : self.first_bristle].reshape(-1, 2), strict=True
@@ -209,7 +215,7 @@ class Plant:
         strain = (L - unstretched) / unstretched - creep
         force = self.EA * strain * (1.0 + self.stiffening * strain**2)
         for effect in self.parameters.find("cable_sag"):
-            for i in range(CABLES):
+            for i in range(self.cables):
                 if effect.acts_on(i):
                     force[i] = self._sagging_force(effect.values, self.EA[i], L[i], strain[i])
         return force
@@ -293,6 +299,7 @@ class Plant:
         a = complex(acceleration[0], acceleration[1])
         a_com = a + (1j * acceleration[2] - twist[2] ** 2) * offset
         momentum_rate = self.mass * a_com
+        momentum_rate -= self.mass * complex(*self.parameters.gravity)
         balance = momentum_rate - force - pull.sum()
         moment = (
             self.inertia * acceleration[2]
@@ -318,7 +325,7 @@ class Plant:
             L_acc, _ = self._cable_accelerations(m, twist, acceleration)
             return pull + mass * L_acc + rest
 
-        for taut in itertools.product((True, False), repeat=CABLES):
+        for taut in itertools.product((True, False), repeat=self.cables):
             taut = np.array(taut)
             # A swinging cable takes the winch's pull for its tension, which has no jumps.
             across, _ = swinging(np.where(taut, pull, 0.0))
@@ -339,7 +346,7 @@ class Plant:
     def evaluate(self, t, y, command, wrench):
         """Everything at one instant: accelerations, rates of the other states, tensions.
 
-        `command` are the four winch forces after their delays.
+        `command` are the winch forces after their delays.
         """
         pose, twist = y[0:3], y[3:6]
         m = self.motion(pose, twist)
@@ -347,13 +354,13 @@ class Plant:
             self.winches.saturate(command), y[self.first_lag : self.first_swing]
         )
         deflections = y[self.first_bristle :]
-        creep = np.zeros(CABLES)
+        creep = np.zeros(self.cables)
         for k, (i, _, _) in enumerate(self.creeps):
             creep[i] += y[self.first_creep + k]
         warmth = self._warmth(t)
         bowed = self._bowed(y, m.L)
         if self.has_length_rate:
-            length, rate = y[6:10], y[10:14]
+            length, rate = y[self.lengths], y[self.length_rates]
             pull = self.winches.deliver(lagged, rate, deflections)
             damping = self.bl / length * (m.L_rate - rate)
             spring = self.spring_force(bowed, length * warmth, creep)
@@ -376,7 +383,7 @@ class Plant:
             length, rate = m.L, m.L_rate
             cable_rates = np.empty(0)
             if self.has_length:
-                length = y[6:10]
+                length = y[self.lengths]
                 imbalance = self.spring_force(bowed, length * warmth, creep) - tension
                 rate = m.L_rate + imbalance * length / self.bl
                 cable_rates = rate
@@ -385,7 +392,7 @@ class Plant:
             for k, (i, stiffness, time_constant) in enumerate(self.creeps)
         ]
         # As the losses, the deflections follow the rate of the paid-out end.
-        paid_out = y[10:14] if self.has_length_rate else m.L_rate
+        paid_out = y[self.length_rates] if self.has_length_rate else m.L_rate
         bristle_rates = self.winches.bristle_rates(paid_out, deflections)
         own_rates = [creep_rates, lag_rates, swing_rates, bristle_rates]
         y_rate = np.concatenate([twist, acceleration, cable_rates, *own_rates])
@@ -406,12 +413,12 @@ class Plant:
                 lag = self.winches.lag_at_rest(limited)
                 lagged, _ = self.winches.lag(limited, lag)
                 pull = self.winches.deliver(
-                    lagged, np.zeros(CABLES), np.zeros(len(self.winches.bristles))
+                    lagged, np.zeros(self.cables), np.zeros(len(self.winches.bristles))
                 )
                 unstretched = self.unstretched_for(m.L, np.maximum(pull, 0.0))
-            y[6:10] = unstretched
+            y[self.lengths] = unstretched
         if self.has_length_rate and unstretched_rate is not None:
-            y[10:14] = unstretched_rate
+            y[self.length_rates] = unstretched_rate
         if self.winches.lags:
             y[self.first_lag : self.first_swing] = self.winches.lag_at_rest(limited)
         for k, (i, _) in enumerate(self.swings):
@@ -423,7 +430,7 @@ class Plant:
         """The values that the FMU shows under the same names (sensor delays not included)."""
         _, m, tension, length, rate = self.evaluate(t, y, command, wrench)
         out = dict(zip(("x", "y", "phi", "vx", "vy", "omega"), y[:6], strict=True))
-        for i in range(CABLES):
+        for i in range(self.cables):
             n = f"[{i + 1}]"
             out["cable_length" + n] = m.L[i]
             out["cable_angle" + n] = m.angle[i]
@@ -435,10 +442,9 @@ class Plant:
             self._sensor(effect, out)
         return {name: float(value) for name, value in out.items()}
 
-    @staticmethod
-    def _sensor(effect, out):
+    def _sensor(self, effect, out):
         v = effect.values
-        cables = [i for i in range(CABLES) if effect.acts_on(i)]
+        cables = [i for i in range(self.cables) if effect.acts_on(i)]
         channel = v.get("channel", "unstretched_length")
         match effect.id:
             case "length_sensor_bias":

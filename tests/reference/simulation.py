@@ -74,7 +74,7 @@ def _inputs_at(inputs: Inputs, delays, side: float, t: float):
             for i, delay in enumerate(delays)
         ]
     )
-    return command, inputs.on_segment(inputs.segment(side), t)[4:]
+    return command, inputs.on_segment(inputs.segment(side), t)[len(delays) :]
 
 
 def _outputs_at(plant, inputs, delays, side, t, y):

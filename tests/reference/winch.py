@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from .parameters import CABLES, Parameters
+from .parameters import Parameters
 
 CAPSTAN_SPEED = 0.01  # m/s, where the capstan loss changes its sign
 
@@ -25,11 +25,12 @@ def sliding(values: dict, rate: float) -> float:
 
 
 class WinchChain:
-    """The effects that sit on the four winches."""
+    """The effects that sit on the winches."""
 
     def __init__(self, parameters: Parameters):
         self.parameters = parameters
-        self.delays = np.zeros(CABLES)
+        self.cables = parameters.cables
+        self.delays = np.zeros(self.cables)
         for i, effect in self._each("winch_delay"):
             self.delays[i] += effect.values["delay"]
         # One lag is one state; several on one winch follow each other.
@@ -43,7 +44,7 @@ class WinchChain:
 
     def _each(self, effect_id: str):
         for effect in self.parameters.find(effect_id):
-            for i in range(CABLES):
+            for i in range(self.cables):
                 if effect.acts_on(i):
                     yield i, effect
 
