@@ -281,6 +281,11 @@ impl Plant {
         (axial_states(self.data.cables[cable].model) > 0).then(|| self.offset[cable])
     }
 
+    /// Whether a cable is wound in to its end: no equation holds where an unstretched length is not positive.
+    pub(crate) fn wound_in(&self, y: &[f64]) -> bool {
+        (0..self.cables()).any(|i| self.unstretched_index(i).is_some_and(|at| y[at] <= 0.0))
+    }
+
     /// Index of the rate of the unstretched length of `cable` (from 0); `None` where it is no state.
     pub fn rate_index(&self, cable: usize) -> Option<usize> {
         (axial_states(self.data.cables[cable].model) > 1).then(|| self.offset[cable] + 1)

@@ -114,7 +114,8 @@ pub trait Model: Send + Sized + 'static {
     /// histories. The layer adds its own header with version, GUID, FMI state and checksum.
     fn save(&self, out: &mut Vec<u8>);
 
-    /// Take the state that [`Model::save`] wrote.
+    /// Take the state that [`Model::save`] wrote. A checksum keeps damaged bytes away, but not made-up ones: check what is
+    /// read as if a host had set it.
     ///
     /// # Errors
     /// The bytes are not such a state; the model is then unchanged.
@@ -154,6 +155,27 @@ pub struct Experiment {
     pub stop_time: Option<f64>,
     /// Relative tolerance, where the host defined one.
     pub tolerance: Option<f64>,
+}
+
+impl Experiment {
+    /// What no experiment can be, in words, if this is such a one.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let Self { start_time: start, stop_time, tolerance } = *self;
+        if !start.is_finite() {
+            return Err(format!("start time {start} is not finite"));
+        }
+        if let Some(stop) = stop_time
+            && !(stop.is_finite() && stop >= start)
+        {
+            return Err(format!("stop time {stop} is not a time at or after the start time {start}"));
+        }
+        if let Some(tolerance) = tolerance
+            && !(tolerance.is_finite() && tolerance > 0.0)
+        {
+            return Err(format!("tolerance {tolerance} is not positive"));
+        }
+        Ok(())
+    }
 }
 
 /// Why a model refused a request.

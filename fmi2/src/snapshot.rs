@@ -205,7 +205,8 @@ impl<'a> Reader<'a> {
         let there = self.flag()?;
         let experiment =
             Experiment { start_time: self.finite()?, stop_time: self.option()?, tolerance: self.option()? };
-        Some(there.then_some(experiment))
+        let possible = !there || experiment.check().is_ok();
+        possible.then(|| there.then_some(experiment))
     }
 
     fn last_step(&mut self) -> Option<LastStep> {
@@ -278,6 +279,16 @@ mod tests {
         assert!(matches!(other, SnapshotError::Guid { .. }), "{other}");
         bytes[8] = 2;
         assert_eq!(Snapshot::from_bytes(&bytes, GUID), Err(SnapshotError::Format { found: 2 }));
+    }
+
+    #[test]
+    fn an_experiment_that_could_not_be_set_up_is_refused() {
+        for (stop_time, tolerance) in [(Some(-2.0), None), (None, Some(0.0)), (None, Some(-1e-6))] {
+            let mut saved = snapshot();
+            saved.progress.experiment = Some(Experiment { start_time: -1.0, stop_time, tolerance });
+            let found = Snapshot::from_bytes(&saved.to_bytes(GUID), GUID);
+            assert_eq!(found, Err(SnapshotError::Field("the experiment")));
+        }
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! The state as bytes: everything that was set, and the simulation.
 
+use fmi2_export::description::Kind;
 use fmi2_export::{Experiment, ModelError};
 
 use super::parameters::REALS;
 use super::role::Choice;
-use super::{CablePlatform, Phase, Settings};
+use super::{CablePlatform, Phase, Role, Settings, TOLERANCES};
 use crate::model_file::Model;
 use crate::simulation::Simulation;
 
@@ -50,6 +51,7 @@ impl CablePlatform {
             Err(error) => read = Err(error),
         });
         read?;
+        self.check_settings(&mut settings)?;
         let [phase] = reader.take()?;
         match phase {
             0 | 1 => {
@@ -59,6 +61,14 @@ impl CablePlatform {
                         let [start_time, stop_time, tolerance] = [reader.number()?, reader.number()?, reader.number()?];
                         let there = |value: f64| (!value.is_nan()).then_some(value);
                         let (stop_time, tolerance) = (there(stop_time), there(tolerance));
+                        if !start_time.is_finite()
+                            || stop_time.is_some_and(|stop| !stop.is_finite() || stop < start_time)
+                        {
+                            return Err(impossible("the start or stop time", start_time));
+                        }
+                        if let Some(bad) = tolerance.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                            return Err(impossible("the tolerance", bad));
+                        }
                         Phase::Initialising(Experiment { start_time, stop_time, tolerance })
                     }
                 };
@@ -70,6 +80,9 @@ impl CablePlatform {
             }
             2 => {
                 let tolerance = reader.number()?;
+                if !(TOLERANCES.0..=TOLERANCES.1).contains(&tolerance) {
+                    return Err(impossible("the tolerance", tolerance));
+                }
                 let simulation = self.restored(&settings.model, tolerance, reader.0)?;
                 self.phase = Phase::Running { tolerance };
                 self.simulation = Some(simulation);
@@ -78,6 +91,33 @@ impl CablePlatform {
         }
         self.settings = settings;
         self.now = None;
+        Ok(())
+    }
+
+    /// Refuses what a host could not have set.
+    fn check_settings(&self, settings: &mut Settings) -> Result<(), ModelError> {
+        let mut bad = None;
+        each_number(settings, &mut |number| {
+            if !number.is_finite() {
+                bad = Some(*number);
+            }
+        });
+        if let Some(bad) = bad {
+            return Err(impossible("a number", bad));
+        }
+        for (role, variable) in self.table.roles.iter().zip(&self.table.description.variables) {
+            let value = match *role {
+                Role::Parameter(place, i) => (REALS[place].field)(&mut settings.model, i).copied(),
+                Role::EffectParameter(effect, k) => Some(settings.model.effects[effect].values[k]),
+                _ => None,
+            };
+            if let Some(value) = value
+                && let Kind::Real(real) = &variable.kind
+                && !(real.min.is_none_or(|min| value >= min) && real.max.is_none_or(|max| value <= max))
+            {
+                return Err(impossible(&variable.name, value));
+            }
+        }
         Ok(())
     }
 
@@ -144,6 +184,12 @@ impl Reader<'_> {
     fn number(&mut self) -> Result<f64, ModelError> {
         Ok(f64::from_le_bytes(self.take()?))
     }
+}
+
+fn impossible(what: &str, found: f64) -> ModelError {
+    ModelError::new(format!(
+        "the saved state is not of this model: {what} in it is {found}, which could not have been set"
+    ))
 }
 
 fn broken() -> ModelError {

@@ -158,7 +158,7 @@ impl Simulation {
         for value in &mut jacobian_state {
             *value = reader.number()?;
         }
-        let jacobian_age = reader.number()? as u32;
+        let jacobian_age = reader.number()?;
         let linearised_inputs = reader.inputs()?;
         let mut linearised_slack = reader.flags()?;
         if !reader.0.is_empty() {
@@ -170,7 +170,17 @@ impl Simulation {
         if points.is_empty() == self.poses.active() || points.windows(2).any(|p| p[0].0 > p[1].0) {
             return Err(SnapshotError("its poses are not in order"));
         }
-        if ![0, n].contains(&jacobian_count) || next_step < 0.0 || factored_step < 0.0 {
+        let past = |time_then: Option<f64>| time_then.is_none_or(|then| then <= time);
+        let newest = [Some(input_time), stretches.last().map(|s| s.start), points.last().map(|p| p.0)];
+        if !newest.into_iter().all(past) || time_carry.abs() > f64::EPSILON * time.abs() {
+            return Err(SnapshotError("its times are not in order"));
+        }
+        if self.plant.wound_in(&y) || jacobian_count > 0 && self.plant.wound_in(&jacobian_state) {
+            return Err(SnapshotError("an unstretched length is not positive"));
+        }
+        let sizes = [next_step, factored_step, last_step, last_error, jacobian_age];
+        let counts = jacobian_age.fract() == 0.0 && jacobian_age <= f64::from(u32::MAX);
+        if ![0, n].contains(&jacobian_count) || sizes.iter().any(|size| *size < 0.0) || !counts {
             return Err(SnapshotError("its integrator is in no possible state"));
         }
         self.time = time;
@@ -190,7 +200,7 @@ impl Simulation {
             factored_step,
             jacobian_time,
             jacobian_state,
-            jacobian_age,
+            jacobian_age: jacobian_age as u32,
             last: (last_step, last_error),
         };
         self.work.linearised_inputs = linearised_inputs;

@@ -127,9 +127,6 @@ impl System for PlantSystem<'_> {
     }
 
     fn out_of_bounds(&self, y: &[f64]) -> Option<&'static str> {
-        let wound_in = |i| self.plant.unstretched_index(i).is_some_and(|at| y[at] <= 0.0);
-        (0..self.plant.cables())
-            .any(wound_in)
-            .then_some("a cable is wound in to its end (its unstretched length is not positive)")
+        self.plant.wound_in(y).then_some("a cable is wound in to its end (its unstretched length is not positive)")
     }
 }

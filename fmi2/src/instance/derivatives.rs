@@ -43,7 +43,7 @@ impl<M: Model> Instance<M> {
                 .model
                 .output_derivative(index, order)
                 .map_err(|error| Failure::refused(format!("`{}`: {error}", self.name(index))))?;
-            take(place, value);
+            take(place, self.finite("the derivative of ", index, value)?);
         }
         Ok(())
     }
@@ -65,6 +65,9 @@ impl<M: Model> Instance<M> {
         }
         let mut out = vec![0.0; unknowns.len()];
         self.model.directional_derivative(&unknowns, &knowns, seed, &mut out)?;
+        for (index, value) in unknowns.iter().zip(&out) {
+            self.finite("the directional derivative of ", *index, *value)?;
+        }
         Ok(out)
     }
 

@@ -8,22 +8,9 @@ use crate::state::State;
 
 impl<M: Model> Instance<M> {
     pub(crate) fn setup_experiment(&mut self, experiment: Experiment) -> Outcome {
-        let Experiment { start_time: start, stop_time, tolerance } = experiment;
-        if !start.is_finite() {
-            return Err(Failure::refused(format!("start time {start} is not finite")));
-        }
-        if let Some(stop) = stop_time
-            && !(stop.is_finite() && stop >= start)
-        {
-            return Err(Failure::refused(format!("stop time {stop} is not a time at or after the start time {start}")));
-        }
-        if let Some(tolerance) = tolerance
-            && !(tolerance.is_finite() && tolerance > 0.0)
-        {
-            return Err(Failure::refused(format!("tolerance {tolerance} is not positive")));
-        }
+        experiment.check().map_err(Failure::refused)?;
         self.progress.experiment = Some(experiment);
-        self.progress.time = start;
+        self.progress.time = experiment.start_time;
         Ok(())
     }
 

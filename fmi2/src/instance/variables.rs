@@ -171,7 +171,24 @@ impl<M: Model> Instance<M> {
         if self.model.description().variables[index].causality == Causality::Independent {
             return Ok(Value::Real(self.progress.time));
         }
-        self.model.get(index).map_err(|error| Failure::refused(format!("`{}`: {error}", self.name(index))))
+        let value =
+            self.model.get(index).map_err(|error| Failure::refused(format!("`{}`: {error}", self.name(index))))?;
+        match value {
+            Value::Real(number) => Ok(Value::Real(self.finite("", index, number)?)),
+            _ => Ok(value),
+        }
+    }
+
+    /// `number` if it is one: a host that is handed NaN or infinity with `fmi2OK` carries it on into other models.
+    pub(super) fn finite(&self, what: &str, index: usize, number: f64) -> Outcome<f64> {
+        if number.is_finite() {
+            return Ok(number);
+        }
+        let name = self.name(index);
+        Err(Failure::refused(format!(
+            "{what}`{name}` is {number} at t = {} s; inputs or states are beyond what the model can compute",
+            self.progress.time
+        )))
     }
 }
 

@@ -48,6 +48,21 @@ fn one_bad_value_and_none_is_set() {
     assert_eq!([fmu.get(vr::U), fmu.get(vr::X), fmu.get(vr::OMEGA)], [0.0, 1.0, 2.0]);
 }
 
+/// Finite inputs and parameters of which the model makes none.
+#[test]
+fn infinity_is_never_read_as_ok() {
+    let fmu = Fmu::initialising();
+    assert_eq!(fmu.set(vr::GAIN, 1e200), OK);
+    assert_eq!(fmu.set(vr::U, 1e200), OK);
+    let mut value = 0.0;
+    // SAFETY: one value.
+    let status = unsafe { fmi2GetReal(fmu.c, &vr::DER_V, 1, &mut value) };
+    assert_eq!((status, value), (ERROR, 0.0));
+    assert!(fmu.message().contains("`der(v)` is inf at t = 0 s"), "{}", fmu.message());
+    assert_eq!(fmu.set(vr::U, 1.0), OK, "it can go on");
+    assert!(fmu.get(vr::DER_V).is_finite());
+}
+
 #[test]
 fn values_out_of_bounds_are_refused() {
     let fmu = Fmu::initialising();

@@ -93,3 +93,87 @@ fn bytes_that_are_no_state_change_nothing() {
         assert_eq!(snapshot(&mut platform), before);
     }
 }
+
+/// Where the bytes of a running platform say with which tolerance it was started.
+fn tolerance_at(saved: &[u8]) -> usize {
+    let tolerance = 1e-8_f64.to_le_bytes();
+    // The first is the parameter; the flag of the phase stands before the other.
+    (0..saved.len() - 8).rfind(|at| saved[*at..].starts_with(&tolerance) && saved[at - 1] == 2).unwrap()
+}
+
+#[test]
+fn a_saved_tolerance_of_nan_or_1e_30_is_refused() {
+    let mut platform = CablePlatform::new(moving(CableModel::LumpedMass, memory())).unwrap();
+    initialise(&mut platform, EXPERIMENT);
+    let mut saved = Vec::new();
+    platform.save(&mut saved);
+    platform.step(0.0, 0.1).unwrap();
+    let before = snapshot(&mut platform);
+    let at = tolerance_at(&saved);
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e-30, 0.0, -1e-8, 1.0] {
+        let mut bytes = saved.clone();
+        bytes[at..at + 8].copy_from_slice(&bad.to_le_bytes());
+        let error = platform.restore(&bytes).unwrap_err();
+        assert!(error.message.contains("tolerance"), "{bad}: {error}");
+        assert_eq!(snapshot(&mut platform), before);
+    }
+    platform.restore(&saved).unwrap();
+}
+
+/// Every number in the bytes, one after the other, made into one that a host cannot set.
+#[test]
+fn saved_numbers_that_are_none_are_refused() {
+    for started in [false, true] {
+        let mut platform = CablePlatform::new(moving(CableModel::LumpedMass, memory())).unwrap();
+        if started {
+            initialise(&mut platform, EXPERIMENT);
+            platform.step(0.0, 0.1).unwrap();
+        }
+        let mut saved = Vec::new();
+        platform.save(&mut saved);
+        let before = snapshot(&mut platform);
+        // Behind three enumerations numbers of 8 bytes until the flag of the phase.
+        let settings = if started { tolerance_at(&saved) - 1 } else { saved.len() - 1 };
+        assert_eq!((settings - 12) % 8, 0);
+        for at in (12..settings).step_by(8) {
+            for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                let mut bytes = saved.clone();
+                bytes[at..at + 8].copy_from_slice(&bad.to_le_bytes());
+                let error = platform.restore(&bytes).unwrap_err();
+                assert!(error.message.contains("could not have been set"), "byte {at}: {error}");
+            }
+        }
+        assert_eq!(snapshot(&mut platform), before);
+    }
+}
+
+/// Made-up bytes anywhere: refused, or a state that can be read and stepped in an instant, whatever comes of it.
+#[test]
+fn made_up_states_are_refused_or_end_in_an_answer() {
+    let mut platform = CablePlatform::new(moving(CableModel::LumpedMass, memory())).unwrap();
+    initialise(&mut platform, EXPERIMENT);
+    platform.step(0.0, 0.1).unwrap();
+    let mut saved = Vec::new();
+    platform.save(&mut saved);
+    let patterns = [f64::NAN, f64::INFINITY, 0.0, -1.0, 1e-300, 1e300].map(f64::to_le_bytes);
+    let (mut refused, mut taken) = (0, 0);
+    for at in (0..saved.len() - 8).step_by(4) {
+        for (k, pattern) in patterns.iter().enumerate() {
+            let mut bytes = saved.clone();
+            bytes[at..at + 8].copy_from_slice(pattern);
+            if platform.restore(&bytes).is_err() {
+                refused += 1;
+                continue;
+            }
+            taken += 1;
+            for index in 0..platform.description().variables.len() {
+                let _either_is_fine = platform.get(index);
+            }
+            if k % 3 == 0 {
+                let time = platform.simulation.as_ref().unwrap().time();
+                let _either_is_fine = platform.step(time, 1e-3);
+            }
+        }
+    }
+    assert!(refused > 100 && taken > 100, "{refused} refused, {taken} taken");
+}
