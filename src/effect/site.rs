@@ -314,7 +314,7 @@ mod tests {
     fn a_wind_acts_on_the_axes_along_which_it_blows() {
         let places = |id: &str, values: &[f64]| EffectSpec::new(id, None, values).unwrap().places().unwrap();
         let [x, y, torque] = [Axis::ForceX, Axis::ForceY, Axis::Torque].map(Place::Platform);
-        assert_eq!(places("steady_wind", &[0.0, 80.0, 20.0]), [y.clone()]);
+        assert_eq!(places("steady_wind", &[0.0, 80.0, 20.0]), std::slice::from_ref(&y));
         assert_eq!(places("steady_wind", &[1.0, 80.0, 500.0]), [y.clone(), torque]);
         assert_eq!(places("periodic_gust", &[50.0, 1.0, 0.0, 0.02]), [x]);
         assert_eq!(places("periodic_gust", &[50.0, 1.0, 0.0, -1.57]), [y]);

@@ -45,7 +45,7 @@ fn any_robot(random: &mut Random, cables: usize, cable_model: CableModel, cable_
         cable: cable.collect(),
         cable_model,
         cable_inertia,
-        cable_damper: if cables % 2 == 0 { CableDamper::StrainRate } else { CableDamper::LengthRate },
+        cable_damper: if cables.is_multiple_of(2) { CableDamper::StrainRate } else { CableDamper::LengthRate },
         gravity: [random.within(-1.0, 1.0), -9.81],
         centre_of_mass: random.around(0.5),
         ..Parameters::default()
