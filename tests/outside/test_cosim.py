@@ -11,7 +11,7 @@ from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
 from libcosimpy.CosimObserver import CosimObserver
 from libcosimpy.CosimSlave import CosimLocalSlave
 
-from outside.fmu import POSE, TWIST, indexed
+from outside.fmu import POSE, TWIST, Fmu, indexed
 
 STEP = 0.02
 NANOSECOND = 1e-9
@@ -80,6 +80,7 @@ def test_a_five_metre_circle_in_a_minute(pack, controller_fmu, model):
     coupled.start_value("winch controller", "circle_radius", 5.0)
     coupled.start_value("winch controller", "circle_period", 60.0)
     coupled.start_value("winch controller", "ramp_time", 10.0)
+    coupled.start_value("winch controller", "start_tension", 20_000.0)
     watched = [*POSE, *indexed("tension")]
     coupled.watch("plant", watched)
     coupled.watch("winch controller", ["reference_x", "reference_y"])
@@ -103,3 +104,22 @@ def test_a_five_metre_circle_in_a_minute(pack, controller_fmu, model):
     assert np.max(np.abs(found["phi"])[on_circle]) < 1e-4
     for name in indexed("tension"):
         assert found[name].min() > 1000.0, name
+
+
+def test_defaults_fit_in_a_master_that_passes_nothing_at_initialisation(
+    fmu, controller_fmu, tmp_path
+):
+    """Springs that carry 1 kN and a controller that began at 20 kN made the tensions swing."""
+    controller = Fmu.unpack(controller_fmu, tmp_path / "controller")
+    measured, forces = [*POSE, *TWIST], indexed("winch_force")
+    largest = 0.0
+    with fmu.instance() as plant, controller.instance("winch controller") as winches:
+        for _ in range(round(30.0 / STEP)):
+            pulls, motion = winches.get(forces), plant.get(measured)
+            winches.set(dict(zip(measured, motion, strict=True)))
+            winches.step(STEP)
+            plant.set(dict(zip(forces, pulls, strict=True)))
+            plant.step(STEP)
+            largest = max(largest, np.abs(plant.get(indexed("tension")) - pulls).max())
+        assert plant.get(indexed("tension")).min() > 19_000.0
+    assert largest < 100.0

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3x4, Vector3};
 
 use crate::reference::Motion;
 use crate::settings::Settings;
-use crate::tension::{Distribution, distribute};
+use crate::tension::{Bounds, Distribution, distribute};
 
 /// The measured motion of the platform.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,16 +33,21 @@ pub fn feedback(settings: &Settings, wanted: &Motion, measured: &Measurement) ->
     })
 }
 
-/// Winch forces (N) under which the robot, taken with rigid cables, has this acceleration; `None` where the cables
-/// cannot give three independent wrenches.
+/// Winch forces (N) within `bounds` under which the robot, taken with rigid cables, has this acceleration; `None` where
+/// the cables cannot give three independent wrenches.
 #[must_use]
-pub fn winch_forces(settings: &Settings, measured: &Measurement, acceleration: &[f64; 3]) -> Option<Distribution> {
+pub fn winch_forces(
+    settings: &Settings,
+    bounds: &Bounds,
+    measured: &Measurement,
+    acceleration: &[f64; 3],
+) -> Option<Distribution> {
     let geometry: Geometry = settings.geometry();
     let cables = cables(&geometry, &measured.pose, &measured.twist);
     // A pull on the cable acts against the direction in which it lengthens.
     let structure = Matrix3x4::from_fn(|row, i| -cables[i].jacobian_row()[row]);
     let wrench = wrench(&settings.robot, &cables, measured.twist[2], acceleration);
-    distribute(&structure, &wrench, &settings.bounds)
+    distribute(&structure, &wrench, bounds)
 }
 
 /// The wrench (N, N, N m) of the winch forces that this acceleration takes: equations (26)-(28) with (23) for the
@@ -108,7 +113,7 @@ mod tests {
             ([-80.0, 120.0, 0.2], [4.0, 3.0, -0.1], [-0.6, 0.4, 0.02]),
         ] {
             let measured = Measurement { pose, twist };
-            let found = winch_forces(&settings, &measured, &acceleration).unwrap();
+            let found = winch_forces(&settings, &settings.bounds, &measured, &acceleration).unwrap();
             assert!(found.feasible);
             let inputs = Inputs { winch_force: found.force.into(), ..Inputs::none(4) };
             let y = [pose, twist].concat();

@@ -54,20 +54,22 @@ impl State {
         self.settings.check().map_err(ModelError::new)?;
         let wanted = self.settings.reference.at(0.0);
         self.low_pass.value = feedback(&self.settings, &wanted, &self.measured);
-        self.hold(wanted)
+        self.hold(0.0, wanted)
     }
 
     /// A sample at `time` (s), good for `step` (s).
     fn sample(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
-        let wanted = self.settings.reference.at(time - self.start_time);
+        let since_start = time - self.start_time;
+        let wanted = self.settings.reference.at(since_start);
         let feedback = feedback(&self.settings, &wanted, &self.measured);
         self.low_pass.update(&feedback, step, self.settings.filter_time);
-        self.hold(wanted)
+        self.hold(since_start, wanted)
     }
 
-    fn hold(&mut self, wanted: Motion) -> Result<(), ModelError> {
+    fn hold(&mut self, since_start: f64, wanted: Motion) -> Result<(), ModelError> {
         let acceleration = std::array::from_fn(|k| wanted.acceleration[k] + self.low_pass.value[k]);
-        let held = winch_forces(&self.settings, &self.measured, &acceleration);
+        let bounds = self.settings.bounds_at(since_start);
+        let held = winch_forces(&self.settings, &bounds, &self.measured, &acceleration);
         self.held = held.ok_or_else(|| ModelError::new(NO_WRENCH))?;
         self.wanted = wanted;
         Ok(())

@@ -46,17 +46,22 @@ impl Reference {
         }
     }
 
-    /// Radius and its two derivatives: a step of fifth order, flat at both ends.
+    /// Radius and its two derivatives.
     fn radius_at(&self, t: f64) -> [f64; 3] {
-        if self.ramp <= 0.0 || t >= self.ramp {
-            return [self.radius, 0.0, 0.0];
-        }
-        let s = (t / self.ramp).max(0.0);
-        let value = s * s * s * (10.0 + s * (6.0 * s - 15.0));
-        let slope = 30.0 * s * s * (1.0 - s) * (1.0 - s) / self.ramp;
-        let bend = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (self.ramp * self.ramp);
-        [self.radius * value, self.radius * slope, self.radius * bend]
+        smooth_step(t, self.ramp).map(|share| self.radius * share)
     }
+}
+
+/// From 0 at `t = 0` to 1 at `t = time` (s), with its two derivatives: a step of fifth order, flat at both ends.
+pub(crate) fn smooth_step(t: f64, time: f64) -> [f64; 3] {
+    if time <= 0.0 || t >= time {
+        return [1.0, 0.0, 0.0];
+    }
+    let s = (t / time).max(0.0);
+    let value = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+    let slope = 30.0 * s * s * (1.0 - s) * (1.0 - s) / time;
+    let bend = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / (time * time);
+    [value, slope, bend]
 }
 
 #[cfg(test)]

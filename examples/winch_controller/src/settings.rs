@@ -3,7 +3,7 @@
 use cdpr::geometry::Geometry;
 use cdpr::parameters::Parameters;
 
-use crate::reference::Reference;
+use crate::reference::{Reference, smooth_step};
 use crate::tension::Bounds;
 
 /// The controller's parameters. SI units, radians.
@@ -25,6 +25,10 @@ pub struct Settings {
     pub reference: Reference,
     /// How strongly to pull.
     pub bounds: Bounds,
+    /// How strongly to pull at the start (N).
+    pub start_tension: f64,
+    /// Time in which the pull rises from there to the mean (s).
+    pub tautening_time: f64,
 }
 
 impl Default for Settings {
@@ -38,6 +42,10 @@ impl Default for Settings {
             filter_time: 0.3,
             reference: Reference { set_point: [0.0; 3], radius: 5.0, period: 60.0, ramp: 20.0 },
             bounds: Bounds { min: 1e3, mean: 20e3, max: 60e3 },
+            // What the plant's springs carry by default. Many masters pass no values on before the first step, and a
+            // jump in the winch forces makes the cables ring.
+            start_tension: 1e3,
+            tautening_time: 10.0,
         }
     }
 }
@@ -49,15 +57,27 @@ impl Settings {
         Geometry::new(&self.robot)
     }
 
+    /// The bounds a time `t` (s) after the start: the mean comes up from the tension at the start.
+    #[must_use]
+    pub fn bounds_at(&self, t: f64) -> Bounds {
+        let [share, ..] = smooth_step(t, self.tautening_time);
+        Bounds { mean: self.start_tension + share * (self.bounds.mean - self.start_tension), ..self.bounds }
+    }
+
     /// What the list's bounds do not say.
     pub(crate) fn check(&self) -> Result<(), String> {
         self.robot.check().map_err(|error| error.to_string())?;
         let Bounds { min, mean, max } = self.bounds;
-        if min <= mean && mean <= max {
-            Ok(())
-        } else {
-            Err(format!("expected min_tension <= mean_tension <= max_tension, found {min}, {mean}, {max} N"))
+        if !(min <= mean && mean <= max) {
+            return Err(format!("expected min_tension <= mean_tension <= max_tension, found {min}, {mean}, {max} N"));
         }
+        let start = self.start_tension;
+        if !(min <= start && start <= max) {
+            return Err(format!(
+                "expected start_tension from min_tension to max_tension, found {start} in {min} to {max} N"
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -95,7 +115,7 @@ const POSITIVE: Option<f64> = Some(1e-6);
 const NOT_NEGATIVE: Option<f64> = Some(0.0);
 
 /// All settings, in the order of the FMU's parameters.
-pub(crate) const SETTINGS: [Setting; 27] = [
+pub(crate) const SETTINGS: [Setting; 29] = [
     setting("platform_mass", "kg", POSITIVE, "Mass of the platform", |s| &mut s.robot.platform_mass),
     setting("platform_inertia", "kg.m2", POSITIVE, "Moment of inertia of the platform", |s| {
         &mut s.robot.platform_inertia
@@ -133,4 +153,6 @@ pub(crate) const SETTINGS: [Setting; 27] = [
     setting("min_tension", "N", NOT_NEGATIVE, "Smallest winch force", |s| &mut s.bounds.min),
     setting("mean_tension", "N", NOT_NEGATIVE, "Winch force to be near", |s| &mut s.bounds.mean),
     setting("max_tension", "N", NOT_NEGATIVE, "Largest winch force", |s| &mut s.bounds.max),
+    setting("start_tension", "N", NOT_NEGATIVE, "Winch force to be near at the start", |s| &mut s.start_tension),
+    setting("tautening_time", "s", NOT_NEGATIVE, "Time in which it rises to the mean", |s| &mut s.tautening_time),
 ];

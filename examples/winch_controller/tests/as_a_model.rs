@@ -93,6 +93,15 @@ fn bounds_in_the_wrong_order_are_refused() {
 }
 
 #[test]
+fn a_start_out_of_the_bounds_is_refused() {
+    let mut model = fresh();
+    let start = index(&model, "start_tension");
+    model.set(start, Value::Real(500.0)).unwrap();
+    let problem = model.initialise(EXPERIMENT).unwrap_err().to_string();
+    assert!(problem.contains("500 in 1000 to 60000 N"), "{problem}");
+}
+
+#[test]
 fn a_wrench_out_of_reach_is_told_once() {
     let mut model = fresh();
     let (x, feasible) = (index(&model, "x"), index(&model, "feasible"));

@@ -95,11 +95,14 @@ fn run(model: CableModel, pose: [f64; 3], settings: &[(&str, f64)], step: f64, s
     found
 }
 
+/// From the start at full tension, plant and controller alike.
+const TAUT: (&str, f64) = ("start_tension", 20e3);
+
 #[test]
 fn a_five_metre_circle_in_a_minute() {
     for model in [CableModel::Rigid, CableModel::MasslessSpring, CableModel::LumpedMass] {
         for step in [0.01, 0.02] {
-            let found = run(model, [0.0; 3], &[], step, 200.0, 20.0);
+            let found = run(model, [0.0; 3], &[TAUT], step, 200.0, 20.0);
             assert!(found.position < 3e-3, "{model:?} {step}: {found:?}");
             assert!(found.angle < 1e-6, "{model:?} {step}: {found:?}");
             assert!(found.tension[0] > 19e3 && found.tension[1] < 21e3, "{model:?} {step}: {found:?}");
@@ -111,7 +114,7 @@ fn a_five_metre_circle_in_a_minute() {
 #[test]
 fn a_tilted_platform_far_from_its_place_is_brought_back() {
     for start in [[0.1, 0.1, 0.1], [-20.0, 10.0, -0.2]] {
-        let found = run(CableModel::LumpedMass, start, &[("circle_radius", 0.0)], 0.02, 80.0, 60.0);
+        let found = run(CableModel::LumpedMass, start, &[TAUT, ("circle_radius", 0.0)], 0.02, 80.0, 60.0);
         assert!(found.position < 1e-6 && found.angle < 1e-6, "{start:?}: {found:?}");
         assert!(found.tension[0] > 1e3, "{start:?}: {found:?}");
     }
@@ -121,9 +124,39 @@ fn a_tilted_platform_far_from_its_place_is_brought_back() {
 #[test]
 fn without_the_low_pass_the_winch_masses_are_driven() {
     let swing = |filter_time| {
-        let settings = [("circle_radius", 0.0), ("filter_time", filter_time)];
+        let settings = [TAUT, ("circle_radius", 0.0), ("filter_time", filter_time)];
         run(CableModel::LumpedMass, [0.1, 0.1, 0.01], &settings, 0.02, 60.0, 0.0).swing
     };
     let (with, without) = (swing(0.3), swing(0.0));
     assert!(without > 100.0 * with, "{with} m/s with it, {without} m/s without");
+}
+
+/// The largest difference (N) between a cable's tension and its winch's force over a minute, where the master passes no
+/// values on before the first step: each side starts from its own defaults.
+fn ringing(settings: &[(&str, f64)]) -> f64 {
+    let mut controller = Controller::new(settings);
+    controller.0.initialise(Experiment { start_time: 0.0, stop_time: None, tolerance: None }).unwrap();
+    let plant = Plant::new(Parameters::default(), vec![]).unwrap();
+    let mut plant = Simulation::new(Arc::new(plant), &Start::default(), 1e-8).unwrap();
+    let step = 0.02;
+    let mut largest = 0.0_f64;
+    for i in 0..3000 {
+        let forces = controller.forces();
+        let outputs = plant.outputs();
+        controller.measure(&[outputs.pose, outputs.twist].concat());
+        controller.0.step(f64::from(i) * step, step).unwrap();
+        plant.set_inputs(Inputs { winch_force: forces.into(), ..Inputs::none(4) });
+        plant.advance(step).unwrap();
+        for (tension, force) in plant.outputs().tension.iter().zip(forces) {
+            largest = largest.max((tension - force).abs());
+        }
+    }
+    largest
+}
+
+#[test]
+fn a_master_that_passes_no_values_at_initialisation_does_not_make_the_cables_ring() {
+    let (by_default, jump) = (ringing(&[]), ringing(&[TAUT]));
+    assert!(by_default < 100.0, "{by_default} N");
+    assert!(jump > 15e3, "a jump from 1 to 20 kN gives {jump} N only: this test shows nothing");
 }
