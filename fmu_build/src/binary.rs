@@ -97,6 +97,15 @@ impl Binary {
         &self.bytes
     }
 
+    /// The platform, and the C library that it needs there.
+    pub(crate) fn label(&self) -> String {
+        let folder = self.platform.folder();
+        match self.needed_glibc() {
+            Some((major, minor)) => format!("{folder} (glibc {major}.{minor} or newer)"),
+            None => folder.to_owned(),
+        }
+    }
+
     /// Can this program load it?
     pub(crate) fn runs_here(&self) -> bool {
         let here = match std::env::consts::ARCH {

@@ -3,6 +3,7 @@
 use cdpr::effect::{CATALOGUE, EffectInfo, EffectSpec};
 use cdpr::fmi2::CablePlatform;
 use cdpr::model_file::Model;
+use cdpr_drawing::Robot;
 use fmi2_export::ModelError;
 use minijinja::context;
 use serde::Serialize;
@@ -38,7 +39,12 @@ const LIBRARY: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/cable_platform.
 pub fn fmu(model_toml: &str) -> Result<Fmu, PackError> {
     let model = Model::from_toml(model_toml).map_err(|error| ModelError::new(error.to_string()))?;
     Fmu::of::<CablePlatform>([("model.toml", model_toml)])?
-        .section("What it models", include_str!("../../modelDescription/documentation/model.html"))
+        .section(
+            "What it models",
+            &(drawing(&model)? + include_str!("../../modelDescription/documentation/model.html")),
+        )
+        .section("Start at rest, and a step loop", include_str!("../../modelDescription/documentation/loop.html"))
+        .section("Change it", include_str!("../../modelDescription/documentation/change.html"))
         .section("Equations", include_str!("../../modelDescription/documentation/equations.html"))
         .section("Effects", &effects(&model)?)
         .section("Sources", include_str!("../../modelDescription/documentation/sources.html"))
@@ -58,6 +64,19 @@ pub fn host_binary() -> Result<Binary, PackError> {
         expected: Platform::ALL.map(Platform::folder).join(", "),
     })?;
     Binary::new(platform, LIBRARY.to_vec())
+}
+
+/// The robot at its start pose, as a figure.
+fn drawing(model: &Model) -> Result<String, PackError> {
+    let plant = model.plant().map_err(|error| ModelError::new(error.to_string()))?;
+    let geometry = plant.geometry();
+    let robot = Robot { anchors: &geometry.anchor, attachments: &geometry.attachment, pose: model.start.pose };
+    Ok(format!(
+        "<figure>\n{}<figcaption>The robot at its start pose. The number on a cable is the index in \
+         <code>winch_force[i]</code>, <code>tension[i]</code> and the like; arrows are the fixed frame and the platform's \
+         own.</figcaption>\n</figure>\n",
+        robot.svg()
+    ))
 }
 
 /// An effect of the model, as the documentation shows it.

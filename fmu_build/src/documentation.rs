@@ -1,8 +1,8 @@
 //! Writes `documentation/index.html` out of the description and the model's own pages.
 
 use fmi2_export::Value;
-use fmi2_export::description::{Causality, Initial, Kind, ModelDescription, Variable};
-use minijinja::{AutoEscape, Environment, context};
+use fmi2_export::description::{Causality, EnumerationItem, Initial, Kind, ModelDescription, Variable};
+use minijinja::{AutoEscape, Environment, HtmlEscape, context};
 use serde::Serialize;
 
 use crate::PackError;
@@ -23,6 +23,15 @@ struct Row {
     unit: String,
     start: String,
     description: String,
+    choices: Vec<Choice>,
+}
+
+/// A value of an enumeration.
+#[derive(Serialize)]
+struct Choice {
+    name: String,
+    value: i32,
+    description: Option<String>,
 }
 
 /// The variables of one causality.
@@ -42,10 +51,11 @@ const GROUPS: [(Causality, &str, &str); 6] = [
     (Causality::Independent, "Independent variable", ""),
 ];
 
-/// The whole page. `licences` are names of files in the folder `licenses` beside it.
+/// The whole page. `binaries` are the platforms with what each needs, `licences` are names of files in the folder `licenses` beside it.
 pub(crate) fn index(
     description: &ModelDescription,
     sections: &[Section],
+    binaries: &[String],
     licences: &[&str],
 ) -> Result<String, PackError> {
     let groups: Vec<Group> = GROUPS
@@ -78,18 +88,34 @@ pub(crate) fn index(
         directional => description.capabilities.provides_directional_derivative,
         sections,
         groups,
+        binaries,
         licences,
     };
     render(include_str!("documentation.html.jinja"), values)
 }
 
-/// A template with its values; text is escaped for HTML.
+/// A template with its values; text is escaped for HTML. The filter `code` sets what stands between backticks as code.
 pub(crate) fn render(template: &str, values: minijinja::Value) -> Result<String, PackError> {
     let mut environment = Environment::new();
+    environment.add_filter("code", |text: String| minijinja::Value::from_safe_string(with_code(&text)));
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.set_trim_blocks(true);
     environment.set_lstrip_blocks(true);
     Ok(environment.render_str(template, values)?)
+}
+
+/// Escaped for HTML, with `<code>` for what stands between two backticks.
+fn with_code(text: &str) -> String {
+    let mut parts: Vec<String> = text.split('`').map(|part| HtmlEscape(part).to_string()).collect();
+    // With an odd number of backticks the last one opens nothing.
+    if parts.len().is_multiple_of(2) {
+        let rest = parts.pop().unwrap_or_default();
+        if let Some(last) = parts.last_mut() {
+            *last += &format!("`{rest}");
+        }
+    }
+    let part = |(k, part)| if k % 2 == 1 { format!("<code>{part}</code>") } else { part };
+    parts.into_iter().enumerate().map(part).collect()
 }
 
 fn row(variable: &Variable, description: &ModelDescription) -> Row {
@@ -98,7 +124,19 @@ fn row(variable: &Variable, description: &ModelDescription) -> Row {
         unit: unit(variable),
         start: start(variable, description),
         description: variable.description.clone().unwrap_or_default(),
+        choices: items(variable, description).iter().map(choice).collect(),
     }
+}
+
+/// The values of an enumeration; none of any other type.
+fn items<'a>(variable: &Variable, description: &'a ModelDescription) -> &'a [EnumerationItem] {
+    let Kind::Enumeration { type_name, .. } = &variable.kind else { return &[] };
+    let found = description.enumerations.iter().find(|enumeration| enumeration.name == *type_name);
+    found.map_or(&[], |enumeration| &enumeration.items)
+}
+
+fn choice(item: &EnumerationItem) -> Choice {
+    Choice { name: item.name.clone(), value: item.value, description: item.description.clone() }
 }
 
 fn unit(variable: &Variable) -> String {
@@ -115,11 +153,9 @@ fn unit(variable: &Variable) -> String {
 fn start(variable: &Variable, description: &ModelDescription) -> String {
     let text = match (&variable.kind, variable.start_of()) {
         (_, None) => return String::new(),
-        (Kind::Enumeration { type_name, .. }, Some(Value::Integer(value))) => description
-            .enumerations
+        (Kind::Enumeration { .. }, Some(Value::Integer(value))) => items(variable, description)
             .iter()
-            .find(|enumeration| enumeration.name == *type_name)
-            .and_then(|enumeration| enumeration.items.iter().find(|item| item.value == value))
+            .find(|item| item.value == value)
             .map_or_else(|| value.to_string(), |item| format!("{} ({value})", item.name)),
         (_, Some(Value::Real(value))) => format!("{value:?}"),
         (_, Some(Value::Integer(value))) => value.to_string(),
@@ -143,7 +179,7 @@ mod tests {
         table.add(Variable::real("x", 1).output());
         table.add(Variable::enumeration("mode", 0, "Choice").parameter().start_value(Value::Integer(2)));
         let sections = [Section { title: "What it models".into(), html: "<p>A <em>mass</em>.</p>".into() }];
-        let page = index(&table, &sections, &["LICENSE-MIT.txt"]).unwrap();
+        let page = index(&table, &sections, &["linux64 (glibc 2.17)".into()], &["LICENSE-MIT.txt"]).unwrap();
         for part in [
             "<h1>A &lt; B</h1>",
             "push &amp; pull",
@@ -158,5 +194,24 @@ mod tests {
             assert!(page.contains(part), "{part} is missing in\n{page}");
         }
         assert!(!page.contains("Local variables"));
+    }
+
+    #[test]
+    fn every_value_of_an_enumeration_is_listed_not_only_the_start() {
+        let mut table = ModelDescription::new("A", "A");
+        table.enumerations = vec![Enumeration::new("Choice", [("one", "The first"), ("two", "The `second`")])];
+        table.add(Variable::enumeration("mode", 0, "Choice").parameter().start_value(Value::Integer(2)));
+        let page = index(&table, &[], &[], &[]).unwrap();
+        for part in ["<code>one</code> (1): The first", "<code>two</code> (2): The <code>second</code>"] {
+            assert!(page.contains(part), "{part} is missing in\n{page}");
+        }
+    }
+
+    #[test]
+    fn backticks_become_code_and_text_stays_escaped() {
+        assert_eq!(with_code("`a < b` and `c`"), "<code>a &lt; b</code> and <code>c</code>");
+        assert_eq!(with_code("no code & none"), "no code &amp; none");
+        assert_eq!(with_code("`open"), "`open");
+        assert_eq!(with_code("`a` and `open"), "<code>a</code> and `open");
     }
 }

@@ -144,7 +144,8 @@ impl Fmu {
     fn files(&self, xml: String) -> Result<Files, PackError> {
         let identifier = &self.description.model_identifier;
         let licences: Vec<&str> = self.licences.keys().map(String::as_str).collect();
-        let page = documentation::index(&self.description, &self.sections, &licences)?;
+        let binaries: Vec<String> = self.binaries.values().map(Binary::label).collect();
+        let page = documentation::index(&self.description, &self.sections, &binaries, &licences)?;
         let mut files = Files::new();
         files.insert("modelDescription.xml".into(), xml.into());
         files.insert("documentation/index.html".into(), page.into());

@@ -80,6 +80,40 @@ fn no_folder_of_the_building_machine_is_in_the_binary() {
     assert!(!binary().bytes().windows(root.len()).any(|window| window == root));
 }
 
+#[test]
+fn the_page_tells_what_the_binary_needs() {
+    let files = unpacked(&default_fmu().to_bytes().unwrap());
+    let page = String::from_utf8(files["documentation/index.html"].clone()).unwrap();
+    let host = Platform::host().unwrap().folder();
+    let expected = match binary().needed_glibc() {
+        Some((major, minor)) => format!("Binaries: {host} (glibc {major}.{minor} or newer)"),
+        None => format!("Binaries: {host}"),
+    };
+    assert!(page.contains(&expected), "{expected}");
+}
+
+/// How to change the model, every value of an enumeration, the robot with its cables by number, a loop.
+#[test]
+fn the_page_answers_what_a_user_of_the_fmu_asks() {
+    let files = unpacked(&default_fmu().to_bytes().unwrap());
+    let page = String::from_utf8(files["documentation/index.html"].clone()).unwrap();
+    for part in [
+        "cdpr fmu --model model.toml -o Changed.fmu",
+        "<code>rigid</code> (1)",
+        "<code>massless_spring</code> (2)",
+        "<code>reeled</code> (2)",
+        "<code>static_equilibrium</code> (3)",
+        "class=\"robot-number\"",
+        "13 rad/s",
+        "fmu.doStep(k * step, step)",
+        "<code>cable_model</code> becomes <code>lumped_mass</code>",
+    ] {
+        assert!(page.contains(part), "{part} is missing");
+    }
+    assert!(!page.contains('`'), "Markdown is left");
+    assert_eq!(page.matches("class=\"robot-number\"").count(), 4);
+}
+
 /// A function that is missing makes the binary unfit, whichever it is.
 #[test]
 fn a_binary_that_misses_a_function_is_refused() {

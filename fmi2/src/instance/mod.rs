@@ -58,9 +58,14 @@ impl<M: Model> Instance<M> {
         }
         let own_guid = table.guid();
         if guid != own_guid {
+            let looked = match resources {
+                Some(folder) => format!("with the resources in {}", folder.display()),
+                None => "without resources, since no usable fmuResourceLocation was given,".to_owned(),
+            };
+            let tool = table.generation_tool.as_deref().map_or(String::new(), |tool| format!(" with {tool}"));
             return Err(Failure::refused(format!(
-                "GUID {guid} of modelDescription.xml does not match this FMU's {own_guid}; binary, \
-                 resources and XML belong together"
+                "GUID {guid} of modelDescription.xml does not match {own_guid}, which is this FMU's {looked}; where \
+                 these were changed, pack the FMU anew{tool}: binary, resources and XML belong together"
             )));
         }
         let mut is_state = vec![false; table.variables.len()];

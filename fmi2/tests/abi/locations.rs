@@ -136,3 +136,15 @@ fn resources_that_do_not_fit_are_refused() {
     assert!(log[0].text.contains("does not match"), "{}", log[0].text);
     assert!(Path::new(other.path()).is_dir());
 }
+
+/// Whoever edits a file in `resources` meets the GUID check; the message says what to do, and where it looked.
+#[test]
+fn changed_resources_are_told_with_their_folder_and_the_way_out() {
+    let changed = Resources::new("changed", "0.5");
+    let log = start_from(Some(changed.path()), &Oscillator::table().guid()).unwrap_err();
+    for part in [changed.path(), "where these were changed, pack the FMU anew"] {
+        assert!(log[0].text.contains(part), "{part}: {}", log[0].text);
+    }
+    let log = start_from(None, "{00000000-0000-0000-0000-000000000000}").unwrap_err();
+    assert!(log[0].text.contains("no usable fmuResourceLocation was given"), "{}", log[0].text);
+}
