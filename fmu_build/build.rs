@@ -4,6 +4,12 @@
 //! second time: same toolchain, lock file and flags, another profile and a target folder of its own (in the
 //! outer one's, each would wait for the other's lock). The folder lies inside the outer one, so that debug and
 //! release builds, clippy and rustdoc share what was compiled there.
+//!
+//! Where cargo-zigbuild and zig are there, a Linux binary is linked for glibc 2.17, so that it loads on every system of
+//! the last decade. With the host's own linker it asks for the newest version that the host has of each function: from
+//! glibc 2.36 that is `hypot` of 2.35, `pthread_key_create` of 2.34, `stat64` of 2.33, `exp`, `log` and `pow` of 2.29.
+//! All of them are also there under older versions, but which one is taken is the linker's choice, for the standard
+//! library's calls as well; zig brings the old lists of versions along.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -15,6 +21,11 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
+#[path = "src/zig.rs"]
+mod zig;
+
+/// The glibc to link for: what the oldest Linux systems in use have (RHEL 7), and what Rust itself needs.
+const OLDEST_GLIBC: &str = "2.17";
 const PACKAGE: &str = "cable-platform-fmu";
 /// `PACKAGE` as the crate's name.
 const CRATE: &str = "cable_platform_fmu";
@@ -30,6 +41,7 @@ fn main() {
         "fmi2/src",
         "fmu_build/build.rs",
         "fmu_build/cable_platform",
+        "fmu_build/src/zig.rs",
         "src",
     ] {
         println!("cargo::rerun-if-changed={}", root.join(input).display());
@@ -38,7 +50,7 @@ fn main() {
     let target = variable("TARGET").into_string().expect("a triple is plain text");
     // OUT_DIR is <target folder>/<profile>/build/<package>/out.
     let shared = out.ancestors().nth(4).unwrap_or(&out).join("cable-platform");
-    let artifacts = build(root, &shared, &target);
+    let artifacts = built(root, &shared, &target);
 
     let library = artifacts
         .iter()
@@ -50,11 +62,44 @@ fn main() {
     write(&out.join("third-party.txt"), &third_party(&artifacts, &target));
 }
 
-/// Calls cargo; what it compiled, as its `compiler-artifact` messages.
-fn build(root: &Path, folder: &Path, target: &str) -> Vec<Value> {
+/// What was compiled: for an old glibc where that is possible, else with the host's linker.
+fn built(root: &Path, folder: &Path, target: &str) -> Vec<Value> {
+    println!("cargo::rerun-if-env-changed=CARGO_ZIGBUILD_ZIG_PATH");
+    // Tests want to know what the binary was linked for.
+    let host = || {
+        println!("cargo::rustc-env=CDPR_FMU_GLIBC=");
+        build(root, folder, "build", target).unwrap_or_else(|| panic!("the build of {PACKAGE} failed; see above"))
+    };
+    if !target.ends_with("-linux-gnu") {
+        return host();
+    }
+    if let Err(zig::Missing { what, found, remedy }) = zig::check() {
+        // Shown by `cargo build -vv`.
+        eprintln!("linked for this host's glibc, not for {OLDEST_GLIBC}: {what} is missing ({found}); {remedy}");
+        return host();
+    }
+    // A folder of its own: what is linked otherwise is compiled otherwise.
+    let full = format!("{target}.{OLDEST_GLIBC}");
+    match build(root, &folder.join("zig"), "zigbuild", &full) {
+        Some(artifacts) => {
+            println!("cargo::rustc-env=CDPR_FMU_GLIBC={OLDEST_GLIBC}");
+            artifacts
+        }
+        None => {
+            println!(
+                "cargo::warning=cargo-zigbuild could not link the FMU's binary for glibc {OLDEST_GLIBC}; with the host's \
+                 linker it will need a newer one"
+            );
+            host()
+        }
+    }
+}
+
+/// Calls cargo; what it compiled, as its `compiler-artifact` messages. `None` where it failed.
+fn build(root: &Path, folder: &Path, command: &str, target: &str) -> Option<Vec<Value>> {
     let mut cargo = Command::new(variable("CARGO"));
     cargo
-        .args(["build", "--locked", "--package", PACKAGE, "--profile", "fmu"])
+        .args([command, "--locked", "--package", PACKAGE, "--profile", "fmu"])
         .args(["--message-format", "json-render-diagnostics", "--target", target])
         .arg("--target-dir")
         .arg(folder)
@@ -73,13 +118,14 @@ fn build(root: &Path, folder: &Path, target: &str) -> Vec<Value> {
     cargo.env("CARGO_BUILD_BUILD_DIR", folder);
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags(root));
     let output = cargo.output().expect("cargo is there: it runs this script");
-    assert!(output.status.success(), "the build of {PACKAGE} failed; see above");
-    String::from_utf8(output.stdout)
-        .expect("cargo's messages are UTF-8")
-        .lines()
-        .filter_map(|line| serde_json::from_str(line).ok())
-        .filter(|message: &Value| message["reason"] == "compiler-artifact")
-        .collect()
+    output.status.success().then(|| {
+        String::from_utf8(output.stdout)
+            .expect("cargo's messages are UTF-8")
+            .lines()
+            .filter_map(|line| serde_json::from_str(line).ok())
+            .filter(|message: &Value| message["reason"] == "compiler-artifact")
+            .collect()
+    })
 }
 
 /// The outer build's flags, and no folder of this machine in the binary's messages.

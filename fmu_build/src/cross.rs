@@ -1,14 +1,12 @@
 //! Builds the binary for other platforms than the host, from a source checkout, with cargo-zigbuild.
 //!
 //! Zig brings linkers and C libraries for all platforms in one download, old versions of glibc included. What
-//! is needed besides Rust: `cargo install --locked cargo-zigbuild`, `pip install ziglang` and
-//! `rustup target add TARGET`.
+//! is needed besides Rust: `pip install cargo-zigbuild`, which brings zig along, and `rustup target add TARGET`.
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::{Binary, PackError, Platform};
+use crate::{Binary, PackError, Platform, zig};
 
 /// What to build for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -153,37 +151,17 @@ fn check_tools(target: &Target) -> Result<(), PackError> {
         found,
         remedy: remedy.into(),
     };
-    answer("cargo-zigbuild", ["--version"])
-        .map_err(|found| missing("cargo-zigbuild", found, "cargo install --locked cargo-zigbuild"))?;
-    // cargo-zigbuild looks in the same places.
-    let zig = std::env::var_os("CARGO_ZIGBUILD_ZIG_PATH").unwrap_or_else(|| "zig".into());
-    answer(&zig, ["version"])
-        .or_else(|_| answer("python3", ["-m", "ziglang", "version"]))
-        .or_else(|_| answer("python", ["-m", "ziglang", "version"]))
-        .map_err(|found| missing("zig", found, "pip install ziglang"))?;
+    zig::check().map_err(|it| missing(it.what, it.found, it.remedy))?;
     for triple in target.rust_targets() {
         let remedy = format!("rustup target add {triple}");
         let standard_library = || missing("Rust's standard library", triple.into(), &remedy);
-        let folder = answer("rustc", ["--print", "target-libdir", "--target", triple])
+        let folder = zig::answer("rustc", ["--print", "target-libdir", "--target", triple])
             .map_err(|found| missing("Rust's standard library", found, &remedy))?;
         if !Path::new(folder.trim()).is_dir() {
             return Err(standard_library());
         }
     }
     Ok(())
-}
-
-/// What a program prints, or why it does not.
-fn answer<const N: usize>(program: impl AsRef<OsStr>, words: [&str; N]) -> Result<String, String> {
-    let program = program.as_ref();
-    let output =
-        Command::new(program).args(words).output().map_err(|error| format!("{}: {error}", program.display()))?;
-    if !output.status.success() {
-        let said = String::from_utf8_lossy(&output.stderr);
-        let last = said.lines().last().unwrap_or_default();
-        return Err(format!("{}: {} {last}", program.display(), output.status));
-    }
-    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
 #[cfg(test)]

@@ -19,6 +19,7 @@ mod platform;
 mod probe;
 pub mod whole_file;
 mod xml_check;
+mod zig;
 
 pub use binary::{Binary, FUNCTIONS};
 pub use error::PackError;

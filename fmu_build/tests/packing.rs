@@ -80,6 +80,15 @@ fn no_folder_of_the_building_machine_is_in_the_binary() {
     assert!(!binary().bytes().windows(root.len()).any(|window| window == root));
 }
 
+/// Linked by the host it asked for glibc 2.35, and did not load on RHEL 9, Alma 8 or Ubuntu 20.04.
+#[test]
+fn a_binary_linked_for_an_old_glibc_asks_for_no_newer_one() {
+    // What the build script linked for; nothing where zig was not there.
+    let Some((major, minor)) = option_env!("CDPR_FMU_GLIBC").and_then(|text| text.split_once('.')) else { return };
+    let asked = (major.parse().unwrap(), minor.parse().unwrap());
+    assert!(binary().needed_glibc().unwrap() <= asked, "{:?}", binary().needed_glibc());
+}
+
 #[test]
 fn the_page_tells_what_the_binary_needs() {
     let files = unpacked(&default_fmu().to_bytes().unwrap());
