@@ -164,6 +164,45 @@ def test_derivatives_with_effects(pack, name):
     assert_same_matrix(found, expected, unknowns, knowns, 1e-6)
 
 
+@pytest.mark.parametrize("initialization", ["from_winch_forces", "static_equilibrium"])
+def test_derivatives_of_initial_unknowns_in_initialization_mode(fmu, initialization):
+    """Table 4.2 of the standard: with respect to inputs, exact starts and parameters, there too.
+
+    Held against differences of the FMU, each start moved by itself.
+    """
+    values = {f"winch_force[{i}]": 20e3 for i in range(1, 5)} | {"initialization": initialization}
+    values |= {"disturbance_force_x": 200.0, "phi": 0.02}
+    unknowns = [*indexed("cable_length"), *LENGTHS, *indexed("tension"), "der(vx)", "der(omega)"]
+    listed = {u.variable.name for u in fmu.description.initialUnknowns}
+    assert set(unknowns) <= listed
+    # A push moves the pose at rest by 5e-3 m/N.
+    widths = {"winch_force[2]": 10.0, "disturbance_force_x": 5.0, "x": 0.1, "phi": 1e-3}
+    widths |= {"youngs_modulus": 1e7, "anchor_radius": 0.1, "platform_mass": 10.0}
+    knowns = list(widths)
+    with fmu.instance(start=False) as instance:
+        instance.begin(values)
+        found = jacobian(instance, unknowns, knowns)
+        columns = []
+        for name, width in widths.items():
+            start = instance.get([name])[0]
+            ends = []
+            for amount in (width, -width, 2 * width, -2 * width):
+                instance.set({name: start + amount})
+                ends.append(instance.get(unknowns))
+            instance.set({name: start})
+            difference = 8 * (ends[0] - ends[1]) - (ends[2] - ends[3])
+            columns.append(difference / (12 * width))
+        instance.slave.exitInitializationMode()
+        instance.step(0.1)
+    scale = np.array(list(widths.values()))
+    expected = np.column_stack(columns)
+    size = np.max(np.abs(expected) * scale, axis=1, keepdims=True)
+    # A tension is EA times a difference of two lengths near 1 km, so rounding shows at 1e-13 EA.
+    rounding = np.array([[1.5e-6 if "tension" in name else 1e-9] for name in unknowns])
+    wrong = np.argwhere(np.abs(found - expected) * scale > 1e-5 * size + rounding)
+    assert not len(wrong), [(unknowns[i], knowns[j], found[i, j], expected[i, j]) for i, j in wrong]
+
+
 def test_directional_derivative_is_linear_in_the_direction(fmu):
     case = random_case(9, LUMPED_MASS)
     _, values = starting(case, Plant(case.parameters))

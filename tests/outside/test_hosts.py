@@ -15,7 +15,7 @@ from fmpy import simulate_fmu
 
 from outside.cases import assert_close, random_case, reference_run, starting
 from outside.fmu import INPUTS, OUTPUTS, SLACK, start_values
-from outside.host import ERROR, OK, Host
+from outside.host import DISCARD, ERROR, OK, WARNING, Host
 from reference.parameters import LUMPED_MASS, Effect, Parameters
 from reference.plant import Plant
 
@@ -236,3 +236,44 @@ def test_importing_prints_nothing(fmu):
     )
     assert done.stdout == b""
     assert done.stderr == b""
+
+
+@pytest.mark.parametrize("logging_on", [False, True])
+def test_a_warning_does_not_end_the_run(fmu, logging_on):
+    """The release of the README beyond 82.6 s, where a cable comes to lie across the platform.
+
+    fmusim, OMSimulator and PyFMI end a run at fmi2Warning.
+    """
+    host = Host(fmu.folder)
+    component = host.instantiate(logger=host.logger, logging_on=logging_on)
+    for name in ("x", "y", "phi"):
+        assert host.set_real(component, name, 0.1) == OK
+    host.initialise(component)
+    for k in range(900):
+        assert host.DoStep(component, 0.1 * k, 0.1, 1) == OK, (k, host.messages)
+    warnings = [text for status, _, text in host.messages if status == WARNING]
+    assert len(warnings) == 1, warnings
+    assert "runs through the platform from t = 82." in warnings[0]
+    host.free(component)
+
+
+def test_a_discard_without_logging_on_tells_its_reason(fmu):
+    host = Host(fmu.folder)
+    component = host.initialised(logger=host.logger, logging_on=False)
+    assert host.set_real(component, "disturbance_force_y", 5e6) == OK
+    assert host.DoStep(component, 0.0, 60.0, 1) == DISCARD
+    assert [status for status, _, _ in host.messages if status == DISCARD], host.messages
+    assert any("left the space between the anchors" in text for _, _, text in host.messages)
+    host.free(component)
+
+
+def test_an_edited_model_file_is_told_with_its_folder_and_the_way_out(heavy, tmp_path):
+    folder = Path(shutil.copytree(heavy.folder, tmp_path / "edited"))
+    (folder / "resources" / "model.toml").write_text("platform_mass = 2346.0\n")
+    host = Host(folder)
+    assert not host.instantiate(logger=host.logger)
+    (status, _, text), *rest = host.messages
+    assert status == ERROR
+    assert not rest
+    assert str((folder / "resources").resolve()) in text
+    assert "where these were changed, pack the FMU anew with cdpr" in text
