@@ -10,7 +10,7 @@ use anyhow::Context;
 use cdpr::model_file::Model;
 use cdpr::parameters::CableModel;
 use cdpr_discovery::data::{ColumnMap, DataError, Trial, read_trial};
-use cdpr_discovery::outcome::{Discovery, Found, HORIZON, Verdict};
+use cdpr_discovery::outcome::{Discovery, Found, Verdict};
 use cdpr_discovery::report::{self, FileUsed, Report, Setting};
 use cdpr_discovery::write::{self, About, discovery_json, gap_csv};
 use cdpr_discovery::{DiscoverError, discover};
@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     model::folder(&arguments.out)?;
     let discovery = search(&base, train, holdout)?;
-    let results = write_results(&discovery, about(arguments, &base), &arguments.out)?;
+    let results = write_results(&discovery, about(arguments, &base, discovery.horizon), &arguments.out)?;
     let mut out = stdout().lock();
     write!(out, "{}", results.summary)?;
     writeln!(out, "\nWritten:")?;
@@ -107,7 +107,7 @@ pub(crate) fn search(base: &Model, train: Vec<Trial>, holdout: Vec<Trial>) -> an
     })
 }
 
-fn about(arguments: &Arguments, base: &Model) -> About {
+fn about(arguments: &Arguments, base: &Model, horizon: f64) -> About {
     let list = |role: &'static str, paths: &[PathBuf]| -> Vec<FileUsed> {
         paths.iter().map(|path| file(role, path)).collect()
     };
@@ -115,7 +115,7 @@ fn about(arguments: &Arguments, base: &Model) -> About {
     files.extend(list("held-out data", &arguments.holdout));
     files.extend(arguments.model.iter().map(|path| file("model as given", path)));
     files.extend(arguments.map.iter().map(|path| file("column map", path)));
-    About { title: title(&arguments.data), files, settings: settings(base) }
+    About { title: title(&arguments.data), files, settings: settings(base, horizon) }
 }
 
 fn file(role: &str, path: &Path) -> FileUsed {
@@ -133,14 +133,14 @@ fn title(data: &[PathBuf]) -> String {
     }
 }
 
-/// What the report lists as settings.
-pub(crate) fn settings(base: &Model) -> Vec<Setting> {
+/// What the report lists as settings, the main horizon (s) among them.
+pub(crate) fn settings(base: &Model, horizon: f64) -> Vec<Setting> {
     let cable_model = match base.parameters.cable_model {
         CableModel::Rigid => "rigid",
         CableModel::MasslessSpring => "massless_spring",
         CableModel::LumpedMass => "lumped_mass",
     };
-    [("cable model", cable_model.to_owned()), ("main horizon", format!("{HORIZON} s"))]
+    [("cable model", cable_model.to_owned()), ("main horizon", format!("{horizon} s"))]
         .map(|(name, value)| Setting { name: name.to_owned(), value })
         .to_vec()
 }

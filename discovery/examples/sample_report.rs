@@ -1,6 +1,6 @@
 //! Writes a report on made-up measurements, to look at the page without running a discovery.
 //!
-//! `cargo run -p cdpr-discovery --example sample_report -- out.html [named|ambiguous|unnamed|no_missing_effect] [picture.svg]`
+//! `cargo run -p cdpr-discovery --example sample_report -- out.html [named|ambiguous|partly_named|unnamed|no_missing_effect] [picture.svg]`
 //!
 //! The numbers are not a simulation of the plant: a platform on a multi-sine path, Coulomb friction on winch 3 that the
 //! model does not have, and the error that this makes within each horizon, integrated by hand.
@@ -28,9 +28,12 @@ fn main() -> Result<()> {
     let verdict = match arguments.get(1).map_or("named", String::as_str) {
         "named" => Verdict::Named,
         "ambiguous" => Verdict::Ambiguous,
+        "partly_named" => Verdict::PartlyNamed,
         "unnamed" => Verdict::Unnamed,
         "no_missing_effect" => Verdict::NoMissingEffect,
-        other => bail!("unknown verdict `{other}`; expected named, ambiguous, unnamed or no_missing_effect"),
+        other => {
+            bail!("unknown verdict `{other}`; expected named, ambiguous, partly_named, unnamed or no_missing_effect")
+        }
     };
     let report = sample(verdict);
     fs::write(out, render(&report)?).with_context(|| format!("cannot write {out}"))?;
@@ -86,6 +89,11 @@ fn adapt(report: &mut Report) {
             twin.correlation = Some(0.9994);
             report.remarks.push("Pretension stays within 3 % of 20 kN in all trials.".to_owned());
         }
+        Verdict::PartlyNamed => {
+            report
+                .remarks
+                .push("More is missing than was found: what is left over 5 s is 4.2 times the noise.".to_owned());
+        }
         Verdict::Unnamed => {
             report.effects.clear();
             report.terms = vec![Term {
@@ -124,6 +132,7 @@ fn friction() -> Effect {
         label: "Coulomb friction".to_owned(),
         place: "winch[3]".to_owned(),
         cable: Some(3),
+        named: true,
         equation: "F = 118.4 tanh(l̇/0.0123)".to_owned(),
         parameters: vec![
             parameter("force", 118.4, Some(1.3), "N"),

@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use cdpr::effect::{DependsOn, EffectSpec, Place};
 use cdpr::model_file::Model;
-use cdpr::per_cable::PerCable;
 
 use crate::alike::likeness;
 use crate::check::check;
@@ -13,13 +12,13 @@ use crate::data::{Trial, make_ready};
 use crate::estimate::{FitError, noise_of_data};
 use crate::extension::{containing, count_in_use};
 use crate::fitted::{Evidence, Fitted, Trained};
-use crate::gap::predict;
-use crate::outcome::{Alternative, BeforeAfter, Compared, Discovery, Found, HORIZON, Located, Stability, Verdict};
+use crate::outcome::{Alternative, BeforeAfter, Discovery, Found, HORIZON, HORIZONS, Located, Stability, Verdict};
 use crate::report::{channel_words, phrase, printed};
 use crate::rivals::{Rival, told_apart_from};
 use crate::search::{NOTHING_LEFT, Progress, Search, Taken};
 use crate::stability::stability;
 use crate::term;
+use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, POLICY, out_of_range};
 use crate::verify;
 use crate::write::{errors, label, place};
 
@@ -107,9 +106,18 @@ pub(crate) fn examine(
     }
     fitted = search.refine_terms(fitted)?;
     progress("verifying on held-out data", 0.92);
-    let given = search.given;
+    let reaches = search.reaches.reported();
+    let mut horizons = verify::horizon_gaps(&base, &fitted, &evidence, &reaches);
+    if !search.taken.is_empty() && !verdict::beats(&HorizonFacts::all(&horizons), NOTHING_LEFT, &POLICY) {
+        search.give_up(&fitted, "what was found does not beat the model as given on held-out data over every horizon");
+        alternatives.clear();
+        fitted = base.clone();
+        horizons = verify::horizon_gaps(&base, &fitted, &evidence, &reaches);
+    }
     let (mut effects, mut terms) = (Vec::new(), Vec::new());
     let mut located: Vec<Located> = Vec::new();
+    let mut facts = Vec::new();
+    let given = search.given;
     let mut stability = stability(&fitted.train, &evidence.train, given);
     let total: f64 = search.taken.iter().map(|t| t.delta_bic.abs()).sum();
     for (k, taken) in search.taken.iter().enumerate() {
@@ -144,37 +152,47 @@ pub(crate) fn examine(
         }
         let found = Found {
             standard_error: standard_errors(&fitted, at),
+            named: false,
             delta_bic: taken.delta_bic,
-            holdout_gap_without: Some(without.gap[0]),
+            holdout_gap_without: Some(without.gap[0] * search.reaches.main.attainable),
             alternatives,
             null_test: taken.null_test,
             stability: stability[k].take(),
             effect: effect.clone(),
         };
-        if effect.id == "expression" { terms.push(found) } else { effects.push(found) }
+        if effect.id == "expression" {
+            terms.push(found);
+        } else {
+            facts.push(EffectFacts::of(&found, fitted.takes_away(without), &POLICY));
+            effects.push(found);
+        }
     }
+    let whiteness = verify::whiteness(&fitted.train, &evidence.train, &fitted.train.randomness.noise);
+    let coloured = whiteness
+        .iter()
+        .filter(|w| w.statistic > w.limit)
+        .map(|w| channel_words(&w.channel.name()).replace('\u{a0}', " "))
+        .collect();
+    let facts = Facts {
+        horizons: HorizonFacts::all(&horizons),
+        main: search.reaches.main.horizon,
+        coloured,
+        disturbance: Disturbance::of(&fitted.train, &evidence.train),
+        effects: facts,
+        terms: terms.len(),
+        chance: search.null_test,
+    };
+    let judgement = verdict::judge(&facts, &POLICY);
+    let phrases: Vec<String> = effects.iter().map(in_words).collect();
+    remarks.extend(judgement.reasons.iter().map(|reason| verdict::sentence(reason, &phrases)));
+    let noise = &fitted.train.randomness.noise;
+    let remaining = HORIZONS.map(|h| verdict::remaining(&fitted.holdout, &evidence.holdout, noise, h)).to_vec();
+    if judgement.verdict == Verdict::PartlyNamed {
+        remarks.push(verdict::left_over(&remaining));
+    }
+    effects.iter_mut().zip(judgement.named).for_each(|(found, named)| found.named = named);
     effects.sort_by(|a: &Found, b: &Found| a.delta_bic.total_cmp(&b.delta_bic));
     located.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let whiteness = verify::whiteness(&fitted.train, &evidence.train, &fitted.train.randomness.noise);
-    let noise = fitted.train.randomness.noise.clone();
-    let of = |f: &Fitted| {
-        [verify::gaps(&f.train, &evidence.train, &noise), verify::gaps(&f.holdout, &evidence.holdout, &noise)]
-    };
-    let (before, after) = (of(&base), of(&fitted));
-    let horizons = verify::horizon_gaps([&before[0], &before[1]], [&after[0], &after[1]]);
-    let white = whiteness.iter().all(|w| w.statistic <= w.limit);
-    let verdict = judge(&fitted, &base, (&effects, &terms), white, &mut remarks);
-    if !white {
-        let names: Vec<String> = whiteness
-            .iter()
-            .filter(|w| w.statistic > w.limit)
-            .map(|w| channel_words(&w.channel.name()).replace('\u{a0}', " "))
-            .collect();
-        remarks.push(format!(
-            "What remains is not white in {}: the laws found do not fit to the last detail.",
-            names.join(", ")
-        ));
-    }
     for found in effects.iter().chain(&terms) {
         remarks.extend(found.stability.as_ref().filter(|s| s.varies()).map(|s| varying(found, s)));
     }
@@ -183,16 +201,19 @@ pub(crate) fn examine(
     // Terms are of another library, weighed after it.
     let last_weighing = search.null_test.filter(|_| terms.is_empty());
     let (candidates, steps) = (search.tried.len(), std::mem::take(&mut search.steps));
-    let trials = compared(&base, &fitted, &evidence);
+    let horizon = search.reaches.main.horizon;
+    let trials = verify::compared(&base, &fitted, &evidence, horizon);
     progress("done", 1.0);
     Ok(Discovery {
-        verdict,
+        verdict: judgement.verdict,
         base: model.clone(),
         model: fitted.train.model.clone(),
         effects,
         terms,
         located,
         horizons,
+        horizon,
+        remaining,
         holdout_source,
         whiteness,
         remainder_force: BeforeAfter { before: size(&base), after: size(&fitted) },
@@ -264,7 +285,7 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
             // A richer law must be better by what counts; one as simple, at all.
             let richer = count_in_use(&rival.effect) > count_in_use(&fitted.train.model.effects[at]);
             let limit = if richer { 2.0 * told_apart_from(search.taken[k].delta_bic) } else { 0.0 };
-            rival.delta_bic < -limit && !degenerate(&rival.effect)
+            rival.delta_bic < -limit && !out_of_range(&rival.effect, &POLICY)
         });
         let replaced = replaced && take_up(search, &mut fitted, at, &mut rivals);
         let limit = told_apart_from(search.taken[k].delta_bic);
@@ -278,7 +299,7 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
             separate_by: separate_by(standing, &rival.effect),
             indistinguishable: rival.whole.is_some()
                 && rival.delta_bic < limit
-                && !degenerate(&rival.effect)
+                && !out_of_range(&rival.effect, &POLICY)
                 && !needless(&rival),
             effect: rival.effect,
             delta_bic: rival.delta_bic,
@@ -366,75 +387,22 @@ fn or_single_term(
     }
 }
 
-/// The verdict on what was found, where what remains is `white` or not.
-fn judge(
-    fitted: &Fitted,
-    base: &Fitted,
-    (effects, terms): (&[Found], &[Found]),
-    white: bool,
-    remarks: &mut Vec<String>,
-) -> Verdict {
-    if !terms.is_empty() {
-        return Verdict::Unnamed;
-    }
-    if effects.is_empty() {
-        if fitted.gap[0] <= NOTHING_LEFT {
-            return Verdict::NoMissingEffect;
-        }
-        // A force at random is no effect that a model could have.
-        if white && fitted.train.randomness.has_latents() {
-            remarks.push(
-                "The gap is that of a disturbance that was not recorded: a force at random leaves nothing else \
-                 unexplained, and neither the catalogue nor the dictionary of terms has a law that it follows."
-                    .to_owned(),
-            );
-            return Verdict::NoMissingEffect;
-        }
-        if fitted.gap[0] > 1.5 {
-            remarks.push(
-                "The model does not reproduce the data, and neither the catalogue nor the dictionary of terms explains \
-                 it."
-                    .to_owned(),
-            );
-            return Verdict::Unnamed;
-        }
-        return Verdict::NoMissingEffect;
-    }
-    if fitted.explains_little(base) {
-        remarks.push("What was found explains less than half of the gap; something else is missing too.".to_owned());
-        return Verdict::Unnamed;
-    }
-    if effects.iter().any(|e| e.alternatives.iter().any(|a| a.indistinguishable)) {
-        return Verdict::Ambiguous;
-    }
-    Verdict::Named
+/// An effect and its place.
+fn in_words(found: &Found) -> String {
+    phrase(&label(&found.effect), &place(&found.effect)).replace('\u{a0}', " ")
 }
 
 /// That an effect is not the same throughout.
 fn varying(found: &Found, stability: &Stability) -> String {
     let what = match &found.effect.expression {
-        Some(expression) => format!("The term {}", printed(expression, &errors(found))),
-        None => format!("The {}", phrase(&label(&found.effect), &place(&found.effect)).replace('\u{a0}', " ")),
+        Some(expression) => format!("term {}", printed(expression, &errors(found))),
+        None => in_words(found),
     };
     format!(
-        "{what} is not the same throughout: its size differs from block to block by {:.0} % beyond its error. The law is not \
+        "The {what} is not the same throughout: its size differs from block to block by {:.0} % beyond its error. The law is not \
          quite this one, or something changed during the recordings.",
         100.0 * stability.spread
     )
-}
-
-/// Whether an effect's shape has run out of the range in which it is itself: creep that is done within a sample is only a
-/// softer spring. A sharp turn of friction is the ideal law.
-fn degenerate(effect: &EffectSpec) -> bool {
-    let Ok(info) = effect.info() else { return false };
-    info.parameters.iter().zip(&effect.values).any(|(parameter, value)| {
-        let (low, high) = parameter.typical;
-        let low = if parameter.name == "transition_speed" { 0.0 } else { low / 3.0 };
-        parameter.shape
-            && parameter.typical.0 > 0.0
-            && !parameter.leaves_out(*value)
-            && !(low..=3.0 * high).contains(value)
-    })
 }
 
 /// The experiment that tells two effects apart, from the catalogue.
@@ -490,39 +458,6 @@ fn joined(one: &[(usize, f64, f64)], other: &[(usize, f64, f64)]) -> Vec<(usize,
         match out.last_mut() {
             Some(last) if last.0 == trial && start <= last.2 => last.2 = last.2.max(end),
             _ => out.push((trial, start, end)),
-        }
-    }
-    out
-}
-
-/// Trials with predictions of both models.
-fn compared(base: &Fitted, fitted: &Fitted, evidence: &Evidence) -> Vec<Compared> {
-    let mut out = Vec::new();
-    let sets = [(&evidence.train, &base.train, &fitted.train), (&evidence.holdout, &base.holdout, &fitted.holdout)];
-    for (held, (trials, before, after)) in sets.into_iter().enumerate() {
-        let (before_shown, after_shown) = (predict(before, trials, HORIZON), predict(after, trials, HORIZON));
-        for (t, (b, a)) in before_shown.into_iter().zip(after_shown).enumerate() {
-            let trial = &trials[t];
-            let rows = 0..trial.len();
-            let (old, new) = (&before.trajectories[t], &after.trajectories[t]);
-            let plant = &after.examined.plant;
-            out.push(Compared {
-                holdout: held == 1,
-                before: b.shown,
-                after: a.shown,
-                restarts: a.restarts,
-                latents: rows.clone().map(|k| std::array::from_fn(|l| old.latents(k)[l])).collect(),
-                motion: rows.clone().map(|k| std::array::from_fn(|c| new.states(k)[c])).collect(),
-                winch_speed: rows
-                    .map(|k| {
-                        let y = new.states(k);
-                        let [pose, twist] = [[y[0], y[1], y[2]], [y[3], y[4], y[5]]];
-                        let cables = cdpr::kinematics::cables(plant.geometry(), &pose, &twist);
-                        PerCable::from_fn(cables.len(), |i| plant.rate_index(i).map_or(cables[i].speed, |at| y[at]))
-                    })
-                    .collect(),
-                trial: trial.clone(),
-            });
         }
     }
     out

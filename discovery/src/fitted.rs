@@ -7,12 +7,10 @@ use crate::estimate::{Fit, FitError};
 use crate::extension::count_in_use;
 use crate::gap::{gap, predict};
 use crate::kalman::Randomness;
-use crate::outcome::HORIZON;
 use crate::refine::{Estimate, refine};
 use crate::search::{EVIDENCE, Search};
+use crate::verdict::{POLICY, Reach, Reaches, left};
 
-/// Share by which an effect must shrink the squared gap on held-out data.
-const EARNED: f64 = 0.005;
 /// Most moves of the trajectory on held-out data.
 const MOST_MOVES: usize = 30;
 
@@ -34,19 +32,27 @@ pub(crate) struct Fitted {
     pub(crate) score: f64,
     /// `-2 log L` on the held-out data.
     pub(crate) holdout_score: f64,
-    /// Gap on held-out data over 5 s and 20 s.
+    /// Gap on held-out data over the main horizon and the long one, in multiples of what a model without fault would leave.
     pub(crate) gap: [f64; 2],
 }
 
 impl Fitted {
-    /// What is left of the gap over 5 s on held-out data, without the noise.
+    /// What is left of the gap over the main horizon on held-out data, without the noise.
     pub(crate) fn left(&self) -> f64 {
-        (self.gap[0].powi(2) - 1.0).max(0.0).sqrt()
+        left(self.gap[0])
     }
 
     /// Whether more than half of the gap of `base` is left, and enough to speak of.
     pub(crate) fn explains_little(&self, base: &Self) -> bool {
-        self.left() > 0.5 * base.left() && self.gap[0] > 1.5
+        self.left() > POLICY.explained * base.left() && self.gap[0] > POLICY.at_noise
+    }
+
+    /// Share of the squared gap of `without`, both without the noise, that is no longer there: over the main horizon or
+    /// the long one, whichever is more. All of it where there was none.
+    pub(crate) fn takes_away(&self, without: &Self) -> f64 {
+        let share = |k: usize| 1.0 - (left(self.gap[k]) / left(without.gap[k])).powi(2);
+        let [short, long] = [0, 1].map(|k| if left(without.gap[k]) > 0.0 { share(k) } else { 1.0 });
+        short.max(long)
     }
 }
 
@@ -71,6 +77,7 @@ impl Search<'_> {
         self.base_randomness = Some(train.randomness.clone());
         let mut holdout = Fit::new(model, &e.holdout, &train.randomness, None)?;
         holdout.smooth(&e.holdout)?;
+        self.reaches = Reaches::of(&holdout, &e.holdout, &e.noise, &POLICY);
         Ok(self.finish(train, holdout, None))
     }
 
@@ -84,8 +91,11 @@ impl Search<'_> {
         let e = self.evidence;
         let score = self.score(&train, &e.train);
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
-        let gap_over = |horizon: f64| gap(&e.holdout, &predict(&holdout, &e.holdout, horizon), &e.noise).total();
-        let (short, long) = rayon::join(|| gap_over(HORIZON), || gap_over(20.0));
+        let gap_over = |reach: &Reach| {
+            gap(&e.holdout, &predict(&holdout, &e.holdout, reach.horizon), &e.noise).total() / reach.attainable
+        };
+        let Reaches { main, long } = &self.reaches;
+        let (short, long) = rayon::join(|| gap_over(main), || gap_over(long));
         Fitted { train, holdout, estimate, score, holdout_score, gap: [short, long] }
     }
 
@@ -179,6 +189,6 @@ impl Search<'_> {
     pub(crate) fn earns(before: &Fitted, next: &Fitted) -> bool {
         let shrink = |k: usize| 1.0 - (next.gap[k] / before.gap[k]).powi(2);
         let (short, long) = (shrink(0), shrink(1));
-        short.max(long) >= EARNED && short.min(long) > -2.0 * EARNED
+        short.max(long) >= POLICY.scatter && short.min(long) > -2.0 * POLICY.scatter
     }
 }

@@ -16,10 +16,33 @@ pub(crate) struct Prediction {
     ends: Vec<(usize, Vec<f64>)>,
 }
 
-/// Simulates every trial freely over `horizon` (s) at a time, from the state that the filter has by then.
-///
-/// The first stretch begins after one horizon, at most a fifth of the trial, so that there is a window before it. A stretch
-/// takes at least one sampling interval.
+impl Prediction {
+    /// Whether the simulation restarts at sample `k`.
+    pub(crate) fn is_restart(&self, k: usize) -> bool {
+        self.restarts.binary_search(&k).is_ok()
+    }
+}
+
+/// Samples of `trial` at which a free run over `horizon` (s) begins anew: the first after one horizon, at most a fifth of
+/// the trial, so that there is a window before it.
+pub(crate) fn restarts(trial: &Trial, horizon: f64) -> Vec<usize> {
+    let start = trial.time[0];
+    let duration = trial.time[trial.len() - 1] - start;
+    let mut next = start + horizon.min(0.2 * duration);
+    let mut out = Vec::new();
+    for (k, time) in trial.time.iter().enumerate() {
+        if *time >= next {
+            out.push(k);
+            while next <= *time {
+                next += horizon;
+            }
+        }
+    }
+    out
+}
+
+/// Simulates every trial freely over `horizon` (s) at a time, from the state that the filter has by then, at the samples
+/// of [`restarts`]. A stretch takes at least one sampling interval.
 pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
     (0..trials.len())
         .into_par_iter()
@@ -27,19 +50,16 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
             let trial = &trials[t];
             let filtered = filter(&fit.linear[t], &for_trial(&fit.randomness, trial), Keep::Innovations);
             let m = trial.channels.len();
-            let start = trial.time[0];
-            let duration = trial.time[trial.len() - 1] - start;
-            let first = start + horizon.min(0.2 * duration);
-            let mut out =
-                Prediction { shown: vec![vec![f64::NAN; m]; trial.len()], restarts: Vec::new(), ends: Vec::new() };
-            let mut next_restart = first;
+            let (shown, restarts) = (vec![vec![f64::NAN; m]; trial.len()], restarts(trial, horizon));
+            let mut out = Prediction { shown, restarts, ends: Vec::new() };
+            let mut next_restart = out.restarts.clone().into_iter().peekable();
             let mut simulation = fit.examined.simulation(trial, 0, fit.trajectories[t].states(0));
             let mut running = false;
             let mut shown = Vec::new();
             for k in 0..trial.len() {
                 simulation.set_inputs(trial.inputs[k]);
-                if trial.time[k] >= next_restart {
-                    if running && out.restarts.last().is_some_and(|last| last + 1 == k) {
+                if next_restart.next_if_eq(&k).is_some() {
+                    if running && out.is_restart(k.wrapping_sub(1)) {
                         fit.examined.measure(&simulation, &trial.channels, &mut shown);
                         out.ends.push((k, shown.clone()));
                     }
@@ -47,10 +67,6 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
                         fit.trajectories[t].states(k).iter().zip(filtered.updated(k)).map(|(a, b)| a + b).collect();
                     simulation.set_states(&state);
                     running = true;
-                    out.restarts.push(k);
-                    while next_restart <= trial.time[k] {
-                        next_restart += horizon;
-                    }
                 }
                 if running {
                     fit.examined.measure(&simulation, &trial.channels, &mut shown);
@@ -79,7 +95,7 @@ pub(crate) fn gap(trials: &[Trial], predictions: &[Prediction], noise: &[f64]) -
     for (trial, prediction) in trials.iter().zip(predictions) {
         let index: Vec<usize> = trial.channels.iter().map(|c| all.iter().position(|a| a == c).unwrap_or(0)).collect();
         // The sample of a restart has been used for the state; it is no prediction of its own stretch.
-        let inside = (0..trial.len()).filter(|k| prediction.restarts.binary_search(k).is_err());
+        let inside = (0..trial.len()).filter(|k| !prediction.is_restart(*k));
         let predicted = inside.map(|k| (k, &prediction.shown[k]));
         for (k, shown) in predicted.chain(prediction.ends.iter().map(|(k, shown)| (*k, shown))) {
             for (j, at) in index.iter().enumerate() {

@@ -71,6 +71,12 @@ impl Filtered {
         &self.gain[at * self.stride..(at + 1) * self.stride]
     }
 
+    /// Row `r` of the covariance before the measurements of sample `k`; only where it was kept.
+    pub(crate) fn covariance_row(&self, linear: &LinearTrial, k: usize, r: usize) -> &[f64] {
+        let at = (k * linear.width() + r) * self.stride;
+        &self.covariance[at..at + self.stride]
+    }
+
     /// Deviation after the measurements of sample `k`: states, latents, zeros.
     pub(crate) fn updated(&self, k: usize) -> &[f64] {
         &self.updated[k * self.stride..(k + 1) * self.stride]

@@ -40,6 +40,7 @@ mod stability;
 mod term;
 mod variation;
 mod vector;
+mod verdict;
 mod verify;
 mod whiten;
 

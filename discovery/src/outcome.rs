@@ -11,10 +11,12 @@ use crate::data::{Channel, Trial};
 pub enum Verdict {
     /// The model reproduces the data as well as the noise allows.
     NoMissingEffect,
-    /// Every effect found is in the catalogue and what remains is white.
+    /// Every effect found is in the catalogue, and what remains is white and near the noise.
     Named,
     /// Two or more explanations differ by less than the evidence can tell.
     Ambiguous,
+    /// Effects of the catalogue explain most of the gap, and more than the noise is left; see [`Remaining`].
+    PartlyNamed,
     /// Part of the gap needs terms outside the catalogue, or cannot be explained at all.
     Unnamed,
 }
@@ -37,6 +39,9 @@ pub struct Located {
 pub struct Found {
     /// The effect with its estimated parameters.
     pub effect: EffectSpec,
+    /// Whether it may be called what is missing: its size is known, its shape is that of its law, and it takes away a part
+    /// of the gap that can be seen.
+    pub named: bool,
     /// Standard error of each parameter; `None` where the data do not determine it.
     pub standard_error: Vec<Option<f64>>,
     /// Bayesian information criterion with it minus without it.
@@ -145,8 +150,29 @@ pub struct HorizonGap {
     pub train: BeforeAfter,
     /// On held-out data, all channels.
     pub holdout: BeforeAfter,
+    /// What a model without fault would leave on held-out data: how the error of a run's start grows.
+    pub attainable: f64,
+    /// Whether that is near enough to the noise for the gap to say something of the model.
+    pub judged: bool,
     /// By channel: training and held-out data.
     pub channels: Vec<(Channel, BeforeAfter, Option<BeforeAfter>)>,
+}
+
+/// What is left on held-out data over one horizon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Remaining {
+    /// Time between restarts of the free runs, and of each stretch over which forces are averaged (s).
+    pub horizon: f64,
+    /// By how much free runs miss x and y, without the noise: root mean square (m). `None` where neither is measured.
+    pub position: Option<f64>,
+    /// The same of φ (rad).
+    pub rotation: Option<f64>,
+    /// The same of the lengths (m).
+    pub length: Option<f64>,
+    /// Force on the platform that the model needs beyond its own, a mean over each stretch: root mean square (N).
+    pub force: f64,
+    /// The same of the torque (N m).
+    pub torque: f64,
 }
 
 /// Whiteness of the innovations of one channel with the final model.
@@ -213,8 +239,12 @@ pub struct Discovery {
     pub terms: Vec<Found>,
     /// Where the model as given disagrees.
     pub located: Vec<Located>,
-    /// Gaps over the horizons 1, 5 and 20 s; the second is the main one.
+    /// Gaps over the horizons 1, 5 and 20 s, and over the main one if that is another.
     pub horizons: Vec<HorizonGap>,
+    /// The main horizon (s): 5 s, or the longest below it over which the growth of errors lets a free run be judged.
+    pub horizon: f64,
+    /// What is left over 1, 5 and 20 s.
+    pub remaining: Vec<Remaining>,
     /// What was held out, as a noun phrase.
     pub holdout_source: String,
     /// Whiteness by channel.
@@ -239,7 +269,7 @@ pub struct Discovery {
     pub seconds: f64,
 }
 
-/// The main horizon (s).
+/// The main horizon (s), unless errors grow too fast for it.
 pub const HORIZON: f64 = 5.0;
 
 /// Horizons of the verification (s).

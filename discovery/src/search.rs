@@ -13,6 +13,7 @@ use crate::kalman::Randomness;
 use crate::outcome::{NullTest, SearchStep};
 use crate::regression::Penalty;
 use crate::round::Signatures;
+use crate::verdict::Reaches;
 use crate::verify;
 
 /// Fall of the information criterion below which nothing is believed, beyond the penalty of the parameters.
@@ -90,6 +91,8 @@ pub(crate) struct Search<'a> {
     pub(crate) progress: Progress<'a>,
     /// Random parts with the model as given.
     pub(crate) base_randomness: Option<Randomness>,
+    /// Horizons that the growth of errors allows, once the model as given has been fitted.
+    pub(crate) reaches: Reaches,
     pub(crate) penalty: Penalty,
 }
 
@@ -107,6 +110,7 @@ impl<'a> Search<'a> {
             null_test: None,
             progress,
             base_randomness: None,
+            reaches: Reaches::default(),
             penalty: Penalty::new(count),
         }
     }
@@ -327,6 +331,13 @@ impl<'a> Search<'a> {
             }
         }
         Ok(None)
+    }
+
+    /// Gives up everything that was taken up and stands in `fitted`.
+    pub(crate) fn give_up(&mut self, fitted: &Fitted, reason: &str) {
+        for (effect, taken) in fitted.train.model.effects[self.given..].iter().zip(std::mem::take(&mut self.taken)) {
+            self.note(effect, "removed", taken.delta_bic, reason);
+        }
     }
 
     /// Takes out effects without which the model is as good, the least certain first.

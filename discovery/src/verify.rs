@@ -1,12 +1,15 @@
 //! Checks on the final model: gaps, whiteness, where and when.
 
+use cdpr::per_cable::PerCable;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::data::{Channel, Trial};
 use crate::estimate::Fit;
+use crate::fitted::{Evidence, Fitted};
 use crate::gap::{GapSum, gap, predict};
 use crate::kalman::Keep;
-use crate::outcome::{BeforeAfter, HORIZONS, HorizonGap, Whiteness};
+use crate::outcome::{BeforeAfter, Compared, HorizonGap, Whiteness};
+use crate::verdict::{POLICY, attainable};
 
 /// Lags of the whiteness test.
 const LAGS: usize = 20;
@@ -16,31 +19,26 @@ const TOLERATED_CORRELATION: f64 = 0.02;
 /// Length of the blocks by which "when" is told (s).
 const BLOCK: f64 = 2.0;
 
-/// Gaps of one fit over all horizons.
-pub(crate) fn gaps(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Vec<GapSum> {
-    HORIZONS.iter().map(|h| gap(trials, &predict(fit, trials, *h), noise)).collect()
-}
-
-/// Puts gaps of both models on both sets of trials together.
-pub(crate) fn horizon_gaps(before: [&[GapSum]; 2], after: [&[GapSum]; 2]) -> Vec<HorizonGap> {
-    HORIZONS
-        .iter()
-        .enumerate()
-        .map(|(h, horizon)| {
-            let pair = |set: usize| BeforeAfter { before: before[set][h].total(), after: after[set][h].total() };
-            let channels = Channel::all()
-                .into_iter()
-                .enumerate()
-                .filter_map(|(at, channel)| {
-                    let of = |set: usize| {
-                        Some(BeforeAfter { before: before[set][h].channel(at)?, after: after[set][h].channel(at)? })
-                    };
-                    of(0).map(|train| (channel, train, of(1)))
-                })
-                .collect();
-            HorizonGap { horizon: *horizon, train: pair(0), holdout: pair(1), channels }
-        })
-        .collect()
+/// Gaps of both models over these horizons (s), on training and held-out data, in units of the noise with what was found.
+pub(crate) fn horizon_gaps(base: &Fitted, fitted: &Fitted, evidence: &Evidence, horizons: &[f64]) -> Vec<HorizonGap> {
+    let noise = &fitted.train.randomness.noise;
+    let sets = [(&base.train, &fitted.train, &evidence.train), (&base.holdout, &fitted.holdout, &evidence.holdout)];
+    let of_horizon = |horizon: &f64| {
+        let sums = |fit: &Fit, trials: &[Trial]| gap(trials, &predict(fit, trials, *horizon), noise);
+        let [train, holdout] = sets.map(|(before, after, trials)| [sums(before, trials), sums(after, trials)]);
+        let pair = |[before, after]: &[GapSum; 2]| BeforeAfter { before: before.total(), after: after.total() };
+        let channel = |at: usize, channel: Channel| {
+            let of = |[before, after]: &[GapSum; 2]| {
+                Some(BeforeAfter { before: before.channel(at)?, after: after.channel(at)? })
+            };
+            of(&train).map(|train| (channel, train, of(&holdout)))
+        };
+        let channels = Channel::all().into_iter().enumerate().filter_map(|(at, c)| channel(at, c)).collect();
+        let attainable = attainable(&fitted.holdout, &evidence.holdout, noise, *horizon);
+        let judged = attainable <= POLICY.farthest;
+        HorizonGap { horizon: *horizon, train: pair(&train), holdout: pair(&holdout), attainable, judged, channels }
+    };
+    horizons.iter().map(of_horizon).collect()
 }
 
 /// Ljung-Box test of each channel's innovations.
@@ -119,6 +117,39 @@ pub(crate) fn when(full: &Fit, reduced: &Fit, trials: &[Trial]) -> Vec<(usize, f
                 Some(last) if last.0 == t && (last.2 - start).abs() < 0.5 * BLOCK => last.2 = end,
                 _ => out.push((t, start, end)),
             }
+        }
+    }
+    out
+}
+
+/// Trials with predictions of both models over `horizon` (s).
+pub(crate) fn compared(base: &Fitted, fitted: &Fitted, evidence: &Evidence, horizon: f64) -> Vec<Compared> {
+    let mut out = Vec::new();
+    let sets = [(&evidence.train, &base.train, &fitted.train), (&evidence.holdout, &base.holdout, &fitted.holdout)];
+    for (held, (trials, before, after)) in sets.into_iter().enumerate() {
+        let (before_shown, after_shown) = (predict(before, trials, horizon), predict(after, trials, horizon));
+        for (t, (b, a)) in before_shown.into_iter().zip(after_shown).enumerate() {
+            let trial = &trials[t];
+            let rows = 0..trial.len();
+            let (old, new) = (&before.trajectories[t], &after.trajectories[t]);
+            let plant = &after.examined.plant;
+            out.push(Compared {
+                holdout: held == 1,
+                before: b.shown,
+                after: a.shown,
+                restarts: a.restarts,
+                latents: rows.clone().map(|k| std::array::from_fn(|l| old.latents(k)[l])).collect(),
+                motion: rows.clone().map(|k| std::array::from_fn(|c| new.states(k)[c])).collect(),
+                winch_speed: rows
+                    .map(|k| {
+                        let y = new.states(k);
+                        let [pose, twist] = [[y[0], y[1], y[2]], [y[3], y[4], y[5]]];
+                        let cables = cdpr::kinematics::cables(plant.geometry(), &pose, &twist);
+                        PerCable::from_fn(cables.len(), |i| plant.rate_index(i).map_or(cables[i].speed, |at| y[at]))
+                    })
+                    .collect(),
+                trial: trial.clone(),
+            });
         }
     }
     out

@@ -47,7 +47,7 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
     let about = About {
         title: "demonstration on generated recordings".to_owned(),
         files: vec![file("training data", &paths[0]), file("held-out data", &paths[1])],
-        settings: settings(&base),
+        settings: settings(&base, discovery.horizon),
     };
     let results = write_results(&discovery, about, &folder)?;
     let picture = folder.join("gap.svg");

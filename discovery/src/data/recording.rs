@@ -7,20 +7,72 @@ use cdpr::effect::EffectSpec;
 use cdpr::geometry::Geometry;
 use cdpr::inverse::distribution::{Bounds, Distribution, Objective, structure_matrix};
 use cdpr::model_file::Model;
+use cdpr::parameters::Parameters;
 
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, first_randomness, noise_of_data};
 
-const STEP: f64 = 0.1;
-/// Mass (kg, kg, kg m²) as the controller believes.
-const MASS: [f64; 3] = [2800.0, 2800.0, 3.5e5];
-/// Speed (rad/s) and damping ratio of the control loop.
-const LOOP: (f64, f64) = (0.5, 0.8);
-/// Speed of the controller's observer (rad/s).
-const OBSERVER: f64 = 2.0;
+/// A robot with its controller, the path it is asked to follow, and its sensors.
+pub(crate) struct Bench {
+    pub(crate) parameters: Parameters,
+    /// Sampling interval (s).
+    step: f64,
+    /// Mass (kg, kg, kg m²) as the controller believes.
+    mass: [f64; 3],
+    /// Speed (rad/s) and damping ratio of the control loop.
+    control: (f64, f64),
+    /// Speed of the controller's observer (rad/s).
+    observer: f64,
+    /// Tensions lie about the middle of zero and this (N).
+    tension: f64,
+    /// What the path's waves are multiplied by: lengths, and periods.
+    scale: (f64, f64),
+    /// Noise of x, y, φ and the lengths (m, rad).
+    noise: [f64; 4],
+}
+
+impl Bench {
+    /// The default robot.
+    pub(crate) fn large() -> Self {
+        Self {
+            parameters: Parameters::default(),
+            step: 0.1,
+            mass: [2800.0, 2800.0, 3.5e5],
+            control: (0.5, 0.8),
+            observer: 2.0,
+            tension: 40e3,
+            scale: (1.0, 1.0),
+            noise: [2e-3, 2e-3, 5e-5, 2e-3],
+        }
+    }
+
+    /// One of 4 m and 20 kg under 100 N, whose rotation grows by 4.4 1/s.
+    pub(crate) fn laboratory() -> Self {
+        let parameters = Parameters {
+            anchor_radius: 2.0,
+            attachment_radius: 0.2,
+            platform_mass: 20.0,
+            platform_inertia: 0.4,
+            cable_density: 0.02,
+            cable_area: 4e-6,
+            cable_damping: 100.0,
+            ..Parameters::default()
+        };
+        Self {
+            parameters,
+            step: 0.01,
+            mass: [20.0, 20.0, 0.4],
+            control: (10.0, 0.8),
+            observer: 40.0,
+            tension: 200.0,
+            scale: (0.1, 0.2),
+            noise: [2e-4, 2e-4, 2e-4, 2e-4],
+        }
+    }
+}
+
 /// Waves of the path: amplitude (m, m, rad) and period (s).
 const WAVES: [([f64; 3], f64); 3] = [([1.5, 1.0, 0.015], 19.0), ([0.5, 0.8, 0.01], 11.0), ([0.3, 0.2, 0.005], 6.5)];
-const NOISE: [f64; 7] = [2e-3, 2e-3, 5e-5, 2e-3, 2e-3, 2e-3, 2e-3];
 
 /// A sequence of normally distributed numbers, by the method of G. E. P. Box and M. E. Muller.
 struct Normal(u64);
@@ -45,6 +97,11 @@ pub(crate) fn noise(count: usize, seed: u64) -> impl Iterator<Item = f64> {
 
 /// `duration` (s) of the default robot with `effects`.
 pub(crate) fn record(effects: &[EffectSpec], duration: f64, seed: u64) -> Trial {
+    record_on(&Bench::large(), effects, duration, seed)
+}
+
+/// `duration` (s) of a robot with `effects`.
+pub(crate) fn record_on(bench: &Bench, effects: &[EffectSpec], duration: f64, seed: u64) -> Trial {
     let mut random = Normal(seed);
     for _ in 0..10 {
         random.next();
@@ -53,30 +110,31 @@ pub(crate) fn record(effects: &[EffectSpec], duration: f64, seed: u64) -> Trial 
     // Position, speed and acceleration of one axis.
     let wanted = |axis: usize, time: f64| {
         WAVES.iter().enumerate().fold([0.0; 3], |sum, (w, (amplitude, period))| {
-            let rate = TAU / period;
+            let rate = TAU / (period * bench.scale.1);
             let (sin, cos) = (rate * time + phase[3 * w + axis]).sin_cos();
-            let a = amplitude[axis];
+            let a = amplitude[axis] * if axis < 2 { bench.scale.0 } else { 1.0 };
             [sum[0] + a * sin, sum[1] + a * rate * cos, sum[2] - a * rate * rate * sin]
         })
     };
-    let mut model = Model { effects: effects.to_vec(), ..Model::default() };
+    let parameters = bench.parameters.clone();
+    let mut model = Model { effects: effects.to_vec(), parameters, ..Model::default() };
     let geometry = Geometry::new(&model.parameters);
-    let bounds = Bounds::new(0.0, 40e3).expect("an interval");
+    let bounds = Bounds::new(0.0, bench.tension).expect("an interval");
     let distribution = Distribution { objective: Objective::MidTension, bounds };
     // Slow against the cables' vibration: pose, twist and acceleration as the controller believes.
     let mut believed: [[f64; 3]; 3] = [0, 1, 2].map(|k| std::array::from_fn(|axis| wanted(axis, 0.0)[k]));
     let mut forces = |time: f64, pose: [f64; 3]| {
         let [position, twist, acceleration] = &mut believed;
         for k in 0..3 {
-            let predicted = position[k] + STEP * twist[k];
+            let predicted = position[k] + bench.step * twist[k];
             let surprise = pose[k] - predicted;
-            position[k] = predicted + 1.4 * OBSERVER * STEP * surprise;
-            twist[k] += STEP * (acceleration[k] + OBSERVER * OBSERVER * surprise);
+            position[k] = predicted + 1.4 * bench.observer * bench.step * surprise;
+            twist[k] += bench.step * (acceleration[k] + bench.observer * bench.observer * surprise);
             let [p, v, a] = wanted(k, time);
-            let (rate, damping) = LOOP;
+            let (rate, damping) = bench.control;
             acceleration[k] = a + rate * rate * (p - position[k]) + 2.0 * damping * rate * (v - twist[k]);
         }
-        let wrench = std::array::from_fn(|k| MASS[k] * acceleration[k]);
+        let wrench = std::array::from_fn(|k| bench.mass[k] * acceleration[k]);
         let tensions = distribution.tensions(&structure_matrix(&geometry, position), &wrench).expect("tensions");
         Inputs { winch_force: tensions, ..Inputs::none(4) }
     };
@@ -86,8 +144,8 @@ pub(crate) fn record(effects: &[EffectSpec], duration: f64, seed: u64) -> Trial 
     let mut channels: Vec<Channel> = (0..3).map(Channel::Pose).collect();
     channels.extend((0..4).map(Channel::UnstretchedLength));
     let mut trial = Trial { name: "made".to_owned(), time: vec![], inputs: vec![], channels, measured: vec![] };
-    for k in 0..=(duration / STEP).round() as u32 {
-        let time = f64::from(k) * STEP;
+    for k in 0..=(duration / bench.step).round() as u32 {
+        let time = f64::from(k) * bench.step;
         simulation.advance_to(time).expect("a motion");
         let shown = simulation.outputs();
         let inputs = forces(time, shown.pose);
@@ -95,7 +153,8 @@ pub(crate) fn record(effects: &[EffectSpec], duration: f64, seed: u64) -> Trial 
         trial.time.push(time);
         trial.inputs.push(inputs);
         let values = shown.pose.iter().chain(&shown.unstretched_length);
-        trial.measured.push(values.zip(NOISE).map(|(v, noise)| v + noise * random.next()).collect());
+        let noise = bench.noise.iter().chain(std::iter::repeat(&bench.noise[3]));
+        trial.measured.push(values.zip(noise).map(|(v, noise)| v + noise * random.next()).collect());
     }
     trial
 }

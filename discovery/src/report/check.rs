@@ -90,6 +90,7 @@ fn verdict(report: &Report) -> Result<(), ReportError> {
         Verdict::NoMissingEffect if found || terms => ("no_missing_effect", "but effects or terms are listed as found"),
         Verdict::Named if !found => ("named", "but no effect is listed"),
         Verdict::Named if terms => ("named", "but terms outside the catalogue are listed"),
+        Verdict::PartlyNamed if !found => ("partly_named", "but no effect is listed"),
         Verdict::Ambiguous if !found => ("ambiguous", "but no effect is listed"),
         _ => return Ok(()),
     };

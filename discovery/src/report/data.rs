@@ -53,7 +53,9 @@ pub enum Verdict {
     Named,
     /// Two or more explanations differ by less than the evidence can tell.
     Ambiguous,
-    /// Part of the gap needs [`Report::terms`] outside the catalogue.
+    /// Effects of the catalogue explain most of the gap, and more than the noise is left.
+    PartlyNamed,
+    /// Part of the gap needs [`Report::terms`] outside the catalogue, or nothing explains it.
     Unnamed,
 }
 
@@ -69,6 +71,8 @@ pub struct Effect {
     pub place: String,
     /// The cable it acts on, 1 to 4; `None` where it acts on the platform or on all cables.
     pub cable: Option<usize>,
+    /// Whether it may be called what is missing; else it is listed only.
+    pub named: bool,
     /// The law with the numbers found, in one line of plain text, e.g. `F = 180 tanh(l̇/0.02)`.
     pub equation: String,
     /// Its parameters, the one that tells its size first.

@@ -94,6 +94,7 @@ fn effect(id: &str, label: &str, place: &str) -> Effect {
         label: label.to_owned(),
         place: place.to_owned(),
         cable: None,
+        named: true,
         equation: "F = 251 tanh(l̇/0.02)".to_owned(),
         parameters: vec![Parameter {
             name: "force".to_owned(),
@@ -214,6 +215,24 @@ fn ambiguous_names_all_and_the_experiment() {
 }
 
 #[test]
+fn partly_named_says_that_it_is_not_all_and_leaves_out_what_has_no_name() {
+    let mut report = report();
+    report.verdict = Verdict::PartlyNamed;
+    report.effects.push(effect("winch_lag", "lag", "winch[3]"));
+    report.effects[1].named = false;
+    assert_eq!(
+        top(&report).0,
+        "Coulomb friction on winch 3 is missing from the model, but that is not all: more than the noise is left."
+    );
+    report.effects[0].alternatives = vec![capstan(true)];
+    assert!(top(&report).0.starts_with("Either Coulomb friction or capstan loss on winch 3 is missing"));
+    // What explains next to nothing is no headline.
+    report.verdict = Verdict::Unnamed;
+    report.effects[0].named = false;
+    assert_eq!(top(&report).0, "Something is missing from the model that nothing tried explains.");
+}
+
+#[test]
 fn unnamed_says_so_and_gives_the_term() {
     let mut report = report();
     report.verdict = Verdict::Unnamed;
@@ -231,7 +250,7 @@ fn unnamed_says_so_and_gives_the_term() {
     );
     report.terms.clear();
     report.located.clear();
-    assert_eq!(top(&report).0, "Something that the catalogue does not contain is missing from the model.");
+    assert_eq!(top(&report).0, "Something is missing from the model that nothing tried explains.");
 }
 
 #[test]

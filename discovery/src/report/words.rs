@@ -38,6 +38,8 @@ pub fn summary(report: &Report) -> Summary {
             Verdict::NoMissingEffect => "No missing effect",
             Verdict::Named => "Found and named",
             Verdict::Ambiguous => "Found, not yet unique",
+            Verdict::PartlyNamed => "Found in part",
+            Verdict::Unnamed if report.terms.is_empty() => "Not explained",
             Verdict::Unnamed => "Outside the catalogue",
         },
         headline: headline(report),
@@ -51,7 +53,7 @@ pub fn summary(report: &Report) -> Summary {
 const NO_FORCE: f64 = 0.1;
 
 fn headline(report: &Report) -> String {
-    let named: Vec<String> = report.effects.iter().map(effect_phrase).collect();
+    let named: Vec<String> = report.effects.iter().filter(|e| e.named).map(effect_phrase).collect();
     match report.verdict {
         Verdict::NoMissingEffect if best_gap(report).0.after <= 1.1 => {
             "Nothing is missing: the model agrees with the measurements to within their noise.".to_owned()
@@ -63,6 +65,7 @@ fn headline(report: &Report) -> String {
         Verdict::NoMissingEffect => "No missing effect was found that the data support.".to_owned(),
         Verdict::Named => missing(&named),
         Verdict::Ambiguous => ambiguous(report),
+        Verdict::PartlyNamed => partly_named(report),
         Verdict::Unnamed => unnamed(report, &named),
     }
 }
@@ -72,7 +75,7 @@ fn unnamed(report: &Report, named: &[String]) -> String {
     let unknown = join(&places, "and");
     let (are, so_are) = (is_are(named.len()), is_are(places.len()));
     match (named, unknown.as_str()) {
-        ([], "") => "Something that the catalogue does not contain is missing from the model.".to_owned(),
+        ([], "") => "Something is missing from the model that nothing tried explains.".to_owned(),
         ([], what) => capital(&format!("{what} {so_are} missing from the model, of a kind outside the catalogue.")),
         (named, "") => capital(&format!(
             "{} {are} missing from the model, and so is something outside the catalogue.",
@@ -87,6 +90,20 @@ fn unnamed(report: &Report, named: &[String]) -> String {
 
 fn is_are(count: usize) -> &'static str {
     if count == 1 { "is" } else { "are" }
+}
+
+/// What was found with a name, and that it is not all.
+fn partly_named(report: &Report) -> String {
+    let named: Vec<&Effect> = report.effects.iter().filter(|e| e.named).collect();
+    let either = |e: &&Effect| {
+        if twins(e).next().is_some() { format!("either {}", choices(e)) } else { effect_phrase(e) }
+    };
+    let all: Vec<String> = named.iter().map(either).collect();
+    capital(&format!(
+        "{} {} missing from the model, but that is not all: more than the noise is left.",
+        join(&all, "and"),
+        is_are(all.len())
+    ))
 }
 
 fn missing(named: &[String]) -> String {

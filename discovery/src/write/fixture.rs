@@ -10,8 +10,8 @@ use cdpr::model_file::Model;
 
 use crate::data::{Channel, Trial};
 use crate::outcome::{
-    Alternative, BeforeAfter, Block, Compared, Discovery, Found, HorizonGap, Located, NullTest, SearchStep, Stability,
-    Verdict, Whiteness,
+    Alternative, BeforeAfter, Block, Compared, Discovery, Found, HorizonGap, Located, NullTest, Remaining, SearchStep,
+    Stability, Verdict, Whiteness,
 };
 
 pub(super) const FORCE: f64 = 180.0;
@@ -24,6 +24,7 @@ const RESTART: usize = 100;
 pub(super) fn friction() -> Found {
     let spec = |id: &str, values: &[f64]| EffectSpec::new(id, Some(3), values).unwrap();
     Found {
+        named: true,
         effect: spec("winch_coulomb_friction", &[FORCE, SPEED]),
         standard_error: vec![Some(1.9), None],
         delta_bic: -812.4,
@@ -67,6 +68,7 @@ pub(super) fn friction() -> Found {
 
 pub(super) fn term(target: &str, expression: &str) -> Found {
     Found {
+        named: true,
         effect: EffectSpec::expression(target, expression).unwrap(),
         standard_error: vec![Some(0.6)],
         delta_bic: -52.0,
@@ -75,6 +77,12 @@ pub(super) fn term(target: &str, expression: &str) -> Found {
         null_test: None,
         stability: None,
     }
+}
+
+/// What is left over so many seconds, in round numbers.
+fn left(horizon: f64) -> Remaining {
+    let (position, rotation) = (Some(2e-3 * horizon), Some(3e-4 * horizon));
+    Remaining { horizon, position, rotation, length: None, force: 1.5, torque: 12.0 }
 }
 
 /// The verdict is `ambiguous`: the first alternative is a twin.
@@ -87,6 +95,8 @@ pub(super) fn discovery() -> Discovery {
         horizon,
         train: pair(before, 1.02),
         holdout: pair(before - 1.0, 1.04),
+        attainable: 1.01,
+        judged: true,
         channels: vec![
             (Channel::Pose(0), pair(12.0, 1.0), Some(pair(11.0, 1.01))),
             (Channel::UnstretchedLength(2), pair(9.0, 1.0), None),
@@ -106,6 +116,8 @@ pub(super) fn discovery() -> Discovery {
             depends_on: vec![DependsOn::Speed, DependsOn::Direction],
         }],
         horizons: vec![horizon(1.0, 4.0), horizon(5.0, 41.0), horizon(20.0, 300.0)],
+        horizon: 5.0,
+        remaining: [1.0, 5.0, 20.0].map(left).to_vec(),
         holdout_source: "held_out.csv".to_owned(),
         whiteness: trials[0]
             .trial

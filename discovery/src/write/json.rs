@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::data::Channel;
 use crate::outcome::{
-    Alternative, Block, Compared, Discovery, Found, HORIZON, Located, NullTest, SearchStep, Stability, Verdict,
+    Alternative, Block, Compared, Discovery, Found, Located, NullTest, Remaining, SearchStep, Stability, Verdict,
 };
 
 use super::label::place;
@@ -24,6 +24,7 @@ struct Document<'a> {
     effects: Vec<EffectEntry<'a>>,
     terms: Vec<TermEntry<'a>>,
     gap: GapEntry<'a>,
+    remaining: Vec<RemainingEntry>,
     remainder: RemainderEntry,
     channels: BTreeMap<String, ChannelEntry>,
     trials: Vec<TrialEntry<'a>>,
@@ -60,6 +61,8 @@ struct EffectEntry<'a> {
     #[serde(rename = "where")]
     place: String,
     parameters: BTreeMap<&'static str, ParameterEntry>,
+    /// Whether it may be called what is missing.
+    named: bool,
     delta_bic: f64,
     holdout_gap_without: Option<f64>,
     indistinguishable_from: Vec<AlternativeEntry<'a>>,
@@ -159,6 +162,25 @@ struct HorizonEntry {
     horizon_s: f64,
     train: Pair,
     holdout: Pair,
+    /// What a model without fault would leave on held-out data.
+    attainable: f64,
+    /// Whether that is near enough to the noise for the verdict to count this horizon.
+    judged: bool,
+}
+
+/// What is left on held-out data: by how much free runs miss, without the noise, and the mean force that the model lacks.
+#[derive(Serialize)]
+struct RemainingEntry {
+    horizon_s: f64,
+    /// Of x and y.
+    position_mm: Option<f64>,
+    rotation_mrad: Option<f64>,
+    /// Of the cables' lengths.
+    length_mm: Option<f64>,
+    #[serde(rename = "force_N")]
+    force: f64,
+    #[serde(rename = "torque_Nm")]
+    torque: f64,
 }
 
 #[derive(Serialize)]
@@ -225,6 +247,7 @@ pub fn discovery_json(discovery: &Discovery) -> Result<String, serde_json::Error
         effects: discovery.effects.iter().map(|found| effect(found, &discovery.trials)).collect(),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
         gap: gap(discovery),
+        remaining: discovery.remaining.iter().map(remaining).collect(),
         remainder: RemainderEntry {
             force: discovery.remainder_force.into(),
             torque: discovery.remainder_torque.into(),
@@ -255,6 +278,7 @@ pub(super) fn verdict(verdict: Verdict) -> &'static str {
         Verdict::NoMissingEffect => "no_missing_effect",
         Verdict::Named => "named",
         Verdict::Ambiguous => "ambiguous",
+        Verdict::PartlyNamed => "partly_named",
         Verdict::Unnamed => "unnamed",
     }
 }
@@ -310,6 +334,7 @@ fn effect<'a>(found: &'a Found, trials: &[Compared]) -> EffectEntry<'a> {
         channel: found.effect.channel.as_deref(),
         place: key_of(&found.effect),
         parameters: parameters(&found.effect, &found.standard_error),
+        named: found.named,
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,
         indistinguishable_from: twins.into_iter().map(alternative).collect(),
@@ -371,10 +396,10 @@ fn term<'a>(found: &'a Found, trials: &[Compared]) -> TermEntry<'a> {
 }
 
 fn gap(discovery: &Discovery) -> GapEntry<'_> {
-    let main = discovery.horizons.iter().find(|h| h.horizon == HORIZON);
+    let main = discovery.horizons.iter().find(|h| h.horizon == discovery.horizon);
     let channels = main.map_or(&[][..], |h| &h.channels);
     GapEntry {
-        horizon_s: HORIZON,
+        horizon_s: discovery.horizon,
         train: main.map(|h| h.train.into()),
         holdout: main.map(|h| h.holdout.into()),
         holdout_source: &discovery.holdout_source,
@@ -382,8 +407,26 @@ fn gap(discovery: &Discovery) -> GapEntry<'_> {
         horizons: discovery
             .horizons
             .iter()
-            .map(|h| HorizonEntry { horizon_s: h.horizon, train: h.train.into(), holdout: h.holdout.into() })
+            .map(|h| HorizonEntry {
+                horizon_s: h.horizon,
+                train: h.train.into(),
+                holdout: h.holdout.into(),
+                attainable: h.attainable,
+                judged: h.judged,
+            })
             .collect(),
+    }
+}
+
+fn remaining(left: &Remaining) -> RemainingEntry {
+    let thousandths = |value: Option<f64>| value.map(|v| 1e3 * v);
+    RemainingEntry {
+        horizon_s: left.horizon,
+        position_mm: thousandths(left.position),
+        rotation_mrad: thousandths(left.rotation),
+        length_mm: thousandths(left.length),
+        force: left.force,
+        torque: left.torque,
     }
 }
 

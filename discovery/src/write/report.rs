@@ -4,8 +4,7 @@ use std::path::Path;
 
 use crate::data::Channel;
 use crate::outcome::{
-    Alternative, BeforeAfter, Block, Compared, Discovery, Found, HORIZON, Located, NullTest, SearchStep, Stability,
-    Verdict,
+    Alternative, BeforeAfter, Block, Compared, Discovery, Found, Located, NullTest, SearchStep, Stability, Verdict,
 };
 use crate::report::{
     self, ChannelGap, FileUsed, Gap, HorizonGap, Method, Remainder, Report, Robot, Setting, Span, Step, Term, Whiteness,
@@ -54,6 +53,7 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
             Verdict::NoMissingEffect => report::Verdict::NoMissingEffect,
             Verdict::Named => report::Verdict::Named,
             Verdict::Ambiguous => report::Verdict::Ambiguous,
+            Verdict::PartlyNamed => report::Verdict::PartlyNamed,
             Verdict::Unnamed => report::Verdict::Unnamed,
         },
         effects: discovery.effects.iter().map(|found| effect(found, &discovery.trials)).collect(),
@@ -146,6 +146,7 @@ fn effect(found: &Found, trials: &[Compared]) -> report::Effect {
         label: label(&found.effect),
         place: place(&found.effect),
         cable: found.effect.cable,
+        named: found.named,
         equation: law(&found.effect),
         parameters: parameters(&found.effect, &found.standard_error),
         delta_bic: found.delta_bic,
@@ -234,11 +235,11 @@ fn pair(pair: BeforeAfter) -> report::BeforeAfter {
 fn gap(discovery: &Discovery) -> Gap {
     // A gap that could not be computed is not a number; nothing held out leaves none.
     let held_out = |gap: BeforeAfter| (gap.before.is_finite() && gap.after.is_finite()).then(|| pair(gap));
-    let main = discovery.horizons.iter().find(|h| h.horizon == HORIZON);
+    let main = discovery.horizons.iter().find(|h| h.horizon == discovery.horizon);
     let nothing = report::BeforeAfter { before: f64::NAN, after: f64::NAN };
     let channels = main.map_or(&[][..], |h| &h.channels);
     Gap {
-        horizon_s: HORIZON,
+        horizon_s: discovery.horizon,
         train: main.map_or(nothing, |h| pair(h.train)),
         holdout: main.and_then(|h| held_out(h.holdout)),
         holdout_source: String::new(),

@@ -84,10 +84,27 @@ fn verdicts_and_terms_have_their_words() {
     assert_eq!(document["terms"][0]["target"], "platform.force_x");
     assert_eq!(document["terms"][0]["expression"], "-34.8*x*abs(y)");
     assert_eq!(document["terms"][0]["standard_error"], serde_json::json!([0.6]));
-    for (verdict, word) in [(Verdict::NoMissingEffect, "no_missing_effect"), (Verdict::Named, "named")] {
+    for (verdict, word) in [
+        (Verdict::NoMissingEffect, "no_missing_effect"),
+        (Verdict::Named, "named"),
+        (Verdict::PartlyNamed, "partly_named"),
+    ] {
         let document = json(&Discovery { verdict, ..discovery() });
         assert_eq!(document["verdict"], word);
     }
+}
+
+#[test]
+fn what_is_left_stands_beside_the_verdict_in_mm_mrad_and_newtons() {
+    let document = json(&discovery());
+    let five = &document["remaining"][1];
+    assert_eq!(five["horizon_s"], 5.0);
+    assert!((five["position_mm"].as_f64().unwrap() - 10.0).abs() < 1e-9, "{five}");
+    assert!((five["rotation_mrad"].as_f64().unwrap() - 1.5).abs() < 1e-9, "{five}");
+    assert_eq!((&five["length_mm"], five["force_N"].as_f64()), (&Value::Null, Some(1.5)));
+    let main = &document["gap"]["horizons"][1];
+    assert_eq!((main["attainable"].as_f64(), main["judged"].as_bool()), (Some(1.01), Some(true)));
+    assert_eq!(document["effects"][0]["named"], true);
 }
 
 #[test]

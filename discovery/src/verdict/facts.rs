@@ -1,0 +1,158 @@
+//! What a verdict is reached from.
+
+use cdpr::effect::EffectSpec;
+
+use super::growth::Reach;
+use super::policy::Policy;
+use crate::data::Trial;
+use crate::estimate::Fit;
+use crate::outcome::{BeforeAfter, Found, HorizonGap, NullTest};
+
+/// Gaps over one horizon on held-out data, to which no parameter was fitted, in units of the noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct HorizonFacts {
+    /// The horizon, with the gap that a model without fault would leave.
+    pub(crate) reach: Reach,
+    pub(crate) holdout: BeforeAfter,
+}
+
+impl HorizonFacts {
+    /// Those of all horizons.
+    pub(crate) fn all(horizons: &[HorizonGap]) -> Vec<Self> {
+        let of = |gap: &HorizonGap| Self {
+            reach: Reach { horizon: gap.horizon, attainable: gap.attainable },
+            holdout: gap.holdout,
+        };
+        horizons.iter().map(of).collect()
+    }
+
+    /// Whether the growth of errors lets a run of this length say something.
+    pub(crate) fn tells(&self, policy: &Policy) -> bool {
+        self.reach.attainable <= policy.farthest
+    }
+
+    /// The gap that is left in multiples of what a model without fault would leave; the largest where there is none.
+    pub(crate) fn after(&self) -> f64 {
+        let gap = self.holdout.after / self.reach.attainable;
+        if gap.is_nan() { f64::INFINITY } else { gap }
+    }
+
+    /// What is left of the gap on held-out data, without the noise, as a share of what was there before.
+    pub(crate) fn share_left(&self) -> f64 {
+        left(self.holdout.after / self.reach.attainable) / left(self.holdout.before / self.reach.attainable)
+    }
+}
+
+/// A gap without the noise in it.
+pub(crate) fn left(gap: f64) -> f64 {
+    (gap * gap - 1.0).max(0.0).sqrt()
+}
+
+/// Forces that the model needs at random to follow the data (root mean square), and what such forces are measured by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Disturbance {
+    /// On the platform and at the winches (N).
+    pub(crate) force: f64,
+    /// On the platform (N m).
+    pub(crate) torque: f64,
+    /// Mean winch force (N).
+    pub(crate) winch_force: f64,
+    /// Lever between the two (m).
+    pub(crate) arm: f64,
+    /// Whether there is any: else the sizes are the smallest considered.
+    pub(crate) any: bool,
+}
+
+impl Disturbance {
+    /// What `fit` needs at random to follow `trials`.
+    pub(crate) fn of(fit: &Fit, trials: &[Trial]) -> Self {
+        let randomness = &fit.randomness;
+        let forces: Vec<f64> =
+            trials.iter().flat_map(|t| &t.inputs).flat_map(|i| i.winch_force).map(f64::abs).collect();
+        Self {
+            force: randomness.force.hypot(randomness.winch),
+            torque: randomness.force * randomness.arm,
+            winch_force: forces.iter().sum::<f64>() / forces.len().max(1) as f64,
+            arm: randomness.arm,
+            any: randomness.has_latents(),
+        }
+    }
+
+    /// Whether it is too small to matter for a robot with such winch forces.
+    pub(crate) fn is_small(&self, policy: &Policy) -> bool {
+        let limit = policy.small_force * self.winch_force;
+        !self.any || self.force <= limit && self.torque <= limit * self.arm
+    }
+}
+
+/// What decides whether an effect found carries its name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EffectFacts {
+    /// What chance did in the weighing that brought it up.
+    pub(crate) chance: Option<NullTest>,
+    /// Standard error of its size in multiples of the size.
+    pub(crate) relative_error: f64,
+    /// Whether a shape of it has left the range in which the law is itself.
+    pub(crate) out_of_range: bool,
+    /// Whether another explanation is as good.
+    pub(crate) has_twin: bool,
+    /// Share of the squared gap, without the noise, that it takes away, at most of all horizons.
+    pub(crate) share: f64,
+}
+
+impl EffectFacts {
+    /// Those of an effect that takes away this share of the gap.
+    pub(crate) fn of(found: &Found, share: f64, policy: &Policy) -> Self {
+        Self {
+            chance: found.null_test,
+            relative_error: relative_error(&found.effect, &found.standard_error),
+            out_of_range: out_of_range(&found.effect, policy),
+            has_twin: found.alternatives.iter().any(|a| a.indistinguishable),
+            share,
+        }
+    }
+}
+
+/// Everything that a verdict is reached from.
+#[derive(Clone, Debug)]
+pub(crate) struct Facts {
+    pub(crate) horizons: Vec<HorizonFacts>,
+    /// The main horizon (s).
+    pub(crate) main: f64,
+    /// Channels whose innovations are not white.
+    pub(crate) coloured: Vec<String>,
+    /// What stays unexplained with everything found.
+    pub(crate) disturbance: Disturbance,
+    pub(crate) effects: Vec<EffectFacts>,
+    /// Terms outside the catalogue.
+    pub(crate) terms: usize,
+    /// What chance did in the last weighing, after which nothing more was taken up.
+    pub(crate) chance: Option<NullTest>,
+}
+
+/// Standard error of an effect's size in multiples of the size: of the size parameter that is known best, for an effect
+/// may well be zero along one axis. A law that is all shape is as well known as its best shape.
+pub(crate) fn relative_error(effect: &EffectSpec, standard_error: &[Option<f64>]) -> f64 {
+    let Ok(info) = effect.info() else { return 0.0 };
+    let is_size = |k: &usize| !info.parameters[*k].shape && !info.parameters[*k].extension;
+    let mut sizes: Vec<usize> = (0..effect.values.len()).filter(is_size).collect();
+    if sizes.is_empty() {
+        sizes = (0..effect.values.len()).collect();
+    }
+    let of = |k: usize| standard_error[k].filter(|e| e.is_finite()).map(|e| e / effect.values[k].abs());
+    sizes.into_iter().filter_map(of).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether an effect's shape has run out of the range in which it is itself: creep that is done within a sample is only a
+/// softer spring. A sharp turn of friction is the ideal law.
+pub(crate) fn out_of_range(effect: &EffectSpec, policy: &Policy) -> bool {
+    let Ok(info) = effect.info() else { return false };
+    info.parameters.iter().zip(&effect.values).any(|(parameter, value)| {
+        let (low, high) = parameter.typical;
+        let low = if parameter.name == "transition_speed" { 0.0 } else { low / policy.out_of_range };
+        parameter.shape
+            && parameter.typical.0 > 0.0
+            && !parameter.leaves_out(*value)
+            && !(low..=policy.out_of_range * high).contains(value)
+    })
+}

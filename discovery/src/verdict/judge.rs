@@ -1,0 +1,136 @@
+//! The verdict on what was found, from facts alone.
+
+use super::facts::{Disturbance, EffectFacts, Facts, HorizonFacts};
+use super::policy::Policy;
+use crate::outcome::Verdict;
+
+/// Why a verdict is no better, or what it does not say by itself.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Reason {
+    /// Only a force at random that is too small to matter is left (N).
+    SmallDisturbance { force: f64 },
+    /// Nothing found, but more than noise is left: the gap over a horizon (s), and whether no candidate of chance came near.
+    Unexplained { gap: f64, horizon: f64, beyond_chance: bool },
+    /// What was found leaves so much: the gap over a horizon (s) in multiples of what a faultless model would leave.
+    MoreIsLeft { gap: f64, horizon: f64 },
+    /// What was found explains less than half of the gap.
+    ExplainsLittle,
+    /// Innovations that are not white, by channel.
+    Coloured { channels: Vec<String> },
+    /// An effect (its index) whose size is not known: its standard error in multiples of it.
+    Uncertain { effect: usize, relative_error: f64 },
+    /// An effect whose shape is out of its range.
+    OutOfRange { effect: usize },
+    /// An effect that leaves nearly all of the gap.
+    Little { effect: usize, share: f64 },
+    /// An effect that chance explains as well in so many control runs.
+    Chance { effect: usize, runs: usize, of: usize },
+    /// Free runs longer than so (s) say nothing: an error of their start grows too fast.
+    Growth { horizon: f64 },
+}
+
+/// A verdict with its reasons.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Judgement {
+    pub(crate) verdict: Verdict,
+    pub(crate) reasons: Vec<Reason>,
+    /// For each effect, whether it carries its name.
+    pub(crate) named: Vec<bool>,
+}
+
+/// Judges what was found.
+///
+/// Gaps count in multiples of what a model without fault would leave, over the main horizon and shorter ones that the growth
+/// of errors allows: over a longer one even the errors of well-known parameters show.
+pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
+    let mut reasons = Vec::new();
+    let longest = facts.horizons.iter().filter(|h| h.tells(policy)).map(|h| h.reach.horizon).fold(0.0, f64::max);
+    if facts.horizons.iter().any(|h| !h.tells(policy)) {
+        reasons.push(Reason::Growth { horizon: longest });
+    }
+    let counts = |h: &&HorizonFacts| h.tells(policy) && h.reach.horizon <= facts.main;
+    let telling: Vec<&HorizonFacts> = facts.horizons.iter().filter(counts).collect();
+    let worst = telling.iter().copied().max_by(|a, b| a.after().total_cmp(&b.after()));
+    let at_noise = worst.is_none_or(|h| h.after() <= policy.at_noise);
+    let white = facts.coloured.is_empty();
+    let named: Vec<bool> = facts
+        .effects
+        .iter()
+        .enumerate()
+        .map(|(k, effect)| {
+            let doubts = doubts(k, effect, policy);
+            let carries = doubts.is_empty();
+            reasons.extend(doubts);
+            carries
+        })
+        .collect();
+    let nothing_found = facts.effects.is_empty() && facts.terms == 0;
+    let small = white && facts.disturbance.is_small(policy);
+    let verdict = if nothing_found {
+        match worst {
+            _ if at_noise => Verdict::NoMissingEffect,
+            Some(_) if small && facts.disturbance.any => {
+                reasons.push(Reason::SmallDisturbance { force: facts.disturbance.force });
+                Verdict::NoMissingEffect
+            }
+            worst => {
+                let (gap, horizon) = worst.map_or((f64::NAN, f64::NAN), |h| (h.after(), h.reach.horizon));
+                let beyond_chance = facts.chance.is_some_and(|test| test.as_strong == 0);
+                reasons.push(Reason::Unexplained { gap, horizon, beyond_chance });
+                Verdict::Unnamed
+            }
+        }
+    } else if facts.terms > 0 {
+        Verdict::Unnamed
+    } else {
+        let little = !at_noise && telling.iter().all(|h| h.share_left() > policy.explained);
+        if little {
+            reasons.push(Reason::ExplainsLittle);
+        }
+        if let Some(worst) = worst.filter(|_| !at_noise) {
+            reasons.push(match facts.disturbance {
+                Disturbance { any: true, force, .. } if small => Reason::SmallDisturbance { force },
+                _ => Reason::MoreIsLeft { gap: worst.after(), horizon: worst.reach.horizon },
+            });
+        }
+        match () {
+            () if little || !named.contains(&true) => Verdict::Unnamed,
+            () if !at_noise || !white || named.contains(&false) => Verdict::PartlyNamed,
+            () if facts.effects.iter().any(|e| e.has_twin) => Verdict::Ambiguous,
+            () => Verdict::Named,
+        }
+    };
+    if !white {
+        reasons.push(Reason::Coloured { channels: facts.coloured.clone() });
+    }
+    let named = if verdict == Verdict::Unnamed && facts.terms == 0 { vec![false; named.len()] } else { named };
+    Judgement { verdict, reasons, named }
+}
+
+/// Why an effect does not carry its name.
+fn doubts(k: usize, effect: &EffectFacts, policy: &Policy) -> Vec<Reason> {
+    let mut doubts = Vec::new();
+    if effect.relative_error > policy.uncertain {
+        doubts.push(Reason::Uncertain { effect: k, relative_error: effect.relative_error });
+    }
+    if effect.out_of_range {
+        doubts.push(Reason::OutOfRange { effect: k });
+    }
+    if effect.share < policy.headline {
+        doubts.push(Reason::Little { effect: k, share: effect.share });
+    }
+    if let Some(test) = effect.chance.filter(|test| test.as_strong > policy.by_chance) {
+        doubts.push(Reason::Chance { effect: k, runs: test.as_strong, of: test.shifts });
+    }
+    doubts
+}
+
+/// Whether a set of effects beats the model as given on held-out data: over no horizon that the growth allows may it
+/// enlarge the gap, and over one at least it must shrink it.
+pub(crate) fn beats(horizons: &[HorizonFacts], nothing_left: f64, policy: &Policy) -> bool {
+    let telling = horizons.iter().filter(|h| h.tells(policy));
+    let change = |h: &HorizonFacts| (h.holdout.after / h.holdout.before).powi(2) - 1.0;
+    let at_noise = |h: &HorizonFacts| h.holdout.after <= nothing_left * h.reach.attainable;
+    let no_worse = telling.clone().all(|h| change(h) <= 2.0 * policy.scatter || at_noise(h));
+    no_worse && telling.clone().any(|h| change(h) <= -policy.scatter)
+}

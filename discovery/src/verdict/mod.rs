@@ -1,0 +1,22 @@
+//! The verdict: what may be said of what was found.
+//!
+//! Judging is a pure function of facts. A verdict claims no more than they carry: that nothing is missing only where the
+//! model follows the data to their noise, or where what is left is a force at random too small to matter; an effect's name
+//! alone only where nothing but noise is left beside it. How far a free run tells of the model at all depends on how fast
+//! the robot lets an error grow; so gaps count in multiples of what a model without fault would leave.
+
+mod facts;
+mod growth;
+mod judge;
+mod policy;
+mod remaining;
+#[cfg(test)]
+mod tests;
+mod words;
+
+pub(crate) use facts::{Disturbance, EffectFacts, Facts, HorizonFacts, left, out_of_range};
+pub(crate) use growth::{Reach, Reaches, attainable};
+pub(crate) use judge::{beats, judge};
+pub(crate) use policy::POLICY;
+pub(crate) use remaining::remaining;
+pub(crate) use words::{left_over, sentence};

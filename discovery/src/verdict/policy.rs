@@ -1,0 +1,42 @@
+//! Every threshold by which a verdict is reached, each with its unit and the reason for its size.
+
+/// Thresholds of the verdict.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Policy {
+    /// Gap, in multiples of what a faultless model would leave, up to which what is left is noise: the noise itself is
+    /// known to some tens of per cent where sensors are not quite white.
+    pub(crate) at_noise: f64,
+    /// Gap of a faultless model, in multiples of the noise, up to which a free run says something: beyond it the run shows
+    /// how an error of its start grows, and no longer what the model is missing.
+    pub(crate) farthest: f64,
+    /// Share of the gap, both without the noise, that what was found may leave at most to be an explanation of it: half.
+    pub(crate) explained: f64,
+    /// Share of the squared gap, both without the noise, that one effect must take away to be worth a headline: what takes
+    /// less is not seen in any picture.
+    pub(crate) headline: f64,
+    /// Standard error of an effect's size, in multiples of the size, from which the size is not known: at a half, zero is
+    /// two standard errors away.
+    pub(crate) uncertain: f64,
+    /// Factor by which a shape may leave the range met in practice before the law is no longer itself.
+    pub(crate) out_of_range: f64,
+    /// Share of the mean winch force below which a force at random does not matter: drives and load cells are no better.
+    pub(crate) small_force: f64,
+    /// Control runs, of 99, in which chance may explain as much as an effect that is taken up: one in a hundred.
+    pub(crate) by_chance: usize,
+    /// Share of the squared gap on held-out data that a set of effects must take away over some horizon, and twice of
+    /// which it may add over another: the scatter of a gap over some thousand samples.
+    pub(crate) scatter: f64,
+}
+
+/// The thresholds in use.
+pub(crate) const POLICY: Policy = Policy {
+    at_noise: 1.5,
+    farthest: 3.0,
+    explained: 0.5,
+    headline: 0.1,
+    uncertain: 0.5,
+    out_of_range: 3.0,
+    small_force: 1e-3,
+    by_chance: 1,
+    scatter: 0.005,
+};

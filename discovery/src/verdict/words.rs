@@ -1,0 +1,83 @@
+//! The reasons of a verdict in words.
+
+use super::judge::Reason;
+use crate::outcome::Remaining;
+
+/// A number with three digits at most.
+fn short(value: f64) -> String {
+    crate::report::significant(value, 2)
+}
+
+/// What is left on held-out data, in units that a machine's owner knows.
+pub(crate) fn left_over(remaining: &[Remaining]) -> String {
+    let over = |left: &Remaining| {
+        let parts = [(left.position, "mm"), (left.rotation, "mrad in φ"), (left.length, "mm in the lengths")];
+        let misses = parts.iter().filter_map(|(value, unit)| Some(format!("{} {unit}", short(1e3 * (*value)?))));
+        let mut list: Vec<String> = misses.collect();
+        list.push(format!("{} N", short(left.force)));
+        format!("over {} s {}", left.horizon, list.join(", "))
+    };
+    format!("Left on held-out data are {}.", remaining.iter().map(over).collect::<Vec<_>>().join("; "))
+}
+
+/// A reason as a sentence, the effects named by these phrases.
+pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
+    let name = |at: &usize| effects.get(*at).map_or("an effect", String::as_str);
+    match reason {
+        Reason::SmallDisturbance { force } => format!(
+            "The gap that is left is that of a disturbance of about {} N that was not recorded: a force at random leaves \
+             nothing else unexplained, and it is small against the winch forces.",
+            short(*force)
+        ),
+        Reason::Unexplained { gap, horizon, beyond_chance } => {
+            let chance = if *beyond_chance {
+                " It is no chance: no control run explains as much as the best candidate does, but no candidate predicts \
+                 the held-out data."
+            } else {
+                ""
+            };
+            format!(
+                "The model does not reproduce the data ({} times what a model without fault would leave over {horizon} s), \
+                 and neither the catalogue nor the dictionary of terms explains it.{chance}",
+                short(*gap)
+            )
+        }
+        Reason::MoreIsLeft { gap, horizon } => format!(
+            "More is missing than was found: what is left over {horizon} s is {} times what a model without fault would leave.",
+            short(*gap)
+        ),
+        Reason::ExplainsLittle => {
+            "What was found explains less than half of the gap; something else is missing too.".to_owned()
+        }
+        Reason::Coloured { channels } => format!(
+            "What remains is not white in {}: the laws found do not fit to the last detail.",
+            channels.join(", ")
+        ),
+        Reason::Uncertain { effect, relative_error } if relative_error.is_finite() => format!(
+            "The size of the {} is not known: its standard error is {} times the size.",
+            name(effect),
+            short(*relative_error)
+        ),
+        Reason::Uncertain { effect, .. } => format!("The size of the {} cannot be told from these data.", name(effect)),
+        Reason::OutOfRange { effect } => format!(
+            "The {} has a shape out of the range in which it is itself: it stands for something else.",
+            name(effect)
+        ),
+        Reason::Little { effect, share } => format!(
+            "The {} takes away {} % of the gap: it is not what is missing.",
+            name(effect),
+            short(100.0 * share.max(0.0))
+        ),
+        Reason::Chance { effect, runs, of } => {
+            format!("Chance explains as much as the {} in {runs} of {of} control runs.", name(effect))
+        }
+        Reason::Growth { horizon } if *horizon > 0.0 => format!(
+            "Free runs beyond {horizon} s say nothing of the model: an error of their start grows too fast. They are not \
+             judged."
+        ),
+        Reason::Growth { .. } => {
+            "Free runs say nothing of the model: an error of their start grows too fast. The innovations are judged."
+                .to_owned()
+        }
+    }
+}
