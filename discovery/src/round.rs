@@ -9,6 +9,7 @@ use crate::null_test::{Weighing, of_time_alone};
 use crate::regression::{Scored, baseline, ladder, levels, rank};
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 use crate::signature;
+use crate::verdict::POLICY;
 use crate::whiten::{Forcing, whiten};
 use cdpr::effect::EffectSpec;
 
@@ -102,6 +103,14 @@ impl Search<'_> {
             };
             match self.verified(trained, fitted) {
                 Ok(next) if Self::helps(fitted, &next) => {
+                    let tested = !of_time_alone(library, chosen.candidate);
+                    let null_test = tested.then(|| weighing.null_test(EVIDENCE)).flatten();
+                    if let Some(test) = null_test.filter(|test| test.as_strong > POLICY.by_chance) {
+                        let reason =
+                            format!("chance explains as much in {} of {} control runs", test.as_strong, test.shifts);
+                        self.note(&effect, "refused", next.score - fitted.score, &reason);
+                        break;
+                    }
                     let mut rivals = rivals(library, &ranked, chosen, base);
                     let next = match parsimony {
                         true => self.or_rival(fitted, next.clone(), &mut rivals).unwrap_or(next),
@@ -110,8 +119,6 @@ impl Search<'_> {
                     let delta_bic = next.score - fitted.score;
                     let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
                     self.note(&refined, "added", delta_bic, "");
-                    let tested = !of_time_alone(library, chosen.candidate);
-                    let null_test = tested.then(|| weighing.null_test(EVIDENCE)).flatten();
                     return Ok(Some((next, Taken::new(rivals, delta_bic, null_test))));
                 }
                 Ok(next) => {

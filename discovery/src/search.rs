@@ -142,9 +142,11 @@ impl<'a> Search<'a> {
                 fitted = self.pair(base, &signatures, &fitted)?.unwrap_or(fitted);
             }
         }
-        // Where nothing was taken up, a force at random may be all there is.
-        let hidden =
-            base.gap[0] > STRONG && (!self.taken.is_empty() || self.something_left(&base.train, &self.evidence.train));
+        // Where nothing was taken up, a force at random may be all there is, unless chance comes nowhere near the best
+        // candidate: then something is there, which one round could not make out.
+        let no_chance = self.null_test.is_some_and(|test| test.as_strong == 0);
+        let hidden = base.gap[0] > STRONG
+            && (!self.taken.is_empty() || no_chance || self.something_left(&base.train, &self.evidence.train));
         if !self.taken.is_empty() {
             if hidden && self.explained(base, &fitted) < HIDDEN {
                 looked = true;
