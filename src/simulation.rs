@@ -1,6 +1,7 @@
 //! A plant in motion: states, inputs with their history, and the integrator.
 
 mod command;
+mod equilibrium;
 mod pose_history;
 mod snapshot;
 mod start;
@@ -9,8 +10,9 @@ mod tangent;
 
 use std::sync::Arc;
 
+pub use equilibrium::{static_equilibrium, wrench_at_rest};
 pub use snapshot::SnapshotError;
-pub use start::{Start, StartError, static_equilibrium, wrench_at_rest};
+pub use start::{Start, StartError};
 pub use tangent::{Direction, Tangent};
 
 use crate::dynamics::{Evaluation, Inputs};

@@ -1,7 +1,5 @@
 //! Start states.
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
 use crate::kinematics;
 use crate::parameters::{Initialization, ParameterError, Parameters};
@@ -114,7 +112,7 @@ impl Start {
         y[..3].copy_from_slice(&self.pose);
         y[3..6].copy_from_slice(&self.twist);
         if self.initialization == Initialization::StaticEquilibrium {
-            let pose = static_equilibrium(plant, self.time, self.pose, &self.inputs)?;
+            let pose = super::static_equilibrium(plant, self.time, self.pose, &self.inputs)?;
             y[..3].copy_from_slice(&pose);
             y[3..6].fill(0.0);
         }
@@ -179,72 +177,4 @@ impl Start {
             if carried(middle) > middle { low = middle } else { high = middle }
         }
     }
-}
-
-/// The pose at rest near `guess` where the cables carry their winch forces, by Newton's method with step limits.
-///
-/// # Errors
-/// When the search leaves the anchors, meets a singular stiffness or does not settle.
-pub fn static_equilibrium(plant: &Plant, time: f64, guess: [f64; 3], inputs: &Inputs) -> Result<[f64; 3], StartError> {
-    let scale = plant.geometry().attachment_scale();
-    // Pull and disturbance set the size of a balanced force.
-    let size = inputs.winch_force.iter().chain(&inputs.disturbance).fold(1.0_f64, |a, b| a.max(b.abs()));
-    let unbalanced = |pose: [f64; 3]| wrench_at_rest(plant, time, pose, inputs);
-    let mut pose = guess;
-    let fail = |reason, pose: [f64; 3]| StartError::NoEquilibrium { reason, pose, unbalanced: unbalanced(pose) };
-    for _ in 0..100 {
-        let force = unbalanced(pose);
-        let step_size = [1e-4, 1e-4, 1e-4 / scale];
-        let mut stiffness = Matrix3::zeros();
-        for c in 0..3 {
-            let (mut ahead, mut behind) = (pose, pose);
-            ahead[c] += step_size[c];
-            behind[c] -= step_size[c];
-            let (a, b) = (unbalanced(ahead), unbalanced(behind));
-            for r in 0..3 {
-                stiffness[(r, c)] = (a[r] - b[r]) / (2.0 * step_size[c]);
-            }
-        }
-        let Some(step) = stiffness.lu().solve(&-Vector3::from(force)) else {
-            return Err(fail("the stiffness matrix is singular", pose));
-        };
-        let length = step[0].abs().max(step[1].abs()).max(step[2].abs() * scale);
-        if !length.is_finite() {
-            return Err(fail("the stiffness matrix is singular", pose));
-        }
-        // At most a fifth of the workspace and 2 rad in one step.
-        let limit = (0.2 * plant.geometry().size() / length).min(2.0 / step[2].abs()).min(1.0);
-        for k in 0..3 {
-            pose[k] += limit * step[k];
-        }
-        if plant.geometry().check_pose(&pose).is_err() {
-            return Err(fail("the search leaves the space between the anchors", pose));
-        }
-        let left = unbalanced(pose);
-        let small = left[0].abs().max(left[1].abs()).max(left[2].abs() / scale) <= 1e-9 * size;
-        if small && limit == 1.0 && length < 1e-6 * scale {
-            return Ok(pose);
-        }
-    }
-    Err(fail("the search does not settle", pose))
-}
-
-/// Force and torque (N, N m) left on the platform at rest at `pose` with every cable carrying its winch's pull.
-pub fn wrench_at_rest(plant: &Plant, time: f64, pose: [f64; 3], inputs: &Inputs) -> [f64; 3] {
-    let weight = plant.weight([pose[2].cos(), pose[2].sin()]);
-    let mut wrench: [f64; 3] = std::array::from_fn(|k| inputs.disturbance[k] + weight[k]);
-    let pulls = plant.at_rest(time, &pose, inputs, |context| {
-        for kind in &plant.wrench {
-            for (sum, added) in wrench.iter_mut().zip(kind.wrench(context)) {
-                *sum += added;
-            }
-        }
-        plant.pulls_at_rest(context)
-    });
-    for (cable, pull) in kinematics::cables(plant.geometry(), &pose, &[0.0; 3]).iter().zip(pulls) {
-        for (sum, row) in wrench.iter_mut().zip(cable.jacobian_row()) {
-            *sum -= pull.max(0.0) * row;
-        }
-    }
-    wrench
 }

@@ -276,6 +276,48 @@ fn wrench_closure_is_lost_where_the_cables_meet_in_the_centre() {
 }
 
 #[test]
+fn a_singular_pose_whose_null_vector_is_rounding_has_no_wrench_closure() {
+    // Cables that do not cross meet in the centre: the torques of all are rounding, at a condition of 5e15.
+    let angle = PerCable::from([-2.356, -0.785, 0.785, 2.356]);
+    let parameters = Parameters { anchor_angle: angle, attachment_angle: angle, ..Parameters::default() };
+    let geometry = crate::geometry::Geometry::new(&parameters);
+    let bounds = Bounds::new(1e3, 50e3).unwrap();
+    let none = workspace::RequiredWrenches { centre: [0.0; 3], half_width: [0.0; 3] };
+    let found = workspace::feasibility(&geometry, &[0.0; 3], &bounds, &none);
+    assert!(!found.closure && found.balance < 0.0, "{found:?}");
+    // A ten-millionth of a radian away it is no better.
+    assert!(!workspace::feasibility(&geometry, &[0.0, 0.0, 1e-7], &bounds, &none).closure);
+}
+
+#[test]
+fn equilibria_that_a_plain_newton_missed_are_found() {
+    let plant = plant_of(CableModel::LumpedMass, Vec::new());
+    let inputs = Inputs { winch_force: [1110.5, 1081.3, 891.2, 825.8].into(), disturbance: [50.0, -16.5, 164.1] };
+    let found = static_equilibrium(&plant, 0.0, [0.0; 3], &inputs).unwrap();
+    for (k, (expected, digits)) in [(34.956, 1e-3), (-150.959, 1e-3), (0.4083, 1e-4)].into_iter().enumerate() {
+        assert!((found[k] - expected).abs() <= digits, "{found:?}");
+    }
+    // Forces that are known to balance somewhere: a pose at rest is found from the middle, wherever it is.
+    let wave = |k: i32, rate: f64| (f64::from(k) * rate).sin();
+    let mut cases = 0;
+    for k in 0..300 {
+        let pose = [350.0 * wave(k, 1.31), 350.0 * wave(k, 2.17), 0.6 * wave(k, 3.53)];
+        if plant.geometry().check_pose(&pose).is_err() {
+            continue;
+        }
+        let winch_force = PerCable::from_fn(4, |i| 1000.0 + 500.0 * wave(k, 0.71 + 0.39 * i as f64));
+        let cables = Inputs { winch_force, disturbance: [0.0; 3] };
+        let disturbance = wrench_at_rest(&plant, 0.0, pose, &cables).map(|w| -w);
+        let inputs = Inputs { winch_force, disturbance };
+        let found = static_equilibrium(&plant, 0.0, [0.0; 3], &inputs).unwrap_or_else(|e| panic!("{pose:?}: {e}"));
+        let left = wrench_at_rest(&plant, 0.0, found, &inputs);
+        assert!(left.iter().all(|w| w.abs() < 1e-3), "{pose:?}: {left:?} at {found:?}");
+        cases += 1;
+    }
+    assert!(cases > 200, "{cases}");
+}
+
+#[test]
 fn the_margin_agrees_with_the_distribution_at_the_corners() {
     let geometry = crate::geometry::Geometry::new(&Parameters::default());
     let bounds = Bounds::new(1e3, 20e3).unwrap();

@@ -6,6 +6,11 @@ use crate::geometry::Geometry;
 use crate::inverse::distribution::{Bounds, TensionLine, structure_matrix};
 use crate::per_cable::PerCable;
 
+/// Smallest singular value of the structure matrix, as a share of the largest and with torques divided by the attachment
+/// radius, at which the cables still span all three directions: the tensions for a wrench grow by its inverse, and no
+/// anchor is known to a millionth of the robot's size.
+const SPANNING: f64 = 1e-6;
+
 /// Wrenches that the cables must be able to exert: a box about a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RequiredWrenches {
@@ -91,7 +96,8 @@ pub fn capacity_margin(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, re
 pub fn feasibility(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, required: &RequiredWrenches) -> Feasibility {
     let structure = structure_matrix(geometry, pose);
     let (mut least, mut most) = (-1.0, 1.0);
-    if let Ok(line) = TensionLine::of(&structure, &[0.0; 3]) {
+    // At a singular pose the null vector is rounding, whatever its signs.
+    if let (true, Ok(line)) = (spans(&structure, geometry.attachment_scale()), TensionLine::of(&structure, &[0.0; 3])) {
         least = line.internal.iter().copied().fold(f64::INFINITY, f64::min);
         most = line.internal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     }
@@ -101,6 +107,14 @@ pub fn feasibility(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, requir
         balance: least / most,
         margin: capacity_margin(geometry, pose, bounds, required),
     }
+}
+
+/// Whether the cables pull in all three directions, by more than rounding.
+fn spans(structure: &Matrix3xX<f64>, arm: f64) -> bool {
+    let mut scaled = structure.clone();
+    scaled.row_mut(2).scale_mut(1.0 / arm);
+    let values = scaled.singular_values();
+    values.min() > SPANNING * values.max()
 }
 
 /// A map over positions at one orientation.
