@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
 use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
 use crate::parameters::{
-    CableDamper, CableInertia, CableModel, CableParameters, Initialization, ParameterError, Parameters,
+    CableDamper, CableInertia, CableModel, CableParameters, Initialization, ParameterError, Parameters, pair,
 };
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::{Plant, PlantError};
@@ -59,7 +59,9 @@ struct Keys {
     cable_damper: Option<CableDamper>,
     platform_mass: Option<f64>,
     platform_inertia: Option<f64>,
+    #[serde(default, deserialize_with = "some_pair")]
     centre_of_mass: Option<[f64; 2]>,
+    #[serde(default, deserialize_with = "some_pair")]
     gravity: Option<[f64; 2]>,
     anchor_radius: Option<f64>,
     attachment_radius: Option<f64>,
@@ -94,6 +96,10 @@ struct StartKeys {
     disturbance_force_x: Option<f64>,
     disturbance_force_y: Option<f64>,
     disturbance_torque: Option<f64>,
+}
+
+fn some_pair<'de, D: Deserializer<'de>>(from: D) -> Result<Option<[f64; 2]>, D::Error> {
+    pair(from).map(Some)
 }
 
 impl Model {
@@ -260,18 +266,18 @@ impl Model {
         line("cable_inertia", name(format!("{:?}", p.cable_inertia)), "paper, reeled or none");
         line("cable_damper", name(format!("{:?}", p.cable_damper)), "length_rate (as the paper has it) or strain_rate");
         line("platform_mass", format!("{:?}", p.platform_mass), "kg");
-        line("platform_inertia", format!("{:?}", p.platform_inertia), "kg m2");
+        line("platform_inertia", format!("{:?}", p.platform_inertia), "kg m2, about the centre of mass");
         line("centre_of_mass", format!("{:?}", p.centre_of_mass), "m, body frame");
         line("gravity", format!("{:?}", p.gravity), "m/s2, on the platform");
         if p.cable.is_empty() {
-            line("anchor_radius", format!("{:?}", p.anchor_radius), "m");
-            line("attachment_radius", format!("{:?}", p.attachment_radius), "m");
-            line("anchor_angle", array(p.anchor_angle), "rad");
+            line("anchor_radius", format!("{:?}", p.anchor_radius), "m, of the circle of anchors");
+            line("attachment_radius", format!("{:?}", p.attachment_radius), "m, of the circle of attachment points");
+            line("anchor_angle", array(p.anchor_angle), "rad, from the x axis");
             line("attachment_angle", array(p.attachment_angle), "rad, body frame");
         }
-        line("cable_density", format!("{:?}", p.cable_density), "kg/m");
-        line("youngs_modulus", format!("{:?}", p.youngs_modulus), "Pa");
-        line("cable_area", format!("{:?}", p.cable_area), "m2");
+        line("cable_density", format!("{:?}", p.cable_density), "kg/m, of the paid-out cable");
+        line("youngs_modulus", format!("{:?}", p.youngs_modulus), "Pa, effective");
+        line("cable_area", format!("{:?}", p.cable_area), "m2, cross-section");
         line("cable_damping", format!("{:?}", p.cable_damping), "N s, damping coefficient times length");
         line("relative_tolerance", format!("{:?}", self.relative_tolerance), "1, of the integrator");
         let s = &self.start;
@@ -291,11 +297,15 @@ impl Model {
         ] {
             line(key, format!("{value:?}"), unit);
         }
-        if s.initialization == Initialization::FromStates {
-            line("unstretched_length", array(s.unstretched_length), "m");
-            line("unstretched_length_rate", array(s.unstretched_length_rate), "m/s");
+        // Read under from_states only: elsewhere they stand as comments.
+        let given = if s.initialization == Initialization::FromStates { "" } else { "# " };
+        for (key, values, comment) in [
+            ("unstretched_length", s.unstretched_length, "m, paid out; for from_states"),
+            ("unstretched_length_rate", s.unstretched_length_rate, "m/s; for from_states"),
+        ] {
+            line(&format!("{given}{key}"), array(values), comment);
         }
-        line("winch_force", array(s.inputs.winch_force), "N, pull-positive");
+        line("winch_force", array(s.inputs.winch_force), "N, pull-positive, held until an input says otherwise");
         for (key, value, unit) in [
             ("disturbance_force_x", s.inputs.disturbance[0], "N"),
             ("disturbance_force_y", s.inputs.disturbance[1], "N"),
@@ -432,6 +442,11 @@ mod tests {
             ("attachment_angle = [0.0, 1.0, 2.0]", Some(1), "`anchor_angle` is 4 angles, expected 3"),
             ("[start]\nwinch_force = [1.0, 2.0]", Some(2), "`winch_force` has 2 entries, expected 4"),
             ("[[cable]]\nanchor = [0.0, 1.0]\nattachment = [0.0, 0.0]", Some(1), "1 cables, expected 2 to 12"),
+            ("[start]\nwinch_force = [1.0, 1.0, 1.0, 1.0, 1.0]", Some(2), "`winch_force` has 5 entries, expected 4"),
+            ("[start]\nunstretched_length = []", Some(2), "`unstretched_length`"),
+            ("\ngravity = [0.0, -9.81, 0.0]", Some(2), "`gravity`: invalid length 3, expected two numbers"),
+            ("centre_of_mass = [1.0]", Some(1), "`centre_of_mass`: invalid length 1"),
+            ("[[cable]]\nanchor = [0.0, 1.0, 2.0]\nattachment = [0.0, 0.0]", Some(2), "`anchor`: invalid length 3"),
             ("platform_mass = ", Some(1), ""),
         ] {
             let error = Model::from_toml(text).unwrap_err();

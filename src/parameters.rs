@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::per_cable::{MAX_CABLES, PerCable};
 
@@ -62,8 +63,10 @@ pub enum Initialization {
 #[serde(deny_unknown_fields)]
 pub struct CableParameters {
     /// Anchor `A_i` in the fixed frame (m).
+    #[serde(deserialize_with = "pair")]
     pub anchor: [f64; 2],
     /// Attachment point `B_i` in the body frame (m).
+    #[serde(deserialize_with = "pair")]
     pub attachment: [f64; 2],
     /// Its own Young's modulus (Pa); the robot's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -77,6 +80,12 @@ pub struct CableParameters {
     /// Its own damping `b l` (N s); the robot's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
+}
+
+/// Two numbers, no more: an array by itself would take the first two and leave the rest unread.
+pub(crate) fn pair<'de, D: Deserializer<'de>>(from: D) -> Result<[f64; 2], D::Error> {
+    let values = Vec::<f64>::deserialize(from)?;
+    values.try_into().map_err(|values: Vec<f64>| D::Error::invalid_length(values.len(), &"two numbers"))
 }
 
 impl CableParameters {
