@@ -76,6 +76,8 @@ pub enum Objective {
     /// Kinematics, 2009); cut off at the bounds it is, with one degree of redundancy, Pott's improved closed form (Advances in
     /// Robot Kinematics, 2014).
     MidTension,
+    /// `Σ (T_i - T_0)²` about a given tension `T_0` (N), the pretension.
+    Near(f64),
     /// `-Σ ln (T_i - T_min) + ln (T_max - T_i)`: the analytic centre of the feasible set, smooth along a trajectory and never
     /// at a bound.
     AnalyticCentre,
@@ -261,6 +263,7 @@ impl Objective {
                     if t.re() == 0.0 { t } else { t * t.abs().powf(p - 2.0) }
                 }
                 Self::MidTension => t - bounds.middle(),
+                Self::Near(tension) => t - *tension,
                 Self::AnalyticCentre => (-t + bounds.upper).recip() - (t - bounds.lower).recip(),
             };
         }
@@ -272,6 +275,7 @@ impl Objective {
         match self {
             Self::MinimumNorm => 0.0,
             Self::MidTension => line.internal.iter().map(|n| n * bounds.middle()).sum(),
+            Self::Near(tension) => line.internal.iter().map(|n| n * tension).sum(),
             // The slope rises monotonically: bisection cannot fail, and costs a microsecond.
             Self::PNorm(_) | Self::AnalyticCentre => {
                 let (mut a, mut b) = (low, high);
@@ -307,7 +311,7 @@ impl Objective {
         let real =
             TensionLine { minimum_norm: line.minimum_norm.map(|t| t.re()), internal: line.internal.map(|n| n.re()) };
         let curvature = match self {
-            Self::MinimumNorm | Self::MidTension => 1.0,
+            Self::MinimumNorm | Self::MidTension | Self::Near(_) => 1.0,
             Self::PNorm(_) | Self::AnalyticCentre => {
                 let dual = num_dual::Dual64::from_re(lambda).derivative();
                 let line = TensionLine {

@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
 
 /// A tension distribution solved as a quadratic programme.
 ///
-/// Takes the objectives that are quadratic: [`Objective::MinimumNorm`] and [`Objective::MidTension`].
+/// Takes the objectives that are quadratic: [`Objective::MinimumNorm`], [`Objective::MidTension`] and [`Objective::Near`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuadraticProgramme {
     /// What is solved.
@@ -119,8 +119,10 @@ impl Redundancy for QuadraticProgramme {
         let reference = match objective {
             Objective::MinimumNorm => 0.0,
             Objective::MidTension => bounds.middle() / unit,
+            Objective::Near(tension) => tension / unit,
             other => {
-                let text = format!("{other:?} is not quadratic; a quadratic programme takes MinimumNorm or MidTension");
+                let text =
+                    format!("{other:?} is not quadratic; a quadratic programme takes MinimumNorm, MidTension or Near");
                 return Err(DistributionError::NotSolved(text));
             }
         };
@@ -175,7 +177,7 @@ mod tests {
             let pose = [250.0 * (1.3 * s).sin(), 250.0 * (0.7 * s).cos(), 0.4 * (2.1 * s).sin()];
             let wrench = [2.5e3 * (0.9 * s).sin(), 2.5e3 * (1.7 * s).cos(), 2.5e4 * (3.1 * s).sin()];
             let structure = structure_matrix(&geometry, &pose);
-            for objective in [Objective::MinimumNorm, Objective::MidTension] {
+            for objective in [Objective::MinimumNorm, Objective::MidTension, Objective::Near(1.7e3)] {
                 let distribution = Distribution { objective, bounds: Bounds::new(1e3, 4e3).unwrap() };
                 let closed = distribution.select(&structure, &wrench);
                 let solved = QuadraticProgramme { distribution }.select(&structure, &wrench);

@@ -26,6 +26,7 @@ const LAST_STEPS: usize = 6;
 
 /// What is made smallest, in the scaled tension.
 struct Cost {
+    /// Its tensions counted in half widths of the bounds.
     objective: Objective,
     /// The middle of the bounds over half their width.
     middle: f64,
@@ -38,6 +39,7 @@ impl Cost {
         match self.objective {
             Objective::MinimumNorm => t + self.middle,
             Objective::MidTension => t,
+            Objective::Near(tension) => t + (self.middle - tension),
             Objective::PNorm(p) => {
                 if t.re() == 0.0 {
                     t
@@ -52,7 +54,7 @@ impl Cost {
     /// The curvature; a p-norm's is bounded near the middle, where it is flat or sharp.
     fn curvature(&self, t: f64) -> f64 {
         match self.objective {
-            Objective::MinimumNorm | Objective::MidTension => 1.0,
+            Objective::MinimumNorm | Objective::MidTension | Objective::Near(_) => 1.0,
             Objective::PNorm(p) => (p - 1.0) / self.reach * (t.abs() / self.reach).max(1e-9).powf(p - 2.0),
             Objective::AnalyticCentre => (1.0 - t).powi(-2) + (1.0 + t).powi(-2),
         }
@@ -65,6 +67,14 @@ impl Cost {
             Objective::PNorm(p) if p < 2.0 => self.curvature(t) / (p - 1.0),
             _ => self.curvature(t),
         }
+    }
+}
+
+/// The objective with its tensions counted in `unit` (N).
+fn counted_in(unit: f64, objective: Objective) -> Objective {
+    match objective {
+        Objective::Near(tension) => Objective::Near(tension / unit),
+        other => other,
     }
 }
 
@@ -136,7 +146,8 @@ pub(super) fn solve(
     let problem = Scaled::new(jacobian, wrench, distribution);
     let cables = jacobian.len();
     let half = 0.5 * (bounds.upper - bounds.lower);
-    let mut cost = Cost { objective: distribution.objective, middle: bounds.middle() / half, reach: 1.0 };
+    let mut cost =
+        Cost { objective: counted_in(half, distribution.objective), middle: bounds.middle() / half, reach: 1.0 };
     if normal_inverse(&problem.rows, &[1.0; crate::per_cable::MAX_CABLES][..cables]).is_none() {
         return Err(DistributionError::Singular);
     }
@@ -176,7 +187,7 @@ pub(super) fn lift<S: Real>(
     // With all tensions at the middle a p-norm is flat or sharp; the square's minimum passes through the same point.
     let objective = match distribution.objective {
         Objective::PNorm(_) if flat => Objective::MidTension,
-        other => other,
+        other => counted_in(half, other),
     };
     let cost = Cost { objective, middle: bounds.middle() / half, reach };
     let t = finish(&cost, &problem, selection, &near)?;
@@ -311,9 +322,10 @@ mod tests {
     use crate::geometry::Geometry;
     use crate::parameters::{CableParameters, Parameters};
 
-    const OBJECTIVES: [Objective; 6] = [
+    const OBJECTIVES: [Objective; 7] = [
         Objective::MinimumNorm,
         Objective::MidTension,
+        Objective::Near(1.7e3),
         Objective::PNorm(1.5),
         Objective::PNorm(4.0),
         Objective::PNorm(12.0),
@@ -366,6 +378,7 @@ mod tests {
                     let reached = &structure * nalgebra::DVector::from_column_slice(&tension);
                     assert!((0..3).all(|k| (reached[k] - wrench[k]).abs() < 1e-8), "{cables} {objective:?} {reached}");
                     assert!(tension.iter().all(|t| (10.0 - 1e-9..=200.0 + 1e-9).contains(t)), "{tension:?}");
+                    let objective = counted_in(95.0, objective);
                     let cost = Cost { objective, middle: bounds.middle() / 95.0, reach: 1.0 };
                     // Slopes along the null space of the free cables vanish: f' is in the row space of A.
                     let free: Vec<usize> = (0..cables).filter(|i| place[*i].is_none()).collect();
@@ -395,9 +408,13 @@ mod tests {
         let bounds = Bounds::new(10.0, 120.0).unwrap();
         for cables in [3, 6, 8] {
             let geometry = robot(cables);
-            for objective in
-                [Objective::MidTension, Objective::MinimumNorm, Objective::PNorm(4.0), Objective::AnalyticCentre]
-            {
+            for objective in [
+                Objective::MidTension,
+                Objective::MinimumNorm,
+                Objective::Near(40.0),
+                Objective::PNorm(4.0),
+                Objective::AnalyticCentre,
+            ] {
                 let distribution = Distribution { objective, bounds };
                 let at = |time: f64| {
                     let pose = [0.2 * time, 0.1 * time * time, 0.05 * time];

@@ -26,11 +26,12 @@ fn cases() -> Vec<(Matrix3xX<f64>, [f64; 3])> {
         .collect()
 }
 
-const OBJECTIVES: [Objective; 5] = [
+const OBJECTIVES: [Objective; 6] = [
     Objective::MinimumNorm,
     Objective::PNorm(4.0),
     Objective::PNorm(12.0),
     Objective::MidTension,
+    Objective::Near(5e3),
     Objective::AnalyticCentre,
 ];
 
@@ -74,6 +75,7 @@ fn the_objective_is_smallest_among_the_feasible() {
                         Objective::MinimumNorm => t * t,
                         Objective::PNorm(p) => ((t - bounds.middle()).abs() / 1e4).powf(p),
                         Objective::MidTension => (t - bounds.middle()).powi(2),
+                        Objective::Near(tension) => (t - tension).powi(2),
                         Objective::AnalyticCentre => -((t - 1e3).max(1e-9).ln() + (20e3 - t).max(1e-9).ln()),
                     })
                     .sum()
