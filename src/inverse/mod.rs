@@ -355,29 +355,46 @@ impl<'a> InverseDynamics<'a> {
     /// # Errors
     /// As [`InverseDynamics::at`]; a failed integration.
     pub fn run(&self, times: &[f64], relative_tolerance: f64) -> Result<Vec<Instant>, InverseError> {
-        let Some(first) = times.first() else { return Ok(Vec::new()) };
+        let mut answers = Vec::with_capacity(times.len());
+        self.each::<InverseError>(times, relative_tolerance, |instant| {
+            answers.push(instant);
+            Ok(())
+        })?;
+        Ok(answers)
+    }
+
+    /// As [`InverseDynamics::run`], but each answer goes to `take` as soon as it is there, and none is kept.
+    ///
+    /// # Errors
+    /// As [`InverseDynamics::run`], and those of `take`, which end the run.
+    pub fn each<E: From<InverseError>>(
+        &self,
+        times: &[f64],
+        relative_tolerance: f64,
+        mut take: impl FnMut(Instant) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let Some(first) = times.first() else { return Ok(()) };
         // The first time without an answer is told, before an integration stumbles somewhere in between.
         for &time in times {
             self.rigid(time)?;
         }
         let mut internal = self.start(*first)?;
         let mut radau = Radau::new(internal.len(), 0, relative_tolerance);
-        let mut answers = Vec::with_capacity(times.len());
-        let mut now = *first;
+        let mut now = None;
         for &time in times {
-            if time < now || (time == now && !answers.is_empty()) {
-                return Err(InverseError::Time { time });
+            let before = now.replace(time).unwrap_or(f64::NEG_INFINITY);
+            if time <= before {
+                return Err(InverseError::Time { time }.into());
             }
-            if time > now && !internal.is_empty() {
+            if before.is_finite() && !internal.is_empty() {
                 let mut system = InternalSystem::new(self, &internal);
-                let result = radau.advance(&mut system, now, &mut internal, time - now);
+                let result = radau.advance(&mut system, before, &mut internal, time - before);
                 system.failure()?;
                 result.map_err(InverseError::Integration)?;
             }
-            now = time;
-            answers.push(self.at(time, &internal)?);
+            take(self.at(time, &internal)?)?;
         }
-        Ok(answers)
+        Ok(())
     }
 }
 
