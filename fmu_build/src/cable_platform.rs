@@ -8,7 +8,7 @@ use fmi2_export::ModelError;
 use minijinja::context;
 use serde::Serialize;
 
-use crate::{Binary, Fmu, PackError, Platform, documentation};
+use crate::{Binary, Fmu, PackError, Platform, documentation, probe};
 
 /// The package that [`cross::build`](crate::cross::build) builds for other platforms.
 pub const PACKAGE: &str = "cable-platform-fmu";
@@ -77,6 +77,15 @@ fn drawing(model: &Model) -> Result<String, PackError> {
          own.</figcaption>\n</figure>\n",
         robot.svg()
     ))
+}
+
+/// Whether an FMU can be checked on this machine: a binary is loaded from the temporary folder, as in packing. To be
+/// asked before long work that ends in packing.
+///
+/// # Errors
+/// [`PackError::TemporaryFolder`] where the folder is missing, full or mounted noexec.
+pub fn try_temporary_folder() -> Result<(), PackError> {
+    probe::try_folder(&host_binary()?)
 }
 
 /// An effect of the model, as the documentation shows it.

@@ -84,6 +84,14 @@ pub enum PackError {
         /// How it ended.
         status: std::process::ExitStatus,
     },
+    /// The folder for temporary files, where binaries are tried, is not to be used.
+    #[error("the temporary folder {}: {found}; the environment variable TMPDIR names another", .folder.display())]
+    TemporaryFolder {
+        /// The folder.
+        folder: PathBuf,
+        /// What is wrong with it.
+        found: String,
+    },
     /// A file could not be read or written.
     #[error("{}: {source}", .path.display())]
     File {

@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use fmi2_export::Model;
-use fmi2_export::description::ModelDescription;
-use tempfile::TempDir;
-
 use crate::archive::{self, Files, is_plain_path};
 use crate::documentation::{self, Section};
+use crate::temporary::TemporaryFolder;
 use crate::{Binary, PackError, Platform, probe, whole_file, xml_check};
+use fmi2_export::Model;
+use fmi2_export::description::ModelDescription;
 
 /// An FMU to be packed: a model's description and everything that goes into the file with it.
 ///
@@ -176,8 +175,8 @@ fn insert(files: &mut Files, path: String, content: Vec<u8>) -> Result<(), PackE
 }
 
 /// The files in a temporary folder.
-fn unpacked(files: &Files) -> Result<TempDir, PackError> {
-    let folder = tempfile::tempdir().map_err(PackError::file(std::env::temp_dir()))?;
+fn unpacked(files: &Files) -> Result<TemporaryFolder, PackError> {
+    let folder = TemporaryFolder::new()?;
     for (path, content) in files {
         let file = folder.path().join(path);
         if let Some(above) = file.parent() {

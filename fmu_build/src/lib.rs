@@ -17,6 +17,8 @@ mod error;
 mod fmu;
 mod platform;
 mod probe;
+pub mod temporary;
+pub mod unfinished;
 pub mod whole_file;
 mod xml_check;
 mod zig;

@@ -12,6 +12,7 @@ use std::sync::Mutex;
 use libloading::Library;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 
+use crate::temporary::TemporaryFolder;
 use crate::{Binary, FUNCTIONS, PackError};
 
 /// `fmi2CoSimulation` of `fmi2Type`.
@@ -50,14 +51,11 @@ type FreeInstance = unsafe extern "C" fn(*mut c_void);
 /// [`PackError::MissingFunctions`], or [`PackError::DoesNotRun`] with the binary's own messages.
 pub(crate) fn check(binary: &Binary, guid: &str, resources: &Path) -> Result<(), PackError> {
     let platform = binary.platform();
-    let folder = tempfile::tempdir().map_err(PackError::file(std::env::temp_dir()))?;
-    let file = folder.path().join(format!("probe.{}", platform.extension()));
-    fs::write(&file, binary.bytes()).map_err(PackError::file(&file))?;
+    let loaded = Loaded::of(binary)?;
     let does_not_run = |found: String| PackError::DoesNotRun { platform: platform.folder(), found };
-    // SAFETY: loading runs the library's initialisers. A packed binary is one that importers are to run, on
-    // this machine too; whoever packs it trusts it that far.
-    let library =
-        unsafe { Library::new(&file) }.map_err(|error| does_not_run(format!("it cannot be loaded: {error}")))?;
+    let library = loaded.library.as_ref().map_err(|error| {
+        does_not_run(format!("it cannot be loaded from {}: {}", loaded.folder.path().display(), said(error)))
+    })?;
     let missing: Vec<_> = FUNCTIONS
         .into_iter()
         // SAFETY: the address is looked up and not used.
@@ -66,7 +64,42 @@ pub(crate) fn check(binary: &Binary, guid: &str, resources: &Path) -> Result<(),
     if !missing.is_empty() {
         return Err(PackError::MissingFunctions { platform: platform.folder(), missing });
     }
-    make_an_instance(&library, guid, resources).map_err(does_not_run)
+    make_an_instance(library, guid, resources).map_err(does_not_run)
+}
+
+/// Loads a binary that is known to work and lets it go, to see whether temporary files can be loaded at all.
+///
+/// # Errors
+/// [`PackError::TemporaryFolder`].
+pub(crate) fn try_folder(binary: &Binary) -> Result<(), PackError> {
+    Loaded::of(binary)?.library.map(drop).map_err(|error| PackError::TemporaryFolder {
+        folder: std::env::temp_dir(),
+        found: format!("a library cannot be loaded from there, as where it is mounted noexec: {}", said(&error)),
+    })
+}
+
+/// What the system said of a library that was not loaded.
+fn said(error: &libloading::Error) -> String {
+    std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string)
+}
+
+/// A binary in a temporary folder, and the library loaded from there.
+struct Loaded {
+    // Before the folder, so that the library is unloaded before its file is deleted.
+    library: Result<Library, libloading::Error>,
+    folder: TemporaryFolder,
+}
+
+impl Loaded {
+    fn of(binary: &Binary) -> Result<Self, PackError> {
+        let folder = TemporaryFolder::new()?;
+        let file = folder.path().join(format!("probe.{}", binary.platform().extension()));
+        fs::write(&file, binary.bytes()).map_err(PackError::file(&file))?;
+        // SAFETY: loading runs the library's initialisers. A packed binary is one that importers are to run, on
+        // this machine too; whoever packs it trusts it that far.
+        let library = unsafe { Library::new(&file) };
+        Ok(Self { library, folder })
+    }
 }
 
 fn make_an_instance(library: &Library, guid: &str, resources: &Path) -> Result<(), String> {

@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-/// A file being written beside its place. [`WholeFile::finish`] moves it there; dropped before, it leaves no trace.
+use crate::unfinished::Entry;
+
+/// A file being written beside its place. [`WholeFile::finish`] moves it there; dropped before, or interrupted with
+/// [`crate::unfinished::remove_all_and`], it leaves no trace.
 ///
 /// A symbolic link stays: what it points to is replaced. What cannot be replaced, a pipe or a device, is written
 /// straight into.
@@ -17,7 +20,7 @@ pub struct WholeFile {
 
 #[derive(Debug)]
 enum Place {
-    Beside { file: NamedTempFile, place: PathBuf },
+    Beside { file: NamedTempFile, place: PathBuf, unfinished: Entry },
     Straight(File),
 }
 
@@ -70,11 +73,12 @@ impl WholeFile {
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
         // Without the name of the hidden file, which says nothing to the user.
-        let file = builder.tempfile_in(folder).map_err(|error| {
+        let made = Entry::of(|| builder.tempfile_in(folder), NamedTempFile::path);
+        let (file, unfinished) = made.map_err(|error| {
             let message = format!("a file cannot be made in {}: {}", folder.display(), plain(&error));
             io::Error::new(error.kind(), message)
         })?;
-        Ok(Self { place: Place::Beside { file, place } })
+        Ok(Self { place: Place::Beside { file, place, unfinished } })
     }
 
     /// Puts the file in its place, over an older one.
@@ -84,7 +88,11 @@ impl WholeFile {
     pub fn finish(mut self) -> io::Result<()> {
         self.flush()?;
         match self.place {
-            Place::Beside { file, place } => file.persist(place).map(drop).map_err(|error| error.error),
+            Place::Beside { file, place, unfinished } => {
+                let moved = file.persist(place).map(drop).map_err(|error| error.error);
+                drop(unfinished);
+                moved
+            }
             Place::Straight(_) => Ok(()),
         }
     }
@@ -140,6 +148,20 @@ fn own_stream(_: &Path) -> Option<io::Result<File>> {
     None
 }
 
+/// The file that writing to `path` would make or replace, links followed, as far as it can be told.
+#[must_use]
+pub fn destination(path: &Path) -> PathBuf {
+    if let Ok(found) = fs::canonicalize(path) {
+        return found;
+    }
+    let place = end_of_links(path);
+    let folder = place.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    match (fs::canonicalize(folder), place.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => place,
+    }
+}
+
 /// Where a chain of links to a file that is not there yet ends.
 fn end_of_links(path: &Path) -> PathBuf {
     let mut place = path.to_owned();
@@ -150,9 +172,9 @@ fn end_of_links(path: &Path) -> PathBuf {
 }
 
 /// What the system said, without the path that `tempfile` adds.
-fn plain(error: &io::Error) -> String {
-    let inner = error.get_ref().and_then(std::error::Error::source);
-    inner.map_or_else(|| error.to_string(), ToString::to_string)
+pub(crate) fn plain(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split_once(" at path ").map_or(text.as_str(), |(said, _)| said).to_owned()
 }
 
 #[cfg(test)]
