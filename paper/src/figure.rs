@@ -125,12 +125,16 @@ static FONTS: LazyLock<Arc<usvg::fontdb::Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// An SVG as PNG.
-fn rasterise(svg: &str, (width, height): (u32, u32)) -> Result<Vec<u8>, String> {
+/// An SVG as PNG, with two pixels for each of its own; texts in DejaVu Sans.
+///
+/// # Errors
+/// Text that is no SVG, or a picture without an area.
+pub fn png(svg: &str) -> Result<Vec<u8>, String> {
     let options = usvg::Options { fontdb: FONTS.clone(), ..usvg::Options::default() };
     let tree = usvg::Tree::from_str(svg, &options).map_err(|e| e.to_string())?;
-    let mut pixels =
-        tiny_skia::Pixmap::new(ENLARGED * width, ENLARGED * height).ok_or_else(|| "it has no area".to_owned())?;
+    let size = tree.size().to_int_size();
+    let mut pixels = tiny_skia::Pixmap::new(ENLARGED * size.width(), ENLARGED * size.height())
+        .ok_or_else(|| "it has no area".to_owned())?;
     let scale = tiny_skia::Transform::from_scale(ENLARGED as f32, ENLARGED as f32);
     resvg::render(&tree, scale, &mut pixels.as_mut());
     pixels.encode_png().map_err(|e| e.to_string())
@@ -146,7 +150,7 @@ impl Figure {
     pub(crate) fn write(&self, folder: &Path, name: &str) -> Result<(), PaperError> {
         let failed = |what: String| PaperError::Figure(format!("{name}: {what}"));
         let svg = self.svg().map_err(failed)?;
-        let png = rasterise(&svg, self.size()).map_err(failed)?;
+        let png = png(&svg).map_err(failed)?;
         crate::write_whole(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
         crate::write_whole(&folder.join(format!("{name}.png")), &png)
     }

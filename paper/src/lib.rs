@@ -16,6 +16,7 @@ mod thin;
 use std::path::{Path, PathBuf};
 
 pub use claims::{Claim, Verdict};
+pub use figure::png;
 pub use ode::runge_kutta;
 
 use cdpr::parameters::CableModel;
