@@ -1,15 +1,14 @@
 //! Tables of inputs and results.
 
-use std::fs;
 use std::io::Write;
 use std::path::Path;
 
 use cdpr::dynamics::Inputs;
 use cdpr::per_cable::PerCable;
 use cdpr::simulation::Outputs;
-use csv::{ReaderBuilder, StringRecord, Trim};
 
 use crate::failure::BadInput;
+use crate::table::Table;
 
 /// Names of the disturbance inputs, in the order of [`Inputs::disturbance`].
 pub(crate) const DISTURBANCES: [&str; 3] = ["disturbance_force_x", "disturbance_force_y", "disturbance_torque"];
@@ -19,121 +18,61 @@ pub(crate) fn indexed(name: &str, i: usize) -> String {
     format!("{name}[{}]", i + 1)
 }
 
-/// Reads a table of inputs: `time` (s), strictly increasing, the winch forces (N) of a robot with `cables` cables and any of the disturbances (N,
-/// N m), which are zero where they are missing. Each row's inputs hold until the next. Other columns are left alone.
-pub(crate) fn read_inputs(path: &Path, cables: usize) -> Result<Vec<(f64, Inputs)>, BadInput> {
-    let bad = |message: String| BadInput::in_file(path, message);
-    let bytes = read_text(path)?;
-    let mut reader = ReaderBuilder::new().trim(Trim::All).flexible(true).from_reader(bytes.as_slice());
-    let header = reader.headers().map_err(|error| bad(error.to_string()))?.clone();
-    let columns = Columns::find(&header, cables).map_err(bad)?;
+/// Reads a table of inputs: `time` (s), strictly increasing, the winch forces (N), as many as `steady` has, and any of the
+/// disturbances (N, N m); those that are missing stay as `steady` has them. Each row's inputs hold until the next. Other columns are left alone.
+pub(crate) fn read_inputs(path: &Path, steady: &Inputs) -> Result<Vec<(f64, Inputs)>, BadInput> {
+    let mut table = Table::open(path)?;
+    let time = table.need("time")?;
+    let mut winch_force = PerCable::filled(steady.winch_force.len(), 0);
+    for (i, place) in winch_force.iter_mut().enumerate() {
+        *place = table.need(&indexed("winch_force", i))?;
+    }
+    let disturbance = Disturbances::find(&table, steady.disturbance)?;
     let mut rows: Vec<(f64, Inputs)> = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|error| bad(error.to_string()))?;
-        let line = record.position().map_or(0, |position| line_at(&bytes, position.byte()));
-        let row = columns.row(&header, &record).map_err(|message| bad(format!("line {line}: {message}")))?;
-        if let Some((before, _)) = rows.last()
-            && row.0 <= *before
-        {
-            let message = format!("line {line}: `time` is {}, expected more than {before} of the row before", row.0);
-            return Err(bad(message));
+    while table.next_row()? {
+        let now = table.more_than(rows.last().map(|row| row.0), time)?;
+        let mut inputs = Inputs { disturbance: disturbance.read(&table)?, ..*steady };
+        for (value, column) in inputs.winch_force.iter_mut().zip(winch_force) {
+            *value = table.number(column)?;
         }
-        rows.push(row);
+        rows.push((now, inputs));
     }
     if rows.is_empty() {
-        return Err(bad("no rows below the header, expected at least one".to_owned()));
+        return Err(table.bad("no rows below the header, expected at least one"));
     }
     Ok(rows)
 }
 
-/// The bytes of a table, which are text.
-pub(crate) fn read_text(path: &Path) -> Result<Vec<u8>, BadInput> {
-    let bytes = fs::read(path).map_err(|error| BadInput::in_file(path, error))?;
-    match std::str::from_utf8(&bytes) {
-        Ok(_) => Ok(bytes),
-        Err(error) => {
-            let line = bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-            let found = bytes[error.valid_up_to()];
-            Err(BadInput::in_file(path, format!("line {line}: found the byte {found:#04x}, expected text in UTF-8")))
+/// The disturbances of a table: a column each, or what acts all the time.
+pub(crate) struct Disturbances {
+    columns: [Option<usize>; 3],
+    steady: [f64; 3],
+}
+
+impl Disturbances {
+    /// Looks for their columns.
+    pub(crate) fn find(table: &Table, steady: [f64; 3]) -> Result<Self, BadInput> {
+        let mut columns = [None; 3];
+        for (place, name) in columns.iter_mut().zip(DISTURBANCES) {
+            *place = table.find(name)?;
         }
-    }
-}
-
-/// What to say of a header without this column.
-pub(crate) fn no_column(name: &str, names: &[&str]) -> String {
-    let text = names.join(", ");
-    if text.is_empty() {
-        return format!("line 1: found nothing, expected a header with a column `{name}`");
-    }
-    // Spreadsheets of countries with a decimal comma separate cells by semicolons.
-    let separator = match names {
-        [only] if only.contains(';') => "; the cells are separated by semicolons, expected commas and decimal points",
-        [only] if only.contains('\t') => "; the cells are separated by tabs, expected commas",
-        _ => "",
-    };
-    format!("line 1: no column `{name}`; found {text:?}{separator}")
-}
-
-/// The line, from 1, of a record that begins at this byte; the reader counts empty lines before it to the record.
-pub(crate) fn line_at(bytes: &[u8], begin: u64) -> usize {
-    let begin = usize::try_from(begin).unwrap_or(usize::MAX).min(bytes.len());
-    let empty = bytes[begin..].iter().take_while(|b| b.is_ascii_whitespace()).count();
-    bytes[..begin + empty].iter().filter(|b| **b == b'\n').count() + 1
-}
-
-/// Where the inputs stand in a row.
-struct Columns {
-    time: usize,
-    winch_force: PerCable<usize>,
-    disturbance: [Option<usize>; 3],
-}
-
-impl Columns {
-    fn find(header: &StringRecord, cables: usize) -> Result<Self, String> {
-        // Spreadsheets put a byte order mark before the first name.
-        let names: Vec<&str> = header.iter().map(|name| name.trim_start_matches('\u{feff}').trim()).collect();
-        let find = |name: &str| {
-            let mut places = names.iter().enumerate().filter(|(_, n)| **n == name).map(|(k, _)| k);
-            match (places.next(), places.next()) {
-                (Some(_), Some(_)) => Err(format!("line 1: column `{name}` is there twice, expected once")),
-                (found, _) => Ok(found),
-            }
-        };
-        let need = |name: &str| find(name)?.ok_or_else(|| no_column(name, &names));
-        let mut winch_force = PerCable::filled(cables, 0);
-        let time = need("time")?;
-        for (i, place) in winch_force.iter_mut().enumerate() {
-            *place = need(&indexed("winch_force", i))?;
-        }
-        let mut disturbance = [None; 3];
-        for (place, name) in disturbance.iter_mut().zip(DISTURBANCES) {
-            *place = find(name)?;
-        }
-        Ok(Self { time, winch_force, disturbance })
+        Ok(Self { columns, steady })
     }
 
-    fn row(&self, header: &StringRecord, record: &StringRecord) -> Result<(f64, Inputs), String> {
-        if record.len() != header.len() {
-            return Err(format!("{} cells, expected {} as in the header", record.len(), header.len()));
-        }
-        let number = |column: usize| {
-            let (name, cell) = (header[column].trim_start_matches('\u{feff}'), &record[column]);
-            match cell.parse::<f64>() {
-                Ok(value) if value.is_finite() => Ok(value),
-                _ => Err(format!("`{name}` is {cell:?}, expected a finite number")),
-            }
-        };
-        let mut inputs = Inputs::none(self.winch_force.len());
-        let time = number(self.time)?;
-        for (value, column) in inputs.winch_force.iter_mut().zip(self.winch_force) {
-            *value = number(column)?;
-        }
-        for (value, column) in inputs.disturbance.iter_mut().zip(self.disturbance) {
+    /// Whether there are none at all.
+    pub(crate) fn are_none(&self) -> bool {
+        self.steady == [0.0; 3] && self.columns.iter().all(Option::is_none)
+    }
+
+    /// Those of the present row (N, N m).
+    pub(crate) fn read(&self, table: &Table) -> Result<[f64; 3], BadInput> {
+        let mut values = self.steady;
+        for (value, column) in values.iter_mut().zip(self.columns) {
             if let Some(column) = column {
-                *value = number(column)?;
+                *value = table.number(column)?;
             }
         }
-        Ok((time, inputs))
+        Ok(values)
     }
 }
 
@@ -208,7 +147,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.csv");
         std::fs::write(&path, text).unwrap();
-        read_inputs(&path, 4).map_err(|e| e.to_string())
+        read_inputs(&path, &Inputs::none(4)).map_err(|e| e.to_string())
     }
 
     const HEADER: &str = "time,winch_force[1],winch_force[2],winch_force[3],winch_force[4]";
@@ -221,6 +160,16 @@ mod tests {
         assert_eq!(rows.len(), 2);
         assert_eq!(rows[0].1, Inputs { winch_force: [1.0, 2.0, 3.0, 4.0].into(), disturbance: [0.0, 0.0, 9.5] });
         assert_eq!(rows[1].0, 1.0);
+    }
+
+    #[test]
+    fn disturbances_without_a_column_stay_as_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.csv");
+        std::fs::write(&path, format!("{HEADER},disturbance_force_y\n0,1,1,1,1,5\n1,1,1,1,1,6\n")).unwrap();
+        let steady = Inputs { disturbance: [7.0, 8.0, 9.0], ..Inputs::none(4) };
+        let rows = read_inputs(&path, &steady).unwrap();
+        assert_eq!([rows[0].1.disturbance, rows[1].1.disturbance], [[7.0, 5.0, 9.0], [7.0, 6.0, 9.0]]);
     }
 
     #[test]

@@ -7,14 +7,12 @@ use cdpr::dynamics::Inputs;
 use cdpr::inverse::{Ends, Instant, InverseDynamics, InverseError, SplineTrajectory, Trajectory};
 use cdpr::model_file::Model;
 use cdpr::parameters::{CableModel, Initialization};
-use cdpr::per_cable::PerCable;
 use cdpr_fmu_build::whole_file;
 use clap::ValueEnum;
 
 use crate::csv_io::{indexed, input_names, input_values};
 use crate::failure::BadInput;
 use crate::redundancy::Choice;
-use crate::trajectory_csv::Table;
 use crate::whole::{self, WholeFile};
 use crate::{model, number, trajectory_csv};
 
@@ -28,7 +26,7 @@ const MOST_ROWS: f64 = 1e7;
     cdpr simulate --model circle.toml --input forces.csv -o run.csv\n\n\
     The trajectory is a table with the columns time (s), x, y (m), phi (rad); where given, vx, vy (m/s), omega (rad/s), and \
     with them ax, ay (m/s2), alpha (rad/s2); and any of disturbance_force_x, disturbance_force_y (N), disturbance_torque \
-    (N m). It is met at every sample; between them it is a spline of degree 7. The forces are a table of inputs for cdpr \
+    (N m); without such a column the disturbance of the model's [start] acts all the time. The motion is met at every sample; between them it is a spline of degree 7. The forces are a table of inputs for cdpr \
     simulate, with tensions and paid-out lengths beside them.\n\n\
     Where no tensions within the bounds make the motion, the command fails and says when, which wrench was asked for and \
     what comes nearest.")]
@@ -68,7 +66,8 @@ enum EndChoice {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (_, mut model) = model::read(arguments.model.as_deref())?;
-    let Table { samples, lines } = trajectory_csv::read(&arguments.trajectory)?;
+    let motion = trajectory_csv::read(&arguments.trajectory, model.start.inputs.disturbance)?;
+    let trajectory_csv::Motion { samples, lines } = motion;
     let (_, redundancy) = arguments.choice.resolve()?;
     let ends = match arguments.ends {
         EndChoice::Natural => Ends::Natural,
@@ -90,24 +89,33 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             Some(path) => BadInput::in_file(path, error),
             None => BadInput(error.to_string()),
         })?;
-    let times = if arguments.held { with_middles(&times) } else { times };
-    let instants = problem.run(&times, model.relative_tolerance).map_err(|error| match error {
-        InverseError::Pose { .. } => BadInput::in_file(&arguments.trajectory, error).into(),
-        other => anyhow::Error::from(other).context(arguments.trajectory.display().to_string()),
+    let mut forces = Forces::begin(arguments, model.parameters.cables())?;
+    let done = if arguments.held {
+        let mut row = None;
+        let done = problem.each(&with_middles(&times), model.relative_tolerance, |instant| -> anyhow::Result<()> {
+            // A row waits for the forces in the middle of its time; the last keeps its own.
+            match row.take() {
+                None => row = Some(instant),
+                Some(begin) => forces.row(&begin, &instant.inputs())?,
+            }
+            Ok(())
+        });
+        done.and_then(|()| row.map_or(Ok(()), |last| forces.row(&last, &last.inputs())))
+    } else {
+        problem.each(&times, model.relative_tolerance, |instant| forces.row(&instant, &instant.inputs()))
+    };
+    done.map_err(|error| match error.downcast::<InverseError>() {
+        Ok(error @ InverseError::Pose { .. }) => BadInput::in_file(&arguments.trajectory, error).into(),
+        Ok(error) => anyhow::Error::from(error).context(arguments.trajectory.display().to_string()),
+        Err(other) => other,
     })?;
-    // With middles in between, every second instant is a row.
-    let stride = if arguments.held { 2 } else { 1 };
-    let inputs: Vec<Inputs> = instants.iter().skip(stride - 1).step_by(stride).map(Instant::inputs).collect();
-    let last = instants.last().map(Instant::inputs);
-    let instants: Vec<Instant> = instants.into_iter().step_by(stride).collect();
-    let inputs = inputs.into_iter().chain(last).take(instants.len());
-    write_forces(arguments, &instants, inputs)?;
-    if let (Some(path), Some(first)) = (&arguments.start, instants.first()) {
+    let summary = forces.finish()?;
+    if let (Some(path), Some(first)) = (&arguments.start, &summary.first) {
         start_on(&mut model, first);
         whole::write(path, model.to_toml())?;
     }
     // The table may have gone to standard output.
-    if whole_file::is_stream(&arguments.output) { Ok(()) } else { summary(&instants) }
+    if whole_file::is_stream(&arguments.output) { Ok(()) } else { summary.tell() }
 }
 
 fn grid([first, last]: [f64; 2], step: f64) -> anyhow::Result<Vec<f64>> {
@@ -129,36 +137,68 @@ fn with_middles(times: &[f64]) -> Vec<f64> {
     all
 }
 
-fn write_forces(
-    arguments: &Arguments,
-    instants: &[Instant],
-    inputs: impl Iterator<Item = Inputs>,
-) -> anyhow::Result<()> {
-    let mut csv = csv::Writer::from_writer(WholeFile::create(&arguments.output)?);
-    let mut header = vec!["time".to_owned()];
-    let cables = instants.first().map_or(0, |instant| instant.tension.len());
-    header.extend(input_names(cables));
-    header.extend(["x", "y", "phi", "vx", "vy", "omega"].map(str::to_owned));
-    for name in ["tension", "unstretched_length", "unstretched_length_rate"] {
-        header.extend((0..cables).map(|i| indexed(name, i)));
+/// The table of forces being written.
+struct Forces {
+    csv: csv::Writer<WholeFile>,
+    summary: Summary,
+}
+
+/// What is told of the forces in the end.
+struct Summary {
+    first: Option<Instant>,
+    rows: usize,
+    /// Rows with a tension at a bound.
+    at_bound: usize,
+    /// Least and largest tension (N).
+    tension: [f64; 2],
+    /// Least and largest winch force (N).
+    force: [f64; 2],
+}
+
+impl Forces {
+    fn begin(arguments: &Arguments, cables: usize) -> anyhow::Result<Self> {
+        let mut csv = csv::Writer::from_writer(WholeFile::create(&arguments.output)?);
+        let mut header = vec!["time".to_owned()];
+        header.extend(input_names(cables));
+        header.extend(["x", "y", "phi", "vx", "vy", "omega"].map(str::to_owned));
+        for name in ["tension", "unstretched_length", "unstretched_length_rate"] {
+            header.extend((0..cables).map(|i| indexed(name, i)));
+        }
+        csv.write_record(&header)?;
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        Ok(Self { csv, summary: Summary { first: None, rows: 0, at_bound: 0, tension: none, force: none } })
     }
-    csv.write_record(&header)?;
-    for (instant, inputs) in instants.iter().zip(inputs) {
+
+    /// Writes an instant with the inputs from then on.
+    fn row(&mut self, instant: &Instant, inputs: &Inputs) -> anyhow::Result<()> {
         let mut row = vec![instant.time];
-        row.extend(input_values(&inputs));
+        row.extend(input_values(inputs));
         row.extend(instant.motion.derivative(0));
         row.extend(instant.motion.derivative(1));
         for values in [instant.tension, instant.unstretched, instant.unstretched_rate] {
             row.extend(values);
         }
-        csv.write_record(row.iter().map(|value| format!("{value:?}")))?;
+        self.csv.write_record(row.iter().map(|value| format!("{value:?}")))?;
+        let summary = &mut self.summary;
+        summary.rows += 1;
+        summary.at_bound += usize::from(instant.selection.iter().any(Option::is_some));
+        for (range, values) in [(&mut summary.tension, instant.tension), (&mut summary.force, instant.winch_force)] {
+            *range = values.iter().fold(*range, |[low, high], v| [low.min(*v), high.max(*v)]);
+        }
+        if summary.first.is_none() {
+            summary.first = Some(instant.clone());
+        }
+        Ok(())
     }
-    let file = csv.into_inner().map_err(csv::IntoInnerError::into_error)?;
-    file.finish()
+
+    fn finish(self) -> anyhow::Result<Summary> {
+        self.csv.into_inner().map_err(csv::IntoInnerError::into_error)?.finish()?;
+        Ok(self.summary)
+    }
 }
 
-/// Puts the model's start on the trajectory.
-fn start_on(model: &mut Model, first: &Instant) {
+/// Puts the model's start on an instant of a trajectory.
+pub(crate) fn start_on(model: &mut Model, first: &Instant) {
     let start = &mut model.start;
     start.time = first.time;
     start.pose = first.motion.derivative(0);
@@ -169,17 +209,15 @@ fn start_on(model: &mut Model, first: &Instant) {
     start.initialization = Initialization::FromStates;
 }
 
-fn summary(instants: &[Instant]) -> anyhow::Result<()> {
-    let range = |pick: &dyn Fn(&Instant) -> PerCable<f64>| {
-        instants.iter().flat_map(pick).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
-    };
-    let (tension, force) = (range(&|i| i.tension), range(&|i| i.winch_force));
-    let bound = instants.iter().filter(|i| i.selection.iter().any(Option::is_some)).count();
-    let mut out = std::io::stdout().lock();
-    writeln!(out, "{} rows", instants.len())?;
-    writeln!(out, "tensions      {:.1} to {:.1} N, at a bound in {bound} rows", tension.0, tension.1)?;
-    writeln!(out, "winch forces  {:.1} to {:.1} N", force.0, force.1)?;
-    Ok(out.flush()?)
+impl Summary {
+    fn tell(&self) -> anyhow::Result<()> {
+        let Self { rows, at_bound, tension, force, .. } = self;
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{rows} rows")?;
+        writeln!(out, "tensions      {:.1} to {:.1} N, at a bound in {at_bound} rows", tension[0], tension[1])?;
+        writeln!(out, "winch forces  {:.1} to {:.1} N", force[0], force[1])?;
+        Ok(out.flush()?)
+    }
 }
 
 /// Whether the plant's cables are elastic; what depends on it is said where it is missing.

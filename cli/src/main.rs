@@ -15,6 +15,7 @@ mod plot;
 mod progress;
 mod redundancy;
 mod simulate;
+mod table;
 mod trajectory_csv;
 mod whole;
 

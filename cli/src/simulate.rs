@@ -27,9 +27,10 @@ const MOST_ROWS: f64 = 1e8;
 #[command(after_help = "Examples:\n  \
     cdpr simulate --pose 0.1,0.1,0.1 --stop 50 -o release.csv --plot release.svg\n  \
     cdpr simulate --model model.toml --input forces.csv --step 0.02 -o run.csv\n\n\
-    The input table has a header and the columns time (s), winch_force[1] and so on (N) and, where not zero, \
-    disturbance_force_x, disturbance_force_y (N), disturbance_torque (N m). Inputs are held from row to row; the run \
-    begins at the first row's time. Without a table the model's start values are held from time 0.\n\n\
+    The input table has a header and the columns time (s), winch_force[1] and so on (N) and any of \
+    disturbance_force_x, disturbance_force_y (N), disturbance_torque (N m); without such a column the disturbance of \
+    the model's [start] acts all the time. Inputs are held from row to row; the run begins at the first row's time. \
+    Without a table the model's start values are held from time 0.\n\n\
     A row of results shows the inputs from its time on, and the outputs just before they change. It can be an input \
     table again.")]
 pub(crate) struct Arguments {
@@ -59,7 +60,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (_, mut model) = model::read(arguments.model.as_deref())?;
     let inputs = match &arguments.input {
-        Some(path) => csv_io::read_inputs(path, model.parameters.cables())?,
+        Some(path) => csv_io::read_inputs(path, &model.start.inputs)?,
         None => vec![(0.0, model.start.inputs)],
     };
     let begin = inputs[0].0;

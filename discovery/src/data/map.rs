@@ -1,12 +1,13 @@
 //! Where our columns come from in a table from elsewhere.
 
 use std::collections::BTreeMap;
+use std::io::Read as _;
 use std::path::Path;
 
 use toml::{Spanned, Value};
 
 use super::units::{Quantity, all_units, unit};
-use super::{Channel, DataError};
+use super::{Channel, DataError, Lines};
 
 /// Renames columns and converts units.
 ///
@@ -53,7 +54,9 @@ impl ColumnMap {
     /// Syntax, unknown names, keys or units, with the line, what was found and expected.
     pub fn read(path: &Path) -> Result<Self, DataError> {
         let error = |line, message| DataError { path: path.to_owned(), line, message };
-        let text = std::fs::read_to_string(path).map_err(|e| error(None, e.to_string()))?;
+        let mut text = String::new();
+        let read = Lines::open(path).and_then(|mut lines| lines.read_to_string(&mut text));
+        read.map_err(|e| error(None, e.to_string()))?;
         Self::parse(&text).map_err(|(line, message)| error(line, message))
     }
 

@@ -8,6 +8,7 @@ mod read;
 mod ready;
 #[cfg(test)]
 pub(crate) mod recording;
+mod text;
 mod trial;
 mod units;
 
@@ -17,6 +18,7 @@ pub use channel::Channel;
 pub use map::ColumnMap;
 pub use read::read_trial;
 pub(crate) use ready::make_ready;
+pub use text::Lines;
 pub use trial::Trial;
 
 /// Least samples of a recording.

@@ -1,13 +1,12 @@
 //! Reading of recordings.
 
-use std::fs::File;
 use std::path::Path;
 
 use cdpr::dynamics::Inputs;
 use csv::StringRecord;
 
 use super::map::Source;
-use super::{Channel, ColumnMap, DataError, FEWEST, Trial, clock};
+use super::{Channel, ColumnMap, DataError, FEWEST, Lines, Trial, clock};
 
 /// What is wrong, and in which line.
 type Wrong = (Option<u64>, String);
@@ -22,9 +21,9 @@ pub fn read_trial(path: &Path, map: &ColumnMap) -> Result<Trial, DataError> {
 
 fn read(path: &Path, map: &ColumnMap) -> Result<Trial, Wrong> {
     let whole = |message: String| (None, message);
-    let file = File::open(path).map_err(|e| whole(e.to_string()))?;
+    let file = Lines::open(path).map_err(|e| whole(e.to_string()))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(file);
-    let header = reader.headers().map_err(|e| (Some(1), e.to_string()))?.clone();
+    let header = reader.headers().map_err(|e| ((!e.is_io_error()).then_some(1), e.to_string()))?.clone();
     let columns = Columns::find(&header, map).map_err(|message| (Some(1), message))?;
     let mut trial = Trial {
         name: path.display().to_string(),
