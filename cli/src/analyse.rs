@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 
 use crate::failure::BadInput;
 use crate::redundancy::Choice;
-use crate::{inverse, model, number, whole};
+use crate::{inverse, model, number, output, terminal, whole};
 use text::Text;
 
 /// Jacobian, equilibrium, stiffness, natural frequencies and modes, wrench feasibility.
@@ -46,26 +46,17 @@ pub(crate) struct Arguments {
         allow_hyphen_values = true)]
     wrench: [f64; 3],
     /// Write A, B, C, D with their names
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE.json", value_parser = output::json())]
     linear: Option<PathBuf>,
     /// Write a map of wrench feasibility
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", value_parser = output::table())]
     workspace: Option<PathBuf>,
-    /// Draw the robot at the pose
-    #[arg(long, value_name = "FILE.svg", value_parser = svg_file)]
+    /// Draw the robot at the pose, as SVG or PNG by its name
+    #[arg(long, value_name = "FILE.svg", value_parser = output::picture())]
     plot: Option<PathBuf>,
     /// Points of the map along each axis
     #[arg(long, value_name = "N", default_value = "61", value_parser = clap::value_parser!(u16).range(2..=2001))]
     points: u16,
-}
-
-/// The name of a file that is what its ending says.
-fn svg_file(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match path.extension() {
-        Some(ending) if ending.eq_ignore_ascii_case("svg") => Ok(path),
-        _ => Err("the picture is an SVG, expected a name that ends in .svg".to_owned()),
-    }
 }
 
 /// A pose held for ever.
@@ -86,6 +77,11 @@ impl Trajectory for Still {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    output::distinct(&[
+        ("--linear", arguments.linear.as_ref()),
+        ("--workspace", arguments.workspace.as_ref()),
+        ("--plot", arguments.plot.as_ref()),
+    ])?;
     let (_, model) = model::read(arguments.model.as_deref())?;
     let (distribution, redundancy) = arguments.choice.resolve()?;
     let plant = model.plant()?;
@@ -130,10 +126,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(path) = &arguments.plot {
         let geometry = plant.geometry();
         let robot = Robot { anchors: &geometry.anchor, attachments: &geometry.attachment, pose: arguments.pose };
-        whole::write(path, robot.svg())?;
+        whole::write(path, output::drawn(robot.svg(), path)?)?;
         text.drawing(path);
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = terminal::out();
     out.write_all(text.finish().as_bytes())?;
     Ok(out.flush()?)
 }

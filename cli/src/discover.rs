@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::io::{ErrorKind, Write, stdout};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -17,7 +17,7 @@ use cdpr_discovery::{DiscoverError, discover};
 
 use crate::failure::BadInput;
 use crate::progress::Progress;
-use crate::{fmu, model, whole};
+use crate::{fmu, model, terminal, whole};
 
 /// Find the physical effect that a model is missing, from recordings of the real robot.
 #[derive(clap::Args)]
@@ -75,10 +75,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.out.exists() && !arguments.out.is_dir() {
         return Err(BadInput::in_file(&arguments.out, "a file, expected a folder").into());
     }
+    fmu::try_temporary_folder()?;
     model::folder(&arguments.out)?;
     let discovery = search(&base, train, holdout)?;
     let results = write_results(&discovery, about(arguments, &base, discovery.horizon), &arguments.out)?;
-    let mut out = stdout().lock();
+    let mut out = terminal::out();
     write!(out, "{}", results.summary)?;
     writeln!(out, "\nWritten:")?;
     let width = results.files.iter().map(|file| file.path.chars().count()).max().unwrap_or_default();
@@ -177,11 +178,11 @@ pub(crate) fn write_results(discovery: &Discovery, mut about: About, out: &Path)
         remove_older(Path::new(&file.path))?;
     }
     whole::write(&place("model.toml"), &model_toml)?;
-    fmu::pack(&model_toml, &[], &place("CablePlatform.fmu"))?;
     whole::write(&place("gap.csv"), gap_csv(discovery))?;
     whole::write(&place("report.html"), page)?;
-    // Last: who finds it finds the others.
     whole::write(&place("discovery.json"), discovery_json(discovery)?)?;
+    // Last: packing needs more than this folder, and what was found is not lost with it.
+    fmu::pack(&model_toml, &[], &place("CablePlatform.fmu"))?;
     Ok(Results { summary: summary(discovery, &report), files: files.to_vec(), report })
 }
 

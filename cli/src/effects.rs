@@ -1,10 +1,12 @@
 //! `cdpr effects`: the catalogue.
 
 use std::fmt::Write as _;
-use std::io::{Write, stdout};
+use std::io::Write;
 
 use cdpr::effect::{CATALOGUE, EffectInfo, ParameterInfo, Scope};
 use serde_json::{Value, json};
+
+use crate::terminal;
 
 /// List the effects that a model can have: id, equation, parameters, where they show.
 #[derive(clap::Args)]
@@ -28,7 +30,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let mut out = stdout().lock();
+    let mut out = terminal::out();
     if arguments.json {
         let catalogue: Vec<Value> = CATALOGUE.iter().map(as_json).collect();
         serde_json::to_writer_pretty(&mut out, &catalogue).map_err(std::io::Error::from)?;

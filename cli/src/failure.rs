@@ -1,8 +1,10 @@
 //! How a command ends when it does not succeed.
 
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
+
+use crate::terminal;
 
 /// Wrong use or bad input, as against work that failed: exit code 2.
 #[derive(Debug, thiserror::Error)]
@@ -29,8 +31,25 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     if error.chain().any(pipe_closed) {
         return ExitCode::SUCCESS;
     }
-    eprintln!("cdpr: {}", in_words(error));
+    terminal::tell(&in_words(error));
     ExitCode::from(if error.downcast_ref::<BadInput>().is_some() { 2 } else { 1 })
+}
+
+/// Tells what clap has to say: help and version on standard output, wrong use on standard error.
+pub(crate) fn usage(error: &clap::Error) -> ExitCode {
+    // As clap prints it, in colour on a terminal, unless a name in it may bring codes of its own.
+    let coded = std::env::args_os().any(|argument| argument.to_string_lossy().contains(char::is_control));
+    let text = error.render().to_string();
+    let told = match (coded, error.use_stderr()) {
+        (false, _) => error.print(),
+        (true, true) => io::stderr().write_all(terminal::plain(&text).as_bytes()),
+        (true, false) => io::stdout().write_all(terminal::plain(&text).as_bytes()),
+    };
+    match told.and_then(|()| io::stdout().flush()) {
+        // Where standard error cannot be written there is nowhere left to say so.
+        Err(unwritten) if !error.use_stderr() => report(&terminal::named(&unwritten).into()),
+        _ => ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2)),
+    }
 }
 
 /// The error and its causes, without those that it already tells of.

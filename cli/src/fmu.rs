@@ -1,11 +1,11 @@
 //! `cdpr fmu`: pack an FMU of a model.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use cdpr_fmu_build::{PackError, cable_platform, cross, whole_file};
 
-use crate::{failure::BadInput, model, whole};
+use crate::{failure::BadInput, model, output, terminal, whole};
 
 /// Pack a model as an FMI 2.0 co-simulation FMU.
 #[derive(clap::Args)]
@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TARGET")]
     target: Vec<String>,
     /// The FMU to write
-    #[arg(short, long, value_name = "FILE.fmu")]
+    #[arg(short, long, value_name = "FILE.fmu", value_parser = output::fmu())]
     output: PathBuf,
 }
 
@@ -33,15 +33,33 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     pack(&text, &targets, &arguments.output)?;
     // What went down a pipe is nowhere to be found, and nothing should follow it there.
     if !whole_file::is_stream(&arguments.output) {
-        writeln!(stdout(), "{}", arguments.output.display())?;
+        writeln!(terminal::out(), "{}", arguments.output.display())?;
     }
     Ok(())
 }
 
+/// Makes sure that an FMU can be checked here, before long work that ends in packing one.
+pub(crate) fn try_temporary_folder() -> anyhow::Result<()> {
+    cable_platform::try_temporary_folder().map_err(refused)
+}
+
 /// Packs the model as an FMU with binaries for `targets`, or for this machine where there are none.
 pub(crate) fn pack(model_toml: &str, targets: &[cross::Target], path: &Path) -> anyhow::Result<()> {
+    whole::write(path, packed(model_toml, targets).map_err(refused)?)
+}
+
+/// A folder for temporary files that the user can choose is wrong use; the rest is work that failed.
+fn refused(error: PackError) -> anyhow::Error {
+    match error {
+        PackError::TemporaryFolder { .. } => BadInput(error.to_string()).into(),
+        other => other.into(),
+    }
+}
+
+fn packed(model_toml: &str, targets: &[cross::Target]) -> Result<Vec<u8>, PackError> {
     let mut fmu = cable_platform::fmu(model_toml)?;
     if targets.is_empty() {
+        cable_platform::try_temporary_folder()?;
         fmu = fmu.binary(cable_platform::host_binary()?)?;
     }
     for target in targets {
@@ -53,5 +71,5 @@ pub(crate) fn pack(model_toml: &str, targets: &[cross::Target], path: &Path) -> 
         })?;
         fmu = fmu.binary(cross::build(&source, cable_platform::PACKAGE, target)?)?;
     }
-    whole::write(path, fmu.to_bytes()?)
+    fmu.to_bytes()
 }

@@ -14,7 +14,7 @@ use crate::csv_io::{indexed, input_names, input_values};
 use crate::failure::BadInput;
 use crate::redundancy::Choice;
 use crate::whole::{self, WholeFile};
-use crate::{model, number, trajectory_csv};
+use crate::{model, number, output, terminal, trajectory_csv};
 
 /// More rows than this are taken for a slip of the pen.
 const MOST_ROWS: f64 = 1e7;
@@ -49,10 +49,10 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     choice: Choice,
     /// Table of forces
-    #[arg(short, long, value_name = "FORCES.csv")]
+    #[arg(short, long, value_name = "FORCES.csv", value_parser = output::table())]
     output: PathBuf,
     /// Also write the model with its start on the trajectory
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, value_name = "FILE.toml", value_parser = output::model())]
     start: Option<PathBuf>,
 }
 
@@ -65,6 +65,7 @@ enum EndChoice {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    output::distinct(&[("--output", Some(&arguments.output)), ("--start", arguments.start.as_ref())])?;
     let (_, mut model) = model::read(arguments.model.as_deref())?;
     let motion = trajectory_csv::read(&arguments.trajectory, model.start.inputs.disturbance)?;
     let trajectory_csv::Motion { samples, lines } = motion;
@@ -197,8 +198,8 @@ impl Forces {
     }
 }
 
-/// Puts the model's start on an instant of a trajectory.
-pub(crate) fn start_on(model: &mut Model, first: &Instant) {
+/// Puts the model's start on the trajectory.
+fn start_on(model: &mut Model, first: &Instant) {
     let start = &mut model.start;
     start.time = first.time;
     start.pose = first.motion.derivative(0);
@@ -212,7 +213,7 @@ pub(crate) fn start_on(model: &mut Model, first: &Instant) {
 impl Summary {
     fn tell(&self) -> anyhow::Result<()> {
         let Self { rows, at_bound, tension, force, .. } = self;
-        let mut out = std::io::stdout().lock();
+        let mut out = terminal::out();
         writeln!(out, "{rows} rows")?;
         writeln!(out, "tensions      {:.1} to {:.1} N, at a bound in {at_bound} rows", tension[0], tension[1])?;
         writeln!(out, "winch forces  {:.1} to {:.1} N", force[0], force[1])?;

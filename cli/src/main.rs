@@ -7,20 +7,24 @@ mod discover;
 mod effects;
 mod failure;
 mod fmu;
+mod interrupt;
 mod inverse;
 mod model;
 mod number;
+mod output;
 mod paper;
 mod plot;
 mod progress;
 mod redundancy;
 mod simulate;
 mod table;
+mod terminal;
 mod trajectory_csv;
 mod whole;
 
 use std::process::ExitCode;
 
+use anyhow::Context;
 use clap::{Parser, Subcommand};
 
 /// Dynamics of a planar cable-driven parallel robot: simulation, FMU, and the search for missing effects.
@@ -47,6 +51,7 @@ enum Command {
     Fmu(fmu::Arguments),
     Simulate(simulate::Arguments),
     Inverse(inverse::Arguments),
+    #[command(visible_alias = "analyze")]
     Analyse(analyse::Arguments),
     Paper(paper::Arguments),
     Effects(effects::Arguments),
@@ -54,7 +59,19 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let done = match Arguments::parse().command {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return failure::usage(&error),
+    };
+    match run(arguments.command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failure::report(&error),
+    }
+}
+
+fn run(command: Command) -> anyhow::Result<()> {
+    interrupt::leave_nothing_behind().context("signals cannot be received")?;
+    match command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Fmu(arguments) => fmu::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
@@ -63,6 +80,5 @@ fn main() -> ExitCode {
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Effects(arguments) => effects::run(&arguments),
         Command::Discover(arguments) => discover::run(&arguments),
-    };
-    done.map_or_else(|error| failure::report(&error), |()| ExitCode::SUCCESS)
+    }
 }

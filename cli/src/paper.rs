@@ -7,6 +7,7 @@ use cdpr_paper::PaperError;
 
 use crate::failure::BadInput;
 use crate::progress::Progress;
+use crate::terminal;
 
 /// Stages that the programme tells of.
 const STAGES: f64 = 5.0;
@@ -42,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         other => other.into(),
     })?;
     drop(progress);
-    let mut out = std::io::stdout().lock();
+    let mut out = terminal::out();
     for claim in &claims {
         writeln!(out, "{}: {}", claim.place, claim.statement)?;
         writeln!(out, "    {}", claim.verdict)?;

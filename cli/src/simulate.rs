@@ -14,7 +14,7 @@ use crate::failure::BadInput;
 use crate::plot::{self, Recording};
 use crate::progress::Progress;
 use crate::whole::WholeFile;
-use crate::{model, number};
+use crate::{model, number, output, terminal};
 
 /// End time where there is neither `--stop` nor an input table (s).
 const STOP: f64 = 60.0;
@@ -50,14 +50,15 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "H", default_value = "0.01", value_parser = number::positive)]
     step: f64,
     /// Table of results
-    #[arg(short, long, value_name = "OUT.csv")]
+    #[arg(short, long, value_name = "OUT.csv", value_parser = output::table())]
     output: PathBuf,
-    /// Picture of the run
-    #[arg(long, value_name = "OUT.svg")]
+    /// Picture of the run, as SVG or PNG by its name
+    #[arg(long, value_name = "OUT.svg", value_parser = output::picture())]
     plot: Option<PathBuf>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    output::distinct(&[("--output", Some(&arguments.output)), ("--plot", arguments.plot.as_ref())])?;
     let (_, mut model) = model::read(arguments.model.as_deref())?;
     let inputs = match &arguments.input {
         Some(path) => csv_io::read_inputs(path, &model.start.inputs)?,
@@ -90,10 +91,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         if let (Some(i), false) = (geometry.blocked_cable(&outputs.pose), blocked) {
             blocked = true;
             let cable = i + 1;
-            eprintln!(
-                "cdpr: warning: cable {cable} runs through the platform from t = {time} s on, which the equations take \
-                 no notice of"
-            );
+            terminal::tell(&format!(
+                "warning: cable {cable} runs through the platform from t = {time} s on, which the equations take no \
+                 notice of"
+            ));
         }
         table.row(time, &csv_io::input_values(inputs), &csv_io::output_values(outputs))?;
         if let Some(recording) = &mut recording {
@@ -106,7 +107,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     table.finish()?.finish()?;
     if let (Some(mut file), Some(recording)) = (picture, &recording) {
         let title = arguments.model.as_deref().map_or("default model".into(), Path::to_string_lossy);
-        file.write_all(plot::run_picture(&format!("Simulation, {title}"), recording).to_svg().as_bytes())?;
+        let title = terminal::plain(&title);
+        let svg = plot::run_picture(&format!("Simulation, {title}"), recording).to_svg();
+        file.write_all(&output::drawn(svg, file.path())?)?;
         file.finish()?;
     }
     Ok(())

@@ -22,6 +22,11 @@ impl WholeFile {
         Ok(Self { path: path.to_owned(), file })
     }
 
+    /// What it is to be.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Puts the file in its place, over an older one.
     pub(crate) fn finish(self) -> anyhow::Result<()> {
         self.file.finish().with_context(|| format!("{}: cannot be written", self.path.display()))

@@ -241,10 +241,12 @@ fn the_robot_is_drawn_at_a_pose_with_its_cables_by_number() {
     let with = |class: &str| document.descendants().filter(|n| n.attribute("class") == Some(class)).count();
     assert_eq!((with("robot-cable"), with("robot-number"), with("robot-platform")), (4, 4, 1));
     assert!(svg.contains("x = 50 m, y = -20 m, φ = 0.3 rad; platform drawn"), "{svg}");
-    let refused = cdpr(at, &["analyse", "--pose", "0,0,0", "--plot", "robot.png"]);
+    let refused = cdpr(at, &["analyse", "--pose", "0,0,0", "--plot", "robot.pdf"]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(text(&refused.stderr).contains("ends in .svg"), "{}", text(&refused.stderr));
-    assert!(!at.join("robot.png").exists());
+    assert!(text(&refused.stderr).contains("expected .svg or .png"), "{}", text(&refused.stderr));
+    assert!(!at.join("robot.pdf").exists());
+    done(&cdpr(at, &["analyse", "--pose", "0,0,0", "--plot", "robot.png"]));
+    assert!(std::fs::read(at.join("robot.png")).unwrap().starts_with(b"\x89PNG"));
 }
 
 #[test]

@@ -16,7 +16,17 @@ from fmpy import simulate_fmu
 from outside.fmu import INPUTS, OUTPUTS
 from reference.parameters import Parameters
 
-COMMANDS = ("demo", "fmu", "simulate", "inverse", "analyse", "paper", "effects", "discover")
+COMMANDS = (
+    "demo",
+    "fmu",
+    "model",
+    "simulate",
+    "inverse",
+    "analyse",
+    "paper",
+    "effects",
+    "discover",
+)
 HEADER = "time," + ",".join(INPUTS)
 
 

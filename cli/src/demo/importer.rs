@@ -10,8 +10,8 @@ use std::path::Path;
 use std::ptr;
 
 use anyhow::{Context, bail, ensure};
+use cdpr_fmu_build::temporary::TemporaryFolder;
 use libloading::Library;
-use tempfile::TempDir;
 use zip::ZipArchive;
 
 type Component = *mut c_void;
@@ -67,14 +67,14 @@ pub(super) struct Fmu {
     /// Value references of the real variables.
     reals: BTreeMap<String, c_uint>,
     choices: BTreeMap<String, Choice>,
-    _folder: TempDir,
+    _folder: TemporaryFolder,
 }
 
 impl Fmu {
     /// Unpacks and loads the FMU.
     pub(super) fn open(path: &Path) -> anyhow::Result<Self> {
         let named = || format!("{}: not a usable FMU", path.display());
-        let folder = tempfile::tempdir()?;
+        let folder = TemporaryFolder::new()?;
         let mut archive = ZipArchive::new(File::open(path).with_context(named)?).with_context(named)?;
         archive.extract(folder.path()).with_context(named)?;
         let mut xml = String::new();

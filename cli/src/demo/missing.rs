@@ -1,6 +1,6 @@
 //! Second chapter: effects hidden in recordings are found, named, added, and the gap shrinks.
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
@@ -10,13 +10,14 @@ use cdpr_discovery::data::{ColumnMap, read_trial};
 use cdpr_discovery::outcome::{Compared, Discovery};
 use cdpr_discovery::report::{self, FileUsed, Report};
 use cdpr_discovery::write::{self, About};
+use cdpr_fmu_build::temporary::TemporaryFolder;
 
 use super::Made;
 use super::importer::Fmu;
 use super::record::{LENGTH_NOISE, POSE_NOISE, Plan, STEP, record};
 use super::replay;
 use crate::discover::{Results, search, settings, write_results};
-use crate::{fmu, model, whole};
+use crate::{fmu, model, terminal, whole};
 
 /// The recording that is searched, and the one held back.
 const RECORDINGS: [(&str, Plan); 2] =
@@ -70,7 +71,7 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
 
 fn introduce() -> anyhow::Result<()> {
     let [(_, search), (_, check)] = &RECORDINGS;
-    let mut out = stdout().lock();
+    let mut out = terminal::out();
     writeln!(out, "\nNow a robot that is not quite the model: winch 3 rubs, and the air brakes the platform.")?;
     writeln!(
         out,
@@ -91,7 +92,7 @@ fn introduce() -> anyhow::Result<()> {
 
 /// The summary, and what was found beside what was hidden.
 fn found(robot: &Model, discovery: &Discovery, results: &Results) -> anyhow::Result<()> {
-    let mut out = stdout().lock();
+    let mut out = terminal::out();
     writeln!(out, "{}", results.summary)?;
     writeln!(out, "What was hidden, and what was found:")?;
     for effect in &robot.effects {
@@ -113,7 +114,7 @@ fn found(robot: &Model, discovery: &Discovery, results: &Results) -> anyhow::Res
 
 /// Drives the FMUs without and with what was found over the recording held back.
 fn through_fmi(base: &Model, discovery: &Discovery, shown: &Report, folder: &Path) -> anyhow::Result<()> {
-    let as_given = tempfile::tempdir()?;
+    let as_given = TemporaryFolder::new()?;
     let before = as_given.path().join("CablePlatform.fmu");
     fmu::pack(&base.to_toml(), &[], &before)?;
     let held_back = discovery.trials.iter().find(|t| t.holdout).context("no recording was held back")?;
@@ -128,7 +129,7 @@ fn through_fmi(base: &Model, discovery: &Discovery, shown: &Report, folder: &Pat
     };
     let before = by_fmi(&before, |t| &t.before)?;
     let after = by_fmi(&folder.join("CablePlatform.fmu"), |t| &t.after)?;
-    let mut out = stdout().lock();
+    let mut out = terminal::out();
     writeln!(out, "\nThe same through FMI, the FMU running free for 5 s at a time over the recording held back:")?;
     writeln!(out, "  the FMU of the model as it was is off by {} times the noise,", report::gap_text(before))?;
     writeln!(out, "  the FMU with what was found by {}.", report::gap_text(after))?;

@@ -7,10 +7,10 @@ mod record;
 mod release;
 mod replay;
 
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::PathBuf;
 
-use crate::model;
+use crate::{model, terminal};
 
 /// Show what this program does: build an FMU, drive it, find the effects that are missing from it; no input needed.
 #[derive(clap::Args)]
@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     model::folder(&arguments.out)?;
     let mut made = release::tell(&arguments.out)?;
     made.extend(missing::tell(&arguments.out)?);
-    let mut out = stdout().lock();
+    let mut out = terminal::out();
     writeln!(out, "\nMade in {}:", arguments.out.display())?;
     let width = made.iter().map(|made| made.path.display().to_string().len()).max().unwrap_or_default();
     for Made { path, what } in made {

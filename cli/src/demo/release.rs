@@ -1,7 +1,7 @@
 //! First chapter: the paper's platform in an FMU, released and compared.
 
 use std::collections::BTreeMap;
-use std::io::{Write, stdout};
+use std::io::Write;
 use std::path::Path;
 
 use cdpr::model_file::Model;
@@ -14,7 +14,7 @@ use crate::csv_io::{self, ResultWriter};
 use crate::plot::{self, Figure, Line, Panel, Recording, Scale, Style};
 use crate::progress::Progress;
 use crate::whole::{self, WholeFile};
-use crate::{fmu, simulate};
+use crate::{fmu, simulate, terminal};
 
 /// Cables of the robot that is released.
 const CABLES: usize = 4;
@@ -146,7 +146,7 @@ fn picture(recording: &Recording, comparison: &Comparison) -> Figure {
 }
 
 fn report(slave: &Slave<'_>, comparison: &Comparison) -> anyhow::Result<()> {
-    let mut out = stdout().lock();
+    let mut out = terminal::out();
     writeln!(out, "The platform of the paper, in an FMU ({} real variables), is released at", slave.variables())?;
     writeln!(out, "x = y = 0.1 m, phi = 0.1 rad with every winch pulling 1000 N, and driven through FMI for 50 s.")?;
     writeln!(out)?;
