@@ -29,9 +29,12 @@ use text::Text;
     cdpr analyse --pose 0,0,0\n  \
     cdpr analyse --model model.toml --pose 50,-20,0.1 --tension-min 5000 --linear linear.json\n  \
     cdpr analyse --pose 0,0,0 --wrench 2000,2000,20000 --workspace map.csv\n  \
-    cdpr analyse --pose 50,-20,0.3 --plot robot.svg\n\n\
+    cdpr analyse --pose 50,-20,0.3 --plot robot.svg\n  \
+    cdpr analyse --pose 5,0,0 --pretension 20000 --start hold.toml\n\n\
     The pose is held against the model's disturbances by tensions within the bounds; stiffness, modes and the linear model \
-    are those of this state. The workspace map covers the square of the anchors at the pose's orientation.")]
+    are those of this state. --start writes the model with this state as its start: from there a simulation, or an FMU \
+    packed of it, is at rest under the winch forces in that file. The workspace map covers the square of the anchors at \
+    the pose's orientation.")]
 pub(crate) struct Arguments {
     /// The model file; the default model without it
     #[arg(long, value_name = "FILE.toml")]
@@ -45,6 +48,12 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FX,FY,TAU", value_parser = number::pose, default_value = "0,0,0",
         allow_hyphen_values = true)]
     wrench: [f64; 3],
+    /// Hold the pose by the tensions nearest to this one in N, instead of --objective
+    #[arg(long, value_name = "N", value_parser = number::positive)]
+    pretension: Option<f64>,
+    /// Write the model with its start at rest at the pose
+    #[arg(long, value_name = "FILE.toml", value_parser = output::model())]
+    start: Option<PathBuf>,
     /// Write A, B, C, D with their names
     #[arg(long, value_name = "FILE.json", value_parser = output::json())]
     linear: Option<PathBuf>,
@@ -78,12 +87,13 @@ impl Trajectory for Still {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::distinct(&[
+        ("--start", arguments.start.as_ref()),
         ("--linear", arguments.linear.as_ref()),
         ("--workspace", arguments.workspace.as_ref()),
         ("--plot", arguments.plot.as_ref()),
     ])?;
-    let (_, model) = model::read(arguments.model.as_deref())?;
-    let (distribution, redundancy) = arguments.choice.resolve()?;
+    let (_, mut model) = model::read(arguments.model.as_deref())?;
+    let (distribution, redundancy) = arguments.choice.resolve(arguments.pretension)?;
     let plant = model.plant()?;
     plant.geometry().check_pose(&arguments.pose).map_err(|error| BadInput(format!("--pose: {error}")))?;
     if let Some(bad) = arguments.wrench.iter().find(|w| **w < 0.0) {
@@ -97,9 +107,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let held = hold(&plant, &arguments.pose, disturbance, redundancy.as_ref());
     let linear = match &held {
         Ok(instant) => Some(analyse_held(&mut text, &model, &plant, instant)?),
-        Err(error) if arguments.linear.is_some() => {
-            return Err(anyhow::Error::from(error.clone())
-                .context("--linear: the pose is not held, so there is no linear model"));
+        Err(error) if arguments.linear.is_some() || arguments.start.is_some() => {
+            let what = if arguments.linear.is_some() {
+                "--linear: the pose is not held, so there is no linear model"
+            } else {
+                "--start: the pose is not held, so nothing starts at rest there"
+            };
+            return Err(anyhow::Error::from(error.clone()).context(what));
         }
         Err(error) => {
             text.not_held(error);
@@ -128,6 +142,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let robot = Robot { anchors: &geometry.anchor, attachments: &geometry.attachment, pose: arguments.pose };
         whole::write(path, output::drawn(robot.svg(), path)?)?;
         text.drawing(path);
+    }
+    if let (Some(path), Ok(held)) = (&arguments.start, &held) {
+        inverse::start_on(&mut model, held);
+        whole::write(path, model.to_toml())?;
+        text.start(path);
     }
     let mut out = terminal::out();
     out.write_all(text.finish().as_bytes())?;

@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (_, mut model) = model::read(arguments.model.as_deref())?;
     let motion = trajectory_csv::read(&arguments.trajectory, model.start.inputs.disturbance)?;
     let trajectory_csv::Motion { samples, lines } = motion;
-    let (_, redundancy) = arguments.choice.resolve()?;
+    let (_, redundancy) = arguments.choice.resolve(None)?;
     let ends = match arguments.ends {
         EndChoice::Natural => Ends::Natural,
         EndChoice::Rest => Ends::Rest,
@@ -198,8 +198,8 @@ impl Forces {
     }
 }
 
-/// Puts the model's start on the trajectory.
-fn start_on(model: &mut Model, first: &Instant) {
+/// Puts the model's start on an instant of a trajectory.
+pub(crate) fn start_on(model: &mut Model, first: &Instant) {
     let start = &mut model.start;
     start.time = first.time;
     start.pose = first.motion.derivative(0);

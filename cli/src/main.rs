@@ -36,6 +36,7 @@ use clap::{Parser, Subcommand};
     after_help = "Examples:\n  \
         cdpr demo                                  the whole story in one go\n  \
         cdpr fmu -o CablePlatform.fmu              an FMU of the default model\n  \
+        cdpr model > model.toml                    the default model, to be changed\n  \
         cdpr simulate -o run.csv --plot run.svg    60 s of simulation, with a picture\n  \
         cdpr discover --data run.csv --out found   the effect that the model is missing\n\n\
         Exit codes: 0 done, 1 the work failed, 2 wrong use or bad input."
@@ -49,6 +50,7 @@ struct Arguments {
 enum Command {
     Demo(demo::Arguments),
     Fmu(fmu::Arguments),
+    Model(model::Arguments),
     Simulate(simulate::Arguments),
     Inverse(inverse::Arguments),
     #[command(visible_alias = "analyze")]
@@ -74,6 +76,7 @@ fn run(command: Command) -> anyhow::Result<()> {
     match command {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Fmu(arguments) => fmu::run(&arguments),
+        Command::Model(arguments) => model::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Inverse(arguments) => inverse::run(&arguments),
         Command::Analyse(arguments) => analyse::run(&arguments),

@@ -55,29 +55,30 @@ fn exponent(text: &str) -> Result<f64, String> {
 }
 
 impl Choice {
-    /// The distribution, and whatever solves it.
-    pub(crate) fn resolve(&self) -> Result<(Distribution, Box<dyn Redundancy>), BadInput> {
+    /// The distribution, and whatever solves it; nearest to `pretension` (N) where there is one, whatever the objective.
+    pub(crate) fn resolve(&self, pretension: Option<f64>) -> Result<(Distribution, Box<dyn Redundancy>), BadInput> {
         let bounds = Bounds::new(self.tension_min, self.tension_max).map_err(|error| {
             BadInput(
                 error.to_string().replace("`tension_min`", "--tension-min").replace("`tension_max`", "--tension-max"),
             )
         })?;
-        let objective = match self.objective {
+        let own = match self.objective {
             Goal::MidTension => Objective::MidTension,
             Goal::MinimumNorm => Objective::MinimumNorm,
             Goal::PNorm => Objective::PNorm(self.exponent),
             Goal::AnalyticCentre => Objective::AnalyticCentre,
         };
+        let objective = pretension.map_or(own, Objective::Near);
         let distribution = Distribution { objective, bounds };
         match self.solver {
             Solver::ClosedForm => Ok((distribution, Box::new(distribution))),
-            Solver::QuadraticProgramme if matches!(objective, Objective::MidTension | Objective::MinimumNorm) => {
-                Ok((distribution, Box::new(QuadraticProgramme { distribution })))
+            Solver::QuadraticProgramme if matches!(objective, Objective::PNorm(_) | Objective::AnalyticCentre) => {
+                Err(BadInput(
+                    "--solver quadratic-programme takes --objective mid-tension or minimum-norm, which are quadratic"
+                        .to_owned(),
+                ))
             }
-            Solver::QuadraticProgramme => Err(BadInput(
-                "--solver quadratic-programme takes --objective mid-tension or minimum-norm, which are quadratic"
-                    .to_owned(),
-            )),
+            Solver::QuadraticProgramme => Ok((distribution, Box::new(QuadraticProgramme { distribution }))),
         }
     }
 }

@@ -1,37 +1,12 @@
 //! The real binary in a temporary folder.
 
+mod real;
+
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-use tempfile::TempDir;
-
-fn cdpr(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_cdpr")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn folder(files: &[(&str, &str)]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, text) in files {
-        fs::write(folder.path().join(name), text).unwrap();
-    }
-    folder
-}
-
-/// The command fails with this code, says all of `words`, and leaves nothing behind.
-fn fails(files: &[(&str, &str)], arguments: &[&str], code: i32, words: &[&str]) {
-    let folder = folder(files);
-    let output = cdpr(folder.path(), arguments);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
-    for word in words {
-        assert!(said.contains(word), "{arguments:?}: {word:?} is not in {said:?}");
-    }
-    assert!(output.stdout.is_empty());
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), files.len(), "{arguments:?} left something behind");
-}
-
-const HEADER: &str = "time,winch_force[1],winch_force[2],winch_force[3],winch_force[4]";
+use real::{HEADER, cdpr, fails, folder};
 
 #[test]
 fn broken_models_are_bad_input() {
@@ -41,12 +16,17 @@ fn broken_models_are_bad_input() {
         ("anchor_radius = 9.0\n", ["attachment_radius", "anchor_radius"]),
         ("[start]\nphi = 1.6\n", ["line 2", "cable 1 runs through it"]),
         ("[start]\nx = 950.0\n", ["line 2", "inside the anchors"]),
+        // Once taken for four cables, the rest unread.
+        ("\nanchor_angle = [0, 1, 2, 3, 4, 5]\n", ["line 2", "`anchor_angle`: invalid length 6"]),
+        ("[start]\nwinch_force = [1, 1, 1, 1, 1]\n", ["line 2", "`winch_force`: invalid length 5"]),
     ] {
         for command in ["simulate", "fmu"] {
             let arguments = [command, "--model", "m.toml", "-o", "out"];
             fails(&[("m.toml", text)], &arguments, 2, &[&["m.toml"], words.as_slice()].concat());
         }
     }
+    let five = [("m.toml", "[start]\nwinch_force = [1, 1, 1, 1, 1]\n")];
+    fails(&five, &["model", "--check", "m.toml"], 2, &["m.toml: line 2", "invalid length 5"]);
     fails(&[], &["simulate", "--model", "none.toml", "-o", "out.csv"], 2, &["none.toml"]);
     fails(&[], &["simulate", "--input", "none.csv", "-o", "out.csv"], 2, &["none.csv"]);
 }
@@ -141,6 +121,27 @@ fn outputs_that_cannot_be_written_are_wrong_use() {
     // Before the run, not after it; and no table without its picture.
     fails(&[], &["simulate", "-o", "a.csv", "--plot", "no/a.svg"], 2, &["no/a.svg", "there is no folder no"]);
     fails(&[("taken", "")], &["demo", "--out", "taken"], 2, &["taken: the folder cannot be made"]);
+}
+
+#[test]
+fn the_default_model_is_printed_whole_and_passes_its_check() {
+    let printed = String::from_utf8(cdpr(Path::new("."), &["model"]).stdout).unwrap();
+    let folder = folder(&[("model.toml", &printed)]);
+    assert_eq!(
+        real::done(folder.path(), &["model", "--check", "model.toml"]),
+        "model.toml: a model with 4 cables and 0 effects; nothing is wrong with it\n"
+    );
+    // Every key with its unit or choices; those without effect and the effects as comments.
+    for line in printed.lines().filter(|line| line.contains(" = ") && !line.starts_with('#')) {
+        assert!(line.contains(" # "), "{line}");
+    }
+    for part in ["platform_mass = 2500.0", "kg m2", "# unstretched_length = [", "static_equilibrium", "# [[effect]]"] {
+        assert!(printed.contains(part), "{part}: {printed}");
+    }
+    // What is printed as a comment is right as it stands.
+    let example: String = printed.split_once("parameters:\n").unwrap().1.replace("# ", "");
+    fs::write(folder.path().join("model.toml"), example).unwrap();
+    assert!(real::done(folder.path(), &["model", "--check", "model.toml"]).contains("1 effect;"));
 }
 
 #[test]

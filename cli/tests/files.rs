@@ -19,6 +19,8 @@ fn one_file_is_not_written_twice() {
     fails(&[], &short(&["-o", "s", "--plot", "./s"]), 2, &both);
     let motion = [("t.csv", "time,x,y,phi\n0,0,0,0\n1,0,0,0\n")];
     fails(&motion, &["inverse", "--trajectory", "t.csv", "-o", "s", "--start", "s"], 2, &["--start", both[0]]);
+    let analyse = ["analyse", "--pose", "0,0,0", "--start", "s", "--linear", "s"];
+    fails(&[], &analyse, 2, &["--start and --linear", both[0]]);
 }
 
 #[test]
@@ -90,6 +92,7 @@ mod unix {
         for arguments in [
             ["simulate", "--input", name, "-o", "out.csv"].as_slice(),
             &["simulate", "--model", "\u{1b}[2J.toml", "-o", "out.csv"],
+            &["model", "--check", "\u{1b}[2J.toml"],
             &["analyse", "--pose", "0,0,0", "--linear", "\u{1b}[1m.json"],
             &["fmu", "-o", "\u{1b}[1m.fmu"],
         ] {
@@ -125,7 +128,7 @@ mod unix {
     #[test]
     fn help_into_a_closed_pipe_is_no_failure() {
         let folder = folder(&[]);
-        for arguments in [["--help"].as_slice(), &["simulate", "--help"], &["effects"]] {
+        for arguments in [["--help"].as_slice(), &["simulate", "--help"], &["effects"], &["model"]] {
             let mut child =
                 real::command(folder.path(), arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
             drop(child.stdout.take());

@@ -52,4 +52,5 @@ fn devices_without_an_end_are_refused() {
     fails(&[], &["simulate", "--input", "/dev/zero", "-o", "out.csv"], 2, &byte);
     fails(&[], &["inverse", "--trajectory", "/dev/zero", "-o", "out.csv"], 2, &byte);
     fails(&[], &["discover", "--data", "/dev/zero", "--out", "found"], 2, &byte);
+    fails(&[], &["simulate", "--model", "/dev/zero", "-o", "out.csv"], 2, &["/dev/zero", "expected a model file"]);
 }

@@ -37,6 +37,11 @@ fn number(value: f64) -> String {
     }
 }
 
+/// A ratio as it is shown beside others, to a millionth: what is less is nothing that could be seen in a motion.
+fn to_a_millionth(ratio: f64) -> f64 {
+    (1e6 * ratio).round() / 1e6
+}
+
 impl Text {
     fn section(&mut self, title: &str) {
         let blank = if self.text.is_empty() { "" } else { "\n" };
@@ -146,7 +151,7 @@ impl Text {
         self.line("     period (s)  damping ratio  frequency (rad/s)   mostly in");
         for mode in modes {
             let first = if mode.oscillates() {
-                row([mode.period(), mode.damping_ratio()])
+                row([mode.period(), to_a_millionth(mode.damping_ratio())])
             } else {
                 let way = if mode.is_unstable() { "grows" } else { "decays" };
                 format!("{:>28}", format!("{way} in {} s", number(mode.time_constant())))
@@ -218,6 +223,10 @@ impl Text {
 
     pub(super) fn drawing(&mut self, path: &Path) {
         self.section(&format!("the robot is drawn in {}", path.display()));
+    }
+
+    pub(super) fn start(&mut self, path: &Path) {
+        self.section(&format!("the model that starts at rest there is in {}", path.display()));
     }
 
     pub(super) fn finish(self) -> String {
