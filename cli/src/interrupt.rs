@@ -6,7 +6,8 @@ pub(crate) fn leave_nothing_behind() -> std::io::Result<()> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
     std::thread::spawn(move || {
-        for signal in signals.forever() {
+        // The first ends the program.
+        if let Some(signal) = signals.forever().next() {
             cdpr_fmu_build::unfinished::remove_all_and(|| {
                 // Ended by the signal, as a shell wants to know; if that fails, with the code that stands for it.
                 let _ = signal_hook::low_level::emulate_default_handler(signal);

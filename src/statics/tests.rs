@@ -363,3 +363,33 @@ fn a_map_shrinks_with_the_wrenches_asked_for() {
         }
     }
 }
+
+#[test]
+fn six_cables_around_close_every_wrench_and_three_do_not() {
+    use crate::geometry::Geometry;
+    use crate::parameters::CableParameters;
+    use workspace::{RequiredWrenches, feasibility};
+    let around = |cables: usize| {
+        let cable = (0..cables).map(|i| {
+            let angle = std::f64::consts::TAU * (i as f64 + 0.4) / cables as f64;
+            let on_body = angle + if i % 2 == 0 { 0.7 } else { -0.7 };
+            CableParameters::between(
+                [900.0 * angle.cos(), 900.0 * angle.sin()],
+                [10.0 * on_body.cos(), 10.0 * on_body.sin()],
+            )
+        });
+        Geometry::new(&Parameters { cable: cable.collect(), ..Parameters::default() })
+    };
+    let bounds = Bounds::new(1e3, 50e3).unwrap();
+    let asked = RequiredWrenches { centre: [0.0; 3], half_width: [0.0; 3] };
+    let at = |cables: usize| feasibility(&around(cables), &[0.0; 3], &bounds, &asked);
+    assert!(at(6).closure && at(8).closure && (at(6).balance - 1.0).abs() < 1e-6, "{:?}", at(6));
+    assert!(!at(3).closure && at(3).balance < 0.0, "{:?}", at(3));
+    // With four cables both ways to the balance are open.
+    for pose in [[0.0; 3], [200.0, -100.0, 0.2], [-50.0, 300.0, -0.3]] {
+        let geometry = Geometry::new(&Parameters::default());
+        let closed = feasibility(&geometry, &pose, &bounds, &asked).balance;
+        let halved = workspace::balance_by_halving(&structure_matrix(&geometry, &pose));
+        assert!((closed.max(-1.0) - halved).abs() < 1e-6 || closed <= 0.0 && halved == -1.0, "{closed} {halved}");
+    }
+}

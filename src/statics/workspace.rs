@@ -3,13 +3,16 @@
 use nalgebra::{Matrix3xX, Vector3};
 
 use crate::geometry::Geometry;
-use crate::inverse::distribution::{Bounds, TensionLine, structure_matrix};
+use crate::inverse::distribution::{Bounds, TensionLine, nearest, structure_matrix};
 use crate::per_cable::PerCable;
 
 /// Smallest singular value of the structure matrix, as a share of the largest and with torques divided by the attachment
 /// radius, at which the cables still span all three directions: the tensions for a wrench grow by its inverse, and no
 /// anchor is known to a millionth of the robot's size.
 const SPANNING: f64 = 1e-6;
+
+/// Ratio of two tensions, and wrench in units of the larger, that count as zero.
+const LEAST_BALANCE: f64 = 1e-9;
 
 /// Wrenches that the cables must be able to exert: a box about a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -91,22 +94,52 @@ pub fn capacity_margin(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, re
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Feasibility of one pose. Closure is by the signs of the null vector of `J_Mᵀ` (8), with one more cable than degrees of freedom
-/// (Gouttefarde and Gosselin, IEEE Trans. Robot. 22, 2006); for the margin see [`capacity_margin`].
+/// Feasibility of one pose. Closure is by the signs of the null vector of `J_Mᵀ` (8) with one more cable than degrees of freedom,
+/// with others by tensions that balance each other (Gouttefarde and Gosselin, IEEE Trans. Robot. 22, 2006); for the margin see [`capacity_margin`].
 pub fn feasibility(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, required: &RequiredWrenches) -> Feasibility {
     let structure = structure_matrix(geometry, pose);
-    let (mut least, mut most) = (-1.0, 1.0);
-    // At a singular pose the null vector is rounding, whatever its signs.
-    if let (true, Ok(line)) = (spans(&structure, geometry.attachment_scale()), TensionLine::of(&structure, &[0.0; 3])) {
-        least = line.internal.iter().copied().fold(f64::INFINITY, f64::min);
-        most = line.internal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    }
+    // At a singular pose a null vector is rounding, whatever its signs.
+    let balance = if spans(&structure, geometry.attachment_scale()) { balance(&structure) } else { -1.0 };
     Feasibility {
         reachable: geometry.check_pose(pose).is_ok(),
-        closure: least > 1e-9,
-        balance: least / most,
+        closure: balance > LEAST_BALANCE,
+        balance,
         margin: capacity_margin(geometry, pose, bounds, required),
     }
+}
+
+/// The largest ratio of the smallest to the largest tension with which the cables balance each other: with four cables that of
+/// the null vector, negative where its signs differ; with others found by halving, -1 where there is none.
+fn balance(structure: &Matrix3xX<f64>) -> f64 {
+    if let Ok(line) = TensionLine::of(structure, &[0.0; 3]) {
+        let least = line.internal.iter().copied().fold(f64::INFINITY, f64::min);
+        return least / line.internal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    }
+    balance_by_halving(structure)
+}
+
+/// The same with any number of cables.
+pub(super) fn balance_by_halving(structure: &Matrix3xX<f64>) -> f64 {
+    let balanced = |ratio: f64| {
+        Bounds::new(ratio, 1.0).is_ok_and(|bounds| {
+            let found = nearest(structure, &[0.0; 3], &bounds);
+            let arm = structure.row(2).amax();
+            let [x, y, torque] = found.shortfall;
+            x.abs().max(y.abs()).max(torque.abs() / arm) < LEAST_BALANCE
+        })
+    };
+    let (mut low, mut high) = (10.0 * LEAST_BALANCE, 1.0 - LEAST_BALANCE);
+    if !balanced(low) {
+        return -1.0;
+    }
+    if balanced(high) {
+        return 1.0;
+    }
+    for _ in 0..24 {
+        let middle = 0.5 * (low + high);
+        if balanced(middle) { low = middle } else { high = middle }
+    }
+    low
 }
 
 /// Whether the cables pull in all three directions, by more than rounding.
@@ -114,7 +147,7 @@ fn spans(structure: &Matrix3xX<f64>, arm: f64) -> bool {
     let mut scaled = structure.clone();
     scaled.row_mut(2).scale_mut(1.0 / arm);
     let values = scaled.singular_values();
-    values.min() > SPANNING * values.max()
+    structure.ncols() >= 3 && values.min() > SPANNING * values.max()
 }
 
 /// A map over positions at one orientation.
