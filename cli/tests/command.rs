@@ -17,8 +17,8 @@ fn broken_models_are_bad_input() {
         ("[start]\nphi = 1.6\n", ["line 2", "cable 1 runs through it"]),
         ("[start]\nx = 950.0\n", ["line 2", "inside the anchors"]),
         // Once taken for four cables, the rest unread.
-        ("\nanchor_angle = [0, 1, 2, 3, 4, 5]\n", ["line 2", "`anchor_angle`: invalid length 6"]),
-        ("[start]\nwinch_force = [1, 1, 1, 1, 1]\n", ["line 2", "`winch_force`: invalid length 5"]),
+        ("\nanchor_angle = [0, 1, 2, 3, 4, 5]\n", ["line 2", "`anchor_angle` is 6 angles, expected 4"]),
+        ("[start]\nwinch_force = [1, 1, 1, 1, 1]\n", ["line 2", "`winch_force` has 5 entries, expected 4"]),
     ] {
         for command in ["simulate", "fmu"] {
             let arguments = [command, "--model", "m.toml", "-o", "out"];
@@ -26,7 +26,7 @@ fn broken_models_are_bad_input() {
         }
     }
     let five = [("m.toml", "[start]\nwinch_force = [1, 1, 1, 1, 1]\n")];
-    fails(&five, &["model", "--check", "m.toml"], 2, &["m.toml: line 2", "invalid length 5"]);
+    fails(&five, &["model", "--check", "m.toml"], 2, &["m.toml: line 2", "has 5 entries, expected 4"]);
     fails(&[], &["simulate", "--model", "none.toml", "-o", "out.csv"], 2, &["none.toml"]);
     fails(&[], &["simulate", "--input", "none.csv", "-o", "out.csv"], 2, &["none.csv"]);
 }
