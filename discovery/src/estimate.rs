@@ -7,9 +7,11 @@ use rayon::prelude::*;
 
 use crate::data::clean::{median, noise_by_differences};
 use crate::data::{Channel, Trial};
-use crate::kalman::{Filtered, Keep, Randomness, SMALLEST_LATENT, filter, smooth};
+use crate::gap::restarts;
+use crate::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
 use crate::model::{Examined, LATENTS, disturb};
 use crate::path::{LinearTrial, Trajectory, linearise};
+use crate::randomness::Memory;
 
 /// Correlation time of the latent disturbances (s): longer than the cables' vibration, shorter than the platform's motion.
 const LATENT_TIME: f64 = 2.0;
@@ -70,7 +72,14 @@ pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
         .iter()
         .map(|c| all.iter().position(|a| a == c).map_or(f64::NAN, |at| randomness.noise[at]))
         .collect();
-    Randomness { noise, ..randomness.clone() }
+    let memory = randomness.memory.iter().filter_map(|m| {
+        let channel = trial.channels.iter().position(|c| *c == all[m.channel])?;
+        Some(Memory { channel, ..*m })
+    });
+    let mut memory: Vec<Memory> = memory.collect();
+    memory.sort_by_key(|m| m.channel);
+    let late = trial.channels.iter().map(|c| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.late[at]));
+    Randomness { noise, memory, late: late.collect(), ..randomness.clone() }
 }
 
 /// A first trajectory from measurements alone: pose by a local straight line, cables at rest under their commands.
@@ -234,7 +243,10 @@ impl Fit {
         self.linear = trials
             .par_iter()
             .enumerate()
-            .map(|(t, trial)| linearise(&self.examined, trial, &self.trajectories[t], &self.first[t]))
+            .map(|(t, trial)| {
+                let late = for_trial(&self.randomness, trial).late;
+                linearise(&self.examined, trial, &self.trajectories[t], &self.first[t], &late)
+            })
             .collect::<Result<_, _>>()?;
         Ok(())
     }
@@ -316,6 +328,24 @@ impl Fit {
             .collect()
     }
 
+    /// By channel of [`Channel::all`], how far simulations that run freely over `horizon` (s) would be from the measurements
+    /// where nothing is missing but what `randomness` has (root mean square); `NAN` where nothing is measured.
+    pub(crate) fn spread(&self, trials: &[Trial], randomness: &Randomness, horizon: f64) -> Vec<f64> {
+        let all = Channel::all();
+        let mut sums = vec![(0.0, 0); all.len()];
+        for (trial, linear) in trials.iter().zip(&self.linear) {
+            let randomness = for_trial(randomness, trial);
+            let filtered = filter(linear, &randomness, Keep::Covariance);
+            let restarts = restarts(trial, horizon);
+            for (channel, part) in trial.channels.iter().zip(spread(linear, &randomness, &filtered, &restarts)) {
+                if let Some(at) = all.iter().position(|a| a == channel) {
+                    sums[at] = (sums[at].0 + part.0, sums[at].1 + part.1);
+                }
+            }
+        }
+        sums.iter().map(|(sum, count)| (sum / *count as f64).sqrt()).collect()
+    }
+
     pub(crate) fn minus_two_log_likelihood(&self, trials: &[Trial], randomness: &Randomness) -> f64 {
         self.filter(trials, randomness, Keep::Likelihood).iter().map(|f| f.minus_two_log_likelihood).sum()
     }
@@ -331,7 +361,7 @@ impl Fit {
     /// on a logarithmic grid.
     pub(crate) fn fit_randomness(&mut self, trials: &[Trial], noise: &[f64], coarse: bool) {
         let mut best = self.look(trials, self.randomness.clone());
-        let nothing = Randomness { force: SMALLEST_LATENT, winch: SMALLEST_LATENT, ..self.randomness.clone() };
+        let nothing = self.randomness.without_latents();
         if !best.randomness.same_latents(&nothing) {
             let at_nothing = self.look(trials, nothing.clone());
             if at_nothing.value < best.value {
@@ -363,8 +393,11 @@ impl Fit {
             for factor in factors {
                 loop {
                     let mut next = best.randomness.clone();
-                    let slot = if axis == 0 { &mut next.force } else { &mut next.winch };
-                    *slot = (*slot * factor).clamp(SMALLEST_LATENT, 1e5);
+                    if axis == 0 {
+                        next.force = next.force_scaled(*factor);
+                    } else {
+                        next.winch = next.winch_scaled(*factor);
+                    }
                     if next.same_latents(&best.randomness) {
                         break;
                     }
@@ -379,8 +412,8 @@ impl Fit {
         best
     }
 
-    /// Noise by maximum likelihood, held near what the data alone say: differences see too much where the signal itself
-    /// is rough, and never too little.
+    /// White noise by maximum likelihood. Differences see too much of it where the signal itself is rough, and never too
+    /// little: where nothing else is random in the instruments, what goes beyond them is the model's.
     fn fit_noise(&mut self, trials: &[Trial], noise: &[f64], filtered: &[Filtered]) {
         for (at, channel) in Channel::all().iter().enumerate() {
             let (mut sum, mut count) = (0.0, 0);
@@ -392,7 +425,8 @@ impl Fit {
             }
             if count > 0 {
                 let fitted = (sum / count as f64).sqrt();
-                self.randomness.noise[at] = fitted.clamp(0.3 * noise[at], 1.05 * noise[at]).max(channel.noise_floor());
+                let most = if self.randomness.has_instrument_noise() { f64::INFINITY } else { 1.05 * noise[at] };
+                self.randomness.noise[at] = fitted.min(most).max(channel.noise_floor());
             }
         }
     }
@@ -422,9 +456,13 @@ pub(crate) fn first_randomness(model: &Model, noise: &[f64]) -> Randomness {
     Randomness {
         force: 30.0,
         winch: 30.0,
-        arm: model.parameters.attachment_radius.max(1.0),
+        arm: model.parameters.attachment_radius,
         time: LATENT_TIME,
         noise: noise.to_vec(),
+        memory: Vec::new(),
+        input: 0.0,
+        jitter: 0.0,
+        late: vec![0.0; noise.len()],
     }
 }
 

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, for_trial};
 use crate::kalman::{Keep, filter};
+use crate::path::earlier;
 
 /// Free-running predictions of one trial.
 pub(crate) struct Prediction {
@@ -79,9 +80,27 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
                     simulation = fit.examined.simulation(trial, k + 1, fit.trajectories[t].states(k + 1));
                 }
             }
+            let late = for_trial(&fit.randomness, trial).late;
+            for (j, late) in late.iter().enumerate().filter(|(_, late)| **late != 0.0) {
+                out.delay(&trial.time, j, *late);
+            }
             out
         })
         .collect()
+}
+
+impl Prediction {
+    /// Lets channel `j` show what was a while ago, in each stretch by itself.
+    fn delay(&mut self, time: &[f64], j: usize, late: f64) {
+        let ends = self.restarts.iter().skip(1).copied().chain([time.len()]);
+        let stretches: Vec<(usize, usize)> = self.restarts.iter().copied().zip(ends).collect();
+        for (first, end) in stretches.into_iter().filter(|(first, end)| end - first > 1) {
+            let column: Vec<f64> = self.shown[first..end].iter().map(|row| row[j]).collect();
+            for (row, then) in self.shown[first..end].iter_mut().zip(earlier(&time[first..end], &column, late)) {
+                row[j] = then;
+            }
+        }
+    }
 }
 
 /// Sum of squares of (simulated - measured)/σ and count, by channel of [`Channel::all`].

@@ -1,46 +1,10 @@
 //! Kalman filter and smoother on the linearised model.
 
-use crate::model::LATENTS;
+use crate::model::{LATENTS, WINCH_LATENTS};
 use crate::path::LinearTrial;
+use crate::randomness::MOST_MEMORIES;
+pub(crate) use crate::randomness::{Randomness, SMALLEST_LATENT};
 use crate::vector::{BLOCK, add, add_each, block, dot, vectorised};
-
-/// Smallest latent force considered (N): below it a trial is as good as undisturbed.
-pub(crate) const SMALLEST_LATENT: f64 = 0.03;
-
-/// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck) and measurement noise.
-#[derive(Clone, Debug)]
-pub(crate) struct Randomness {
-    /// Standard deviation of the latent force on the platform (N); the torque's is `arm` times as large.
-    pub(crate) force: f64,
-    /// Standard deviation of the latent force at each winch (N).
-    pub(crate) winch: f64,
-    /// Lever between force and torque (m).
-    pub(crate) arm: f64,
-    /// Correlation time (s).
-    pub(crate) time: f64,
-    /// Noise of each channel.
-    pub(crate) noise: Vec<f64>,
-}
-
-impl Randomness {
-    /// Whether the latent disturbances are of the same size.
-    pub(crate) fn same_latents(&self, other: &Self) -> bool {
-        (self.force, self.winch) == (other.force, other.winch)
-    }
-
-    /// Whether latent disturbances have anything to do.
-    pub(crate) fn has_latents(&self) -> bool {
-        self.force.max(self.winch) > SMALLEST_LATENT
-    }
-
-    pub(crate) fn latent_deviation(&self, latent: usize) -> f64 {
-        match latent {
-            0 | 1 => self.force,
-            2 => self.force * self.arm,
-            _ => self.winch,
-        }
-    }
-}
 
 /// Innovations, gains and what else later passes need; what was not to be kept is empty.
 #[derive(Clone, Debug)]
@@ -51,7 +15,7 @@ pub(crate) struct Filtered {
     pub(crate) whitened: Vec<f64>,
     /// Standard deviation of each innovation.
     pub(crate) deviation: Vec<f64>,
-    /// Numbers of a row of what follows: states, latents, and zeros up to this.
+    /// Numbers of a row of what follows: states, latents, noise with memory, and zeros up to this.
     stride: usize,
     /// Gain of each measurement.
     gain: Vec<f64>,
@@ -59,7 +23,7 @@ pub(crate) struct Filtered {
     predicted: Vec<f64>,
     /// Deviation after each sample's measurements.
     updated: Vec<f64>,
-    /// Its covariance before the measurements, a row a state or latent.
+    /// Its covariance before the measurements, a row a state, latent or noise with memory.
     covariance: Vec<f64>,
     /// `Σ e ν` and count by channel: its ratio estimates the noise variance.
     pub(crate) noise_moment: Vec<(f64, usize)>,
@@ -98,25 +62,31 @@ pub(crate) enum Keep {
 }
 
 /// Calls `$work::<N, W, FUSED>` with rows of fixed widths, which the compiler puts into the widest registers that the
-/// processor has: `N` the states with zeros up to a full register, as in [`LinearTrial`], and `W` with the latents.
+/// processor has: `N` the states with zeros up to a full register, as in [`LinearTrial`], and `W` with the latents, and with
+/// noise with memory where there is any.
 macro_rules! by_width {
-    ($linear:expr, $work:ident, $($argument:expr),*) => {
-        match $linear.padded {
-            8 => vectorised!(FUSED => $work::<8, 16, FUSED>($($argument),*)),
-            16 => vectorised!(FUSED => $work::<16, 24, FUSED>($($argument),*)),
-            24 => vectorised!(FUSED => $work::<24, 32, FUSED>($($argument),*)),
-            32 => vectorised!(FUSED => $work::<32, 40, FUSED>($($argument),*)),
-            width => {
+    ($linear:expr, $randomness:expr, $work:ident, $($argument:expr),*) => {{
+        assert!($randomness.memory.len() <= MOST_MEMORIES, "no more noise with memory than there is room for");
+        match ($linear.padded, $randomness.memory.is_empty()) {
+            (8, true) => vectorised!(FUSED => $work::<8, 16, FUSED>($($argument),*)),
+            (8, false) => vectorised!(FUSED => $work::<8, 32, FUSED>($($argument),*)),
+            (16, true) => vectorised!(FUSED => $work::<16, 24, FUSED>($($argument),*)),
+            (16, false) => vectorised!(FUSED => $work::<16, 40, FUSED>($($argument),*)),
+            (24, true) => vectorised!(FUSED => $work::<24, 32, FUSED>($($argument),*)),
+            (24, false) => vectorised!(FUSED => $work::<24, 48, FUSED>($($argument),*)),
+            (32, true) => vectorised!(FUSED => $work::<32, 40, FUSED>($($argument),*)),
+            (32, false) => vectorised!(FUSED => $work::<32, 56, FUSED>($($argument),*)),
+            (width, _) => {
                 assert!(width <= 64, "the largest model has fewer states than this");
-                vectorised!(FUSED => $work::<64, 72, FUSED>($($argument),*))
+                vectorised!(FUSED => $work::<64, 88, FUSED>($($argument),*))
             }
         }
-    };
+    }};
 }
 
 /// Runs the filter over one trial.
 pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
-    by_width!(linear, run, linear, randomness, keep)
+    by_width!(linear, randomness, run, linear, randomness, keep)
 }
 
 #[inline(always)]
@@ -125,7 +95,9 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
     randomness: &Randomness,
     keep: Keep,
 ) -> Filtered {
-    let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    let (n, m, len) = (linear.states, linear.channels, linear.len);
+    let w = n + randomness.processes();
+    let remembered = randomness.shown_by_channel(m);
     let rows = |from: Keep| if keep >= from { len } else { 0 };
     let innovations = rows(Keep::Innovations);
     let mut out = Filtered {
@@ -145,9 +117,11 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
     for c in 0..n {
         p[c][c] = linear.prior_deviation[c].powi(2);
     }
-    for l in 0..LATENTS {
-        x[n + l] = -linear.latents[l];
-        p[n + l][n + l] = randomness.latent_deviation(l).powi(2);
+    for (slot, latent) in x[n..].iter_mut().zip(&linear.latents[..LATENTS]) {
+        *slot = -latent;
+    }
+    for l in 0..randomness.processes() {
+        p[n + l][n + l] = randomness.deviation(l).powi(2);
     }
     let mut updates = vec![([0.0; W], [0.0; W]); m];
     for k in 0..len {
@@ -165,7 +139,7 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
             if !z.is_finite() {
                 continue;
             }
-            let shown = linear.shown_by(k, j);
+            let shown = linear.shown_by(k, j).chain(remembered[j].clone().map(|l| (n + l, 1.0)));
             let of = |vector: &[f64; W]| shown.clone().map(|(c, hc)| hc * vector[c]).sum::<f64>();
             let mut ph = [0.0; W];
             shown.clone().for_each(|(c, hc)| add::<FUSED>(&mut ph, hc, &p[c]));
@@ -173,7 +147,7 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
                 add::<FUSED>(&mut ph, of(minus_gain), before);
             }
             let innovation = z - of(&x);
-            let r = randomness.noise[j] * randomness.noise[j];
+            let r = randomness.noise[j].powi(2) + (randomness.jitter * linear.rate[at]).powi(2);
             let s = r + of(&ph);
             let inverse = 1.0 / s;
             let gain = ph.map(|v| v * inverse);
@@ -206,6 +180,52 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
     out
 }
 
+/// How far simulations that run freely from what the filter knows are from the measurements where the model is right: sum
+/// of squares and count by channel. They begin anew at each of the samples `restarts`. Needs the covariance.
+pub(crate) fn spread(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    filtered: &Filtered,
+    restarts: &[usize],
+) -> Vec<(f64, usize)> {
+    by_width!(linear, randomness, spread_in, linear, randomness, filtered, restarts)
+}
+
+#[inline(always)]
+fn spread_in<const N: usize, const W: usize, const FUSED: bool>(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    filtered: &Filtered,
+    restarts: &[usize],
+) -> Vec<(f64, usize)> {
+    let (n, m) = (linear.states, linear.channels);
+    let w = n + randomness.processes();
+    let remembered = randomness.shown_by_channel(m);
+    let mut sums = vec![(0.0, 0); m];
+    let mut x = [0.0; W];
+    let mut p = [[0.0; W]; W];
+    let mut running = false;
+    for k in 0..linear.len {
+        if restarts.binary_search(&k).is_ok() {
+            p[..w].copy_from_slice(&filtered.covariance.as_chunks().0[k * w..(k + 1) * w]);
+            running = true;
+        } else if running {
+            for j in 0..m {
+                let shown = linear.shown_by(k, j).chain(remembered[j].clone().map(|l| (n + l, 1.0)));
+                let of = |row: &[f64; W]| shown.clone().map(|(c, hc)| hc * row[c]).sum::<f64>();
+                let by_states: f64 = shown.clone().map(|(c, hc)| hc * of(&p[c])).sum();
+                let jitter = (randomness.jitter * linear.rate[k * m + j]).powi(2);
+                sums[j].0 += by_states + randomness.noise[j].powi(2) + jitter;
+                sums[j].1 += 1;
+            }
+        }
+        if running && k + 1 < linear.len {
+            predict::<N, W, FUSED>(linear, randomness, k, &mut x, &mut p);
+        }
+    }
+    sums
+}
+
 #[inline(always)]
 fn predict<const N: usize, const W: usize, const FUSED: bool>(
     linear: &LinearTrial,
@@ -214,10 +234,14 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     x: &mut [f64; W],
     p: &mut [[f64; W]; W],
 ) {
-    let (n, w) = (linear.states, linear.width());
+    let (n, acting) = (linear.states, linear.width());
+    let w = n + randomness.processes();
     // What each state or latent does to the states.
-    let columns = &linear.transition.as_chunks::<N>().0[k * w..(k + 1) * w];
-    let decay = (-linear.interval[k] / randomness.time).exp();
+    let columns = &linear.transition.as_chunks::<N>().0[k * acting..(k + 1) * acting];
+    let mut decay = [0.0; W];
+    for l in n..w {
+        decay[l] = randomness.decay(l - n, linear.interval[k]);
+    }
     let mut next = [0.0; N];
     next[..n].copy_from_slice(&linear.defect[k * n..(k + 1) * n]);
     for (value, column) in x.iter().zip(columns) {
@@ -226,9 +250,12 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     x[..n].copy_from_slice(&next[..n]);
     for l in 0..LATENTS {
         let (now, then) = (linear.latents[k * LATENTS + l], linear.latents[(k + 1) * LATENTS + l]);
-        x[n + l] = decay * (x[n + l] + now) - then;
+        x[n + l] = decay[n + l] * (x[n + l] + now) - then;
     }
-    // P = F P Fᵀ + Q: the lower triangle of the states, the states with the latents, the latents; the rest by symmetry.
+    for l in acting..w {
+        x[l] *= decay[l];
+    }
+    // P = F P Fᵀ + Q: the lower triangle of the states, the states with the rest, the rest; what is left by symmetry.
     let mut half = [[0.0; W]; N];
     for (at, half) in half.as_chunks_mut::<BLOCK>().0[..n.div_ceil(BLOCK)].iter_mut().enumerate() {
         let mut sum = [[0.0; W]; BLOCK];
@@ -246,21 +273,29 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
             _ => lower::<N, N, W, FUSED>(columns, half, rows),
         }
     }
+    if randomness.input > 0.0 {
+        // A force that is not quite the one recorded, held over the interval.
+        for column in &columns[n + WINCH_LATENTS.start..n + WINCH_LATENTS.end] {
+            for (row, by) in p[..n].iter_mut().zip(column) {
+                add::<FUSED>(&mut row[..n], randomness.input * randomness.input * by, column);
+            }
+        }
+    }
     for r in 0..n {
         for c in 0..r {
             p[c][r] = p[r][c];
         }
         for l in n..w {
-            p[r][l] = decay * half[r][l];
+            p[r][l] = decay[l] * half[r][l];
             p[l][r] = p[r][l];
         }
         p[r][r] += STEP_ERROR * STEP_ERROR;
     }
-    for row in &mut p[n..w] {
-        row[n..w].iter_mut().for_each(|value| *value *= decay * decay);
+    for (row, by) in p[n..w].iter_mut().zip(&decay[n..w]) {
+        row[n..w].iter_mut().zip(&decay[n..w]).for_each(|(value, decay)| *value *= by * decay);
     }
-    for l in 0..LATENTS {
-        p[n + l][n + l] += randomness.latent_deviation(l).powi(2) * (1.0 - decay * decay);
+    for l in n..w {
+        p[l][l] += randomness.deviation(l - n).powi(2) * (1.0 - decay[l] * decay[l]);
     }
 }
 
@@ -286,7 +321,7 @@ fn lower<const L: usize, const N: usize, const W: usize, const FUSED: bool>(
 ///
 /// G. J. Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973). Needs the covariance.
 pub(crate) fn smooth(linear: &LinearTrial, randomness: &Randomness, filtered: &Filtered) -> Vec<f64> {
-    by_width!(linear, smooth_in, linear, randomness, filtered)
+    by_width!(linear, randomness, smooth_in, linear, randomness, filtered)
 }
 
 #[inline(always)]
@@ -295,9 +330,11 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
     randomness: &Randomness,
     filtered: &Filtered,
 ) -> Vec<f64> {
-    let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    let (n, acting, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    let w = n + randomness.processes();
+    let remembered = randomness.shown_by_channel(m);
     let mut lambda = [0.0; W];
-    let mut deviation = vec![0.0; len * w];
+    let mut deviation = vec![0.0; len * acting];
     for k in (0..len).rev() {
         for j in (0..m).rev() {
             let at = k * m + j;
@@ -306,6 +343,7 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
             }
             let factor = filtered.whitened[at] / filtered.deviation[at] + dot::<FUSED>(filtered.gain(at), &lambda);
             linear.shown_by(k, j).for_each(|(c, hc)| lambda[c] -= hc * factor);
+            remembered[j].clone().for_each(|l| lambda[n + l] -= factor);
         }
         // The covariance is symmetric: its rows are its columns.
         let mut moved = filtered.predicted.as_chunks::<W>().0[k];
@@ -313,19 +351,146 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
         for (row, value) in covariance.iter().zip(&lambda) {
             add::<FUSED>(&mut moved, -value, row);
         }
-        deviation[k * w..(k + 1) * w].copy_from_slice(&moved[..w]);
+        deviation[k * acting..(k + 1) * acting].copy_from_slice(&moved[..acting]);
         if k > 0 {
-            let columns = &linear.transition.as_chunks::<N>().0[(k - 1) * w..k * w];
-            let decay = (-linear.interval[k - 1] / randomness.time).exp();
+            let columns = &linear.transition.as_chunks::<N>().0[(k - 1) * acting..k * acting];
             let mut back = [0.0; W];
             for (slot, column) in back.iter_mut().zip(columns) {
                 *slot = dot::<FUSED>(column, &lambda[..N]);
             }
             for l in n..w {
-                back[l] += decay * lambda[l];
+                back[l] += randomness.decay(l - n, linear.interval[k - 1]) * lambda[l];
             }
             lambda = back;
         }
     }
     deviation
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::data::recording::{fitted, record};
+    use crate::randomness::Memory;
+
+    /// The textbook's filter and smoother (H. E. Rauch, F. Tung and C. T. Striebel, 1965) with full matrices: `-2 log L` and
+    /// the smoothed deviations of states and latents.
+    fn dense(linear: &LinearTrial, randomness: &Randomness) -> (f64, Vec<f64>) {
+        let (n, m, w) = (linear.states, linear.channels, linear.states + randomness.processes());
+        let shown = randomness.shown_by_channel(m);
+        let mut x = DVector::zeros(w);
+        let mut p = DMatrix::zeros(w, w);
+        (0..n).for_each(|c| (x[c], p[(c, c)]) = (linear.prior[c], linear.prior_deviation[c].powi(2)));
+        (0..LATENTS).for_each(|l| x[n + l] = -linear.latents[l]);
+        (0..w - n).for_each(|l| p[(n + l, n + l)] = randomness.deviation(l).powi(2));
+        let (mut value, mut past) = (0.0, Vec::new());
+        for k in 0..linear.len {
+            let (before, covariance) = (x.clone(), p.clone());
+            for j in (0..m).filter(|j| linear.residual[k * m + j].is_finite()) {
+                let mut h = DVector::zeros(w);
+                linear.shown_by(k, j).for_each(|(c, slope)| h[c] = slope);
+                shown[j].clone().for_each(|l| h[n + l] = 1.0);
+                let jitter = randomness.jitter * linear.rate[k * m + j];
+                let s = h.dot(&(&p * &h)) + randomness.noise[j].powi(2) + jitter.powi(2);
+                let innovation = linear.residual[k * m + j] - h.dot(&x);
+                let gain = &p * &h / s;
+                value += s.ln() + innovation * innovation / s;
+                x += &gain * innovation;
+                p -= &gain * gain.transpose() * s;
+            }
+            let (mut f, mut add, mut q) = (DMatrix::zeros(w, w), DVector::zeros(w), DMatrix::zeros(w, w));
+            if k + 1 < linear.len {
+                for c in 0..n + LATENTS {
+                    (0..n).for_each(|r| f[(r, c)] = linear.column(k, c)[r]);
+                }
+                (0..n).for_each(|r| (add[r], q[(r, r)]) = (linear.defect[k * n + r], STEP_ERROR * STEP_ERROR));
+                for column in WINCH_LATENTS.map(|l| f.column(n + l).clone_owned()) {
+                    q += randomness.input.powi(2) * &column * column.transpose();
+                }
+                for l in 0..w - n {
+                    let decay = randomness.decay(l, linear.interval[k]);
+                    f[(n + l, n + l)] = decay;
+                    q[(n + l, n + l)] = randomness.deviation(l).powi(2) * (1.0 - decay * decay);
+                    if l < LATENTS {
+                        add[n + l] = decay * linear.latents[k * LATENTS + l] - linear.latents[(k + 1) * LATENTS + l];
+                    }
+                }
+            }
+            past.push((before, covariance, x.clone(), p.clone(), f.clone()));
+            x = &f * &x + add;
+            p = &f * &p * f.transpose() + q;
+        }
+        let mut smoothed = vec![0.0; linear.len * linear.width()];
+        let mut next: Option<DVector<f64>> = None;
+        for k in (0..linear.len).rev() {
+            let (_, _, x, p, f) = &past[k];
+            let state = match &next {
+                None => x.clone(),
+                Some(next) => {
+                    let (before, covariance, ..) = &past[k + 1];
+                    let inverse =
+                        covariance.clone().svd(true, true).solve(&(next - before), 1e-18).expect("a solution");
+                    x + p * f.transpose() * inverse
+                }
+            };
+            smoothed[k * linear.width()..(k + 1) * linear.width()].copy_from_slice(&state.as_slice()[..linear.width()]);
+            next = Some(state);
+        }
+        (value, smoothed)
+    }
+
+    /// With everything that an instrument may have, in a trial with gaps.
+    #[test]
+    fn the_filter_and_the_smoother_are_those_of_the_textbook() {
+        let mut trials = [record(&[], 6.0, 3)];
+        (20..30).for_each(|k| trials[0].measured[k][1] = f64::NAN);
+        let fit = fitted(&[], &trials);
+        let plain = crate::estimate::for_trial(&fit.randomness, &trials[0]);
+        let memory = |channel, time, drift| Memory { channel, deviation: 3e-3, time, drift };
+        let rich = Randomness { input: 40.0, jitter: 3e-3, force: 5.0, winch: 8.0, ..plain.clone() }
+            .with_memory(memory(4, 0.7, false))
+            .with_memory(memory(0, 0.3, false))
+            .with_memory(memory(0, 40.0, true));
+        for randomness in [plain, rich] {
+            let linear = &fit.linear[0];
+            let filtered = filter(linear, &randomness, Keep::Covariance);
+            let smoothed = smooth(linear, &randomness, &filtered);
+            let (value, expected) = dense(linear, &randomness);
+            let error = (filtered.minus_two_log_likelihood - value).abs();
+            assert!(error < 1e-6 * value.abs(), "{} {value}", filtered.minus_two_log_likelihood);
+            for c in 0..linear.states {
+                let of = |all: &[f64]| all.iter().skip(c).step_by(linear.width()).copied().collect::<Vec<f64>>();
+                let (own, expected) = (of(&smoothed), of(&expected));
+                let size = expected.iter().fold(1e-9_f64, |size, v| size.max(v.abs()));
+                let worst = own.iter().zip(&expected).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
+                assert!(worst < 1e-3 * size, "state {c}: {worst} of {size}");
+            }
+        }
+    }
+
+    /// What a signature adds to the innovations is what the filter makes of data with it minus what it makes of data
+    /// without.
+    #[test]
+    fn whitening_is_the_difference_of_two_runs_of_the_filter() {
+        let trials = [record(&[], 6.0, 4)];
+        let fit = fitted(&[], &trials);
+        let plain = crate::estimate::for_trial(&fit.randomness, &trials[0]);
+        let memory = Memory { channel: 1, deviation: 3e-3, time: 0.5, drift: false };
+        let randomness = Randomness { input: 40.0, jitter: 3e-3, ..plain }.with_memory(memory);
+        let linear = &fit.linear[0];
+        let (n, m) = (linear.states, linear.channels);
+        let sensor: Vec<f32> = (0..linear.len * m).map(|at| 1e-3 * (0.1 * at as f32).sin()).collect();
+        let step: Vec<f32> = (0..(linear.len - 1) * n).map(|at| 1e-4 * (0.03 * at as f32).cos()).collect();
+        let mut moved = linear.clone();
+        moved.residual.iter_mut().zip(&sensor).for_each(|(slot, value)| *slot += f64::from(*value));
+        moved.defect.iter_mut().zip(&step).for_each(|(slot, value)| *slot -= f64::from(*value));
+        let [before, after] = [linear, &moved].map(|linear| filter(linear, &randomness, Keep::Innovations));
+        let forcing = crate::whiten::Forcing { columns: 1, step, sensor };
+        crate::whiten::whitened_rows(linear, &randomness, &before, &forcing, |at, e| {
+            let difference = after.whitened[at] - before.whitened[at];
+            assert!((difference - e[0]).abs() < 1e-5 * (1.0 + e[0].abs()), "{at}: {difference} {}", e[0]);
+        });
+    }
 }

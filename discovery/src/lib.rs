@@ -28,6 +28,7 @@ mod model;
 mod null_test;
 mod pair;
 mod path;
+mod randomness;
 mod refine;
 mod regression;
 mod rivals;

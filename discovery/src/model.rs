@@ -13,6 +13,8 @@ use crate::data::{Channel, Trial};
 
 /// Latent disturbances: a wrench on the platform (3) and a force at each winch (4).
 pub(crate) const LATENTS: usize = 7;
+/// Those at the winches.
+pub(crate) const WINCH_LATENTS: std::ops::Range<usize> = 3..LATENTS;
 
 /// Relative tolerance of the simulations of one sample: far below any measurement noise.
 const TOLERANCE: f64 = 1e-6;

@@ -60,7 +60,9 @@ pub(crate) struct LinearTrial {
     shows: Vec<Vec<usize>>,
     /// What the sensors would show on the trajectory, `channels` a sample.
     pub(crate) shown: Vec<f64>,
-    /// Measured minus that; `NAN` is a gap.
+    /// How fast that changes along the trajectory (per s).
+    pub(crate) rate: Vec<f64>,
+    /// Measured minus what is shown; `NAN` is a gap.
     pub(crate) residual: Vec<f64>,
     /// Inputs as the plant feels them, and slack cables, at each sample.
     pub(crate) felt: Vec<Inputs>,
@@ -97,6 +99,24 @@ impl LinearTrial {
             *slot = state + defect;
         }
         Step { time, interval: self.interval[k], from, to: end, felt: self.felt[k], slack: self.slack[k] }
+    }
+
+    /// Lets channel `j` show what was a while ago: what is shown along the trajectory then, and of a deviation as much as it
+    /// was by its velocity.
+    fn delay(&mut self, model: &Examined, time: &[f64], j: usize, late: f64) {
+        let (n, m) = (self.states, self.channels);
+        let column: Vec<f64> = (0..self.len).map(|k| self.shown[k * m + j]).collect();
+        for (k, then) in earlier(time, &column, late).into_iter().enumerate() {
+            self.residual[k * m + j] += column[k] - then;
+        }
+        let moving = (0..3)
+            .map(|axis| (axis, 3 + axis))
+            .chain((0..CABLES).filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))));
+        for (position, velocity) in moving {
+            for slopes in self.sensor.chunks_exact_mut(n).skip(j).step_by(m) {
+                slopes[velocity] -= late * slopes[position];
+            }
+        }
     }
 
     /// Sum of all defects, each relative to the typical size of its state.
@@ -157,7 +177,7 @@ const STEPS: u64 = 100;
 /// Samples that are linearised one after the other, side by side with others.
 const STRETCH: usize = 1000;
 
-/// Linearises `model` along `trajectory`.
+/// Linearises `model` along `trajectory`, each channel `late` (s) against its stamp.
 ///
 /// # Errors
 /// When the model cannot be simulated from a point of the trajectory, or only in steps far smaller than a sample.
@@ -166,6 +186,7 @@ pub(crate) fn linearise(
     trial: &Trial,
     trajectory: &Trajectory,
     first: &[f64],
+    late: &[f64],
 ) -> Result<LinearTrial, FitError> {
     let (n, m, len) = (model.states(), trial.channels.len(), trial.len());
     let width = n + LATENTS;
@@ -183,6 +204,7 @@ pub(crate) fn linearise(
         sensor: vec![0.0; len * m * n],
         shows: Vec::new(),
         shown: vec![0.0; len * m],
+        rate: vec![0.0; len * m],
         residual: vec![0.0; len * m],
         felt: vec![Inputs::none(model.plant.cables()); len],
         slack: vec![PerCable::filled(model.plant.cables(), false); len],
@@ -206,11 +228,50 @@ pub(crate) fn linearise(
             part.fill(model, trial, trajectory)
         },
     )?;
+    linear.rate = rates(&trial.time, &linear.shown, m);
+    for (j, late) in late.iter().enumerate().filter(|(_, late)| **late != 0.0) {
+        linear.delay(model, &trial.time, j, *late);
+    }
     linear.transition.truncate((len - 1) * padded * width);
     linear.defect.truncate((len - 1) * n);
     let shows = |j: usize, c: usize| (0..len).any(|k| linear.sensor[(k * m + j) * n + c] != 0.0);
     linear.shows = (0..m).map(|j| (0..n).filter(|c| shows(j, *c)).collect()).collect();
     Ok(linear)
+}
+
+/// Slopes in time of `channels` numbers a sample, from the neighbours on both sides.
+fn rates(time: &[f64], shown: &[f64], channels: usize) -> Vec<f64> {
+    let len = time.len();
+    (0..len * channels)
+        .map(|at| {
+            let (k, j) = (at / channels, at % channels);
+            let (before, after) = (k.saturating_sub(1), (k + 1).min(len - 1));
+            (shown[after * channels + j] - shown[before * channels + j]) / (time[after] - time[before])
+        })
+        .collect()
+}
+
+/// What a smooth signal was a while before each sample: by cubic polynomials between samples, along its slope before them.
+pub(crate) fn earlier(time: &[f64], signal: &[f64], late: f64) -> Vec<f64> {
+    let slope = rates(time, signal, 1);
+    let last = time.len() - 1;
+    time.iter()
+        .map(|t| {
+            let then = t - late;
+            let k = time.partition_point(|t| *t <= then).clamp(1, last) - 1;
+            let h = time[k + 1] - time[k];
+            let s = (then - time[k]) / h;
+            if !(0.0..=1.0).contains(&s) {
+                let end = if s < 0.0 { k } else { k + 1 };
+                return signal[end] + slope[end] * (then - time[end]);
+            }
+            let (a, b) = (signal[k], signal[k + 1]);
+            let (da, db) = (h * slope[k], h * slope[k + 1]);
+            let cubic = 2.0 * (a - b) + da + db;
+            let square = 3.0 * (b - a) - 2.0 * da - db;
+            a + s * (da + s * (square + s * cubic))
+        })
+        .collect()
 }
 
 fn has_dead_time(model: &Examined) -> bool {

@@ -143,10 +143,14 @@ fn rows<const FUSED: bool>(
     forcing: &Forcing,
     mut visit: impl FnMut(usize, &[f64]),
 ) {
-    let (n, w, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    let (n, m, len) = (linear.states, linear.channels, linear.len);
+    let (acting, w) = (linear.width(), n + randomness.processes());
+    let remembered = randomness.shown_by_channel(m);
+    let mut decay = vec![0.0; w - n];
     let columns = forcing.columns;
     let panels = columns.div_ceil(PANEL);
-    // Sensitivities of the predicted deviation: panel by panel, a row a state or latent, and zeros up to a full block.
+    // Sensitivities of the predicted deviation: panel by panel, a row a state, latent or noise with memory, and zeros up to a
+    // full block.
     let height = w.next_multiple_of(BLOCK);
     let mut all = vec![[0.0; PANEL]; panels * height];
     let mut next = vec![[0.0; PANEL]; linear.padded];
@@ -161,13 +165,18 @@ fn rows<const FUSED: bool>(
         for (a, &at) in used.iter().enumerate() {
             for (b, &before) in used[..a].iter().enumerate() {
                 let gain = filtered.gain(before);
-                carried[a * m + b] = linear.shown_by(k, at - k * m).map(|(c, hc)| hc * gain[c]).sum();
+                let by_states: f64 = linear.shown_by(k, at - k * m).map(|(c, hc)| hc * gain[c]).sum();
+                carried[a * m + b] = by_states + remembered[at - k * m].clone().map(|l| gain[n + l]).sum::<f64>();
             }
+        }
+        if k + 1 < len {
+            decay.iter_mut().enumerate().for_each(|(l, slot)| *slot = randomness.decay(l, linear.interval[k]));
         }
         for (panel, s) in all.chunks_exact_mut(height).enumerate() {
             for (a, &at) in used.iter().enumerate() {
                 let mut e = taken(&forcing.sensor[at * columns..(at + 1) * columns], panel);
                 linear.shown_by(k, at - k * m).for_each(|(c, hc)| add::<FUSED>(&mut e, hc, &s[c]));
+                remembered[at - k * m].clone().for_each(|l| add::<FUSED>(&mut e, 1.0, &s[n + l]));
                 for (carried, before) in carried[a * m..].iter().zip(&minus_e[..a]) {
                     add::<FUSED>(&mut e, *carried, before);
                 }
@@ -185,7 +194,7 @@ fn rows<const FUSED: bool>(
             if k + 1 == len {
                 continue;
             }
-            let transition = &linear.transition[k * w * linear.padded..(k + 1) * w * linear.padded];
+            let transition = &linear.transition[k * acting * linear.padded..(k + 1) * acting * linear.padded];
             for first in (0..n).step_by(BLOCK) {
                 let mut sum = [[0.0; PANEL]; BLOCK];
                 for (r, sum) in (first..n).zip(&mut sum) {
@@ -196,10 +205,11 @@ fn rows<const FUSED: bool>(
                 }
                 next[first..first + BLOCK].copy_from_slice(&sum);
             }
-            let (states, latents) = s.split_at_mut(n);
+            let (states, processes) = s.split_at_mut(n);
             states.copy_from_slice(&next[..n]);
-            let decay = (-linear.interval[k] / randomness.time).exp();
-            latents.as_flattened_mut().iter_mut().for_each(|value| *value *= decay);
+            for (row, decay) in processes.iter_mut().zip(&decay) {
+                row.iter_mut().for_each(|value| *value *= decay);
+            }
         }
         for (at, e) in used.iter().zip(whitened.chunks_exact(panels.max(1))) {
             visit(*at, &e.as_flattened()[..columns]);

@@ -1,0 +1,130 @@
+//! What is random beside the model: latent disturbances, and what the instruments add to each recording.
+
+use crate::model::LATENTS;
+
+/// Smallest latent force considered (N): below it a trial is as good as undisturbed.
+pub(crate) const SMALLEST_LATENT: f64 = 0.03;
+
+/// Most processes of noise with memory that the filter has room for.
+pub(crate) const MOST_MEMORIES: usize = 17;
+
+/// Noise with memory on one channel: first order (Gauss and Markov), stationary. Where its time constant is as long as the
+/// recordings it is a drift.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Memory {
+    /// Place of the channel in [`Randomness::noise`].
+    pub(crate) channel: usize,
+    /// Standard deviation (in the channel's unit).
+    pub(crate) deviation: f64,
+    /// Time constant (s).
+    pub(crate) time: f64,
+    /// Whether it is a drift: its time constant is the length of the recordings.
+    pub(crate) drift: bool,
+}
+
+/// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck), measurement noise, errors of the recorded inputs.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Randomness {
+    /// Standard deviation of the latent force on the platform (N); the torque's is `arm` times as large.
+    pub(crate) force: f64,
+    /// Standard deviation of the latent force at each winch (N).
+    pub(crate) winch: f64,
+    /// Lever between force and torque (m).
+    pub(crate) arm: f64,
+    /// Correlation time of the latent disturbances (s).
+    pub(crate) time: f64,
+    /// White noise of each channel.
+    pub(crate) noise: Vec<f64>,
+    /// Noise with memory, the channels in their order.
+    pub(crate) memory: Vec<Memory>,
+    /// White error of each recorded winch force (N), held from sample to sample.
+    pub(crate) input: f64,
+    /// Error of the time stamps (s).
+    pub(crate) jitter: f64,
+    /// How late each channel is against its stamp (s).
+    pub(crate) late: Vec<f64>,
+}
+
+/// Largest latent force considered (N).
+const LARGEST_LATENT: f64 = 1e5;
+
+impl Randomness {
+    /// Whether the latent disturbances are of the same size.
+    pub(crate) fn same_latents(&self, other: &Self) -> bool {
+        (self.force, self.winch) == (other.force, other.winch)
+    }
+
+    /// Whether latent disturbances have anything to do.
+    pub(crate) fn has_latents(&self) -> bool {
+        self.force.max(self.winch) > SMALLEST_LATENT
+    }
+
+    /// The same without latent disturbances.
+    pub(crate) fn without_latents(&self) -> Self {
+        Self { force: SMALLEST_LATENT, winch: SMALLEST_LATENT, ..self.clone() }
+    }
+
+    /// Whether the instruments add noise that is not white.
+    pub(crate) fn has_instrument_noise(&self) -> bool {
+        !self.memory.is_empty() || self.input > 0.0 || self.jitter > 0.0
+    }
+
+    /// The size of the latent force on the platform times a factor, within what is considered.
+    pub(crate) fn force_scaled(&self, factor: f64) -> f64 {
+        (self.force * factor).clamp(SMALLEST_LATENT, LARGEST_LATENT)
+    }
+
+    /// The size of the latent forces at the winches times a factor, within what is considered.
+    pub(crate) fn winch_scaled(&self, factor: f64) -> f64 {
+        (self.winch * factor).clamp(SMALLEST_LATENT, LARGEST_LATENT)
+    }
+
+    /// The same with nothing but white noise from the instruments.
+    pub(crate) fn with_white_noise(&self) -> Self {
+        Self { memory: Vec::new(), input: 0.0, jitter: 0.0, ..self.clone() }
+    }
+
+    pub(crate) fn latent_deviation(&self, latent: usize) -> f64 {
+        match latent {
+            0 | 1 => self.force,
+            2 => self.force * self.arm,
+            _ => self.winch,
+        }
+    }
+
+    /// What the filter estimates beside the states: latents, then noise with memory.
+    pub(crate) fn processes(&self) -> usize {
+        LATENTS + self.memory.len()
+    }
+
+    /// Stationary standard deviation of a process.
+    pub(crate) fn deviation(&self, process: usize) -> f64 {
+        match process.checked_sub(LATENTS) {
+            None => self.latent_deviation(process),
+            Some(at) => self.memory[at].deviation,
+        }
+    }
+
+    /// What is left of a process after an interval (s).
+    pub(crate) fn decay(&self, process: usize, interval: f64) -> f64 {
+        let time = process.checked_sub(LATENTS).map_or(self.time, |at| self.memory[at].time);
+        (-interval / time).exp()
+    }
+
+    /// The processes that each of so many channels shows beside the states.
+    pub(crate) fn shown_by_channel(&self, channels: usize) -> Vec<std::ops::Range<usize>> {
+        (0..channels)
+            .map(|j| {
+                let first = self.memory.partition_point(|m| m.channel < j);
+                LATENTS + first..LATENTS + self.memory.partition_point(|m| m.channel <= j)
+            })
+            .collect()
+    }
+
+    /// The same with one more noise with memory.
+    pub(crate) fn with_memory(mut self, memory: Memory) -> Self {
+        let at = self.memory.partition_point(|m| m.channel <= memory.channel);
+        self.memory.insert(at, memory);
+        self
+    }
+}
