@@ -12,6 +12,7 @@ use crate::data::{Trial, make_ready};
 use crate::estimate::{FitError, noise_of_data};
 use crate::extension::{containing, count_in_use};
 use crate::fitted::{Evidence, Fitted, Trained};
+use crate::instruments;
 use crate::outcome::{Alternative, BeforeAfter, Discovery, Found, HORIZON, HORIZONS, Located, Stability, Verdict};
 use crate::report::{channel_words, phrase, printed};
 use crate::rivals::{Rival, told_apart_from};
@@ -95,8 +96,8 @@ pub(crate) fn examine(
     let Ready { evidence, holdout_source, outliers, mut remarks } = ready;
     progress("fitting the model as given", 0.02);
     let mut search = Search::new(&evidence, model.effects.len(), progress);
-    let base = search.base(model)?;
-    let mut fitted = search.catalogue_rounds(&base)?;
+    let mut base = search.base(model)?;
+    let mut fitted = search.catalogue_rounds(&mut base)?;
     let mut alternatives = Vec::new();
     fitted = settle(&mut search, &base, fitted, &mut alternatives)?;
     if fitted.gap[0] > NOTHING_LEFT {
@@ -107,12 +108,12 @@ pub(crate) fn examine(
     fitted = search.refine_terms(fitted)?;
     progress("verifying on held-out data", 0.92);
     let reaches = search.reaches.reported();
-    let mut horizons = verify::horizon_gaps(&base, &fitted, &evidence, &reaches);
+    let mut horizons = verify::horizon_gaps(&base, &fitted, &evidence, &reaches, search.instruments.as_ref());
     if !search.taken.is_empty() && !verdict::beats(&HorizonFacts::all(&horizons), NOTHING_LEFT, &POLICY) {
         search.give_up(&fitted, "what was found does not beat the model as given on held-out data over every horizon");
         alternatives.clear();
         fitted = base.clone();
-        horizons = verify::horizon_gaps(&base, &fitted, &evidence, &reaches);
+        horizons = verify::horizon_gaps(&base, &fitted, &evidence, &reaches, search.instruments.as_ref());
     }
     let (mut effects, mut terms) = (Vec::new(), Vec::new());
     let mut located: Vec<Located> = Vec::new();
@@ -185,8 +186,12 @@ pub(crate) fn examine(
     let judgement = verdict::judge(&facts, &POLICY);
     let phrases: Vec<String> = effects.iter().map(in_words).collect();
     remarks.extend(judgement.reasons.iter().map(|reason| verdict::sentence(reason, &phrases)));
-    let noise = &fitted.train.randomness.noise;
-    let remaining = HORIZONS.map(|h| verdict::remaining(&fitted.holdout, &evidence.holdout, noise, h)).to_vec();
+    let remaining = HORIZONS.map(|h| {
+        let (fit, trials) = (&fitted.holdout, &evidence.holdout);
+        let noise = search.instruments.as_ref().map(|randomness| fit.spread(trials, randomness, h));
+        verdict::remaining(fit, trials, noise.as_ref().unwrap_or(&fitted.train.randomness.noise), h)
+    });
+    let remaining = remaining.to_vec();
     if judgement.verdict == Verdict::PartlyNamed {
         remarks.push(verdict::left_over(&remaining));
     }
@@ -200,6 +205,8 @@ pub(crate) fn examine(
     let arm = base.train.randomness.arm;
     // Terms are of another library, weighed after it.
     let last_weighing = search.null_test.filter(|_| terms.is_empty());
+    let instruments = instruments::summary(&fitted.train, &evidence.train, &evidence.noise);
+    remarks.extend(instruments.remarks());
     let (candidates, steps) = (search.tried.len(), std::mem::take(&mut search.steps));
     let horizon = search.reaches.main.horizon;
     let trials = verify::compared(&base, &fitted, &evidence, horizon);
@@ -216,6 +223,7 @@ pub(crate) fn examine(
         remaining,
         holdout_source,
         whiteness,
+        instruments,
         remainder_force: BeforeAfter { before: size(&base), after: size(&fitted) },
         remainder_torque: BeforeAfter {
             before: arm * base.train.randomness.force,

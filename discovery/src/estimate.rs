@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::data::clean::{median, noise_by_differences};
 use crate::data::{Channel, Trial};
 use crate::gap::restarts;
+use crate::instruments;
 use crate::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
 use crate::model::{Examined, LATENTS, disturb};
 use crate::path::{LinearTrial, Trajectory, linearise};
@@ -311,6 +312,19 @@ impl Fit {
         self.pace.iter().any(|pace| *pace < 1.0)
     }
 
+    /// The same model and sizes along other linear trials, to run the filter on.
+    pub(crate) fn along(&self, linear: Vec<LinearTrial>) -> Self {
+        Self {
+            model: self.model.clone(),
+            examined: self.examined.clone(),
+            first: self.first.clone(),
+            trajectories: Vec::new(),
+            linear,
+            randomness: self.randomness.clone(),
+            pace: self.pace.clone(),
+        }
+    }
+
     /// The same fit on the beginnings of its trials.
     pub(crate) fn begun(&self, beginnings: &[Trial]) -> Result<Self, FitError> {
         let mut begun = Self { linear: Vec::new(), ..self.clone() };
@@ -378,6 +392,9 @@ impl Fit {
         }
         self.randomness = best.randomness;
         self.fit_noise(trials, noise, &best.filtered);
+        if self.randomness.has_instrument_noise() {
+            self.randomness = instruments::resize(self, trials, noise);
+        }
     }
 
     /// As [`Fit::fit_randomness`] where the latent forces have been chosen but for being too small, with a run at these.

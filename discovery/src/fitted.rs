@@ -6,6 +6,7 @@ use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
 use crate::extension::count_in_use;
 use crate::gap::{gap, predict};
+use crate::instruments;
 use crate::kalman::Randomness;
 use crate::refine::{Estimate, refine};
 use crate::search::{EVIDENCE, Search};
@@ -84,15 +85,34 @@ impl Search<'_> {
     /// `-2 log L` on training data plus the penalty of the parameters.
     pub(crate) fn score(&self, train: &Fit, trials: &[Trial]) -> f64 {
         let cost: f64 = train.model.effects[self.given..].iter().map(|s| self.penalty.of(count_in_use(s).max(1))).sum();
-        train.minus_two_log_likelihood(trials, &train.randomness) + cost
+        let instruments = self.penalty.of_parameters(instruments::parameters(&train.randomness));
+        train.minus_two_log_likelihood(trials, &train.randomness) + cost + instruments
     }
 
-    fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
+    /// `fitted` with what its instruments ask for, where something is left for them and no explanation gains far more.
+    pub(crate) fn with_instruments(&self, fitted: &Fitted, gain: f64) -> Result<Option<Fitted>, FitError> {
+        let e = self.evidence;
+        if !fitted.train.randomness.has_latents() && !self.something_left(&fitted.train, &e.train) {
+            return Ok(None);
+        }
+        let taken = instruments::take_up(&fitted.train, &e.train, &e.noise, self.penalty, gain)?;
+        let Some(train) = taken else { return Ok(None) };
+        let mut holdout = fitted.holdout.clone();
+        holdout.randomness = train.randomness.clone();
+        holdout.settle(&e.holdout, MOST_MOVES)?;
+        Ok(Some(self.finish(train, holdout, fitted.estimate.clone())))
+    }
+
+    pub(crate) fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
         let e = self.evidence;
         let score = self.score(&train, &e.train);
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
         let gap_over = |reach: &Reach| {
-            gap(&e.holdout, &predict(&holdout, &e.holdout, reach.horizon), &e.noise).total() / reach.attainable
+            let gap_by = |noise: &[f64]| gap(&e.holdout, &predict(&holdout, &e.holdout, reach.horizon), noise).total();
+            match &self.instruments {
+                Some(randomness) => gap_by(&holdout.spread(&e.holdout, randomness, reach.horizon)),
+                None => gap_by(&e.noise) / reach.attainable,
+            }
         };
         let Reaches { main, long } = &self.reaches;
         let (short, long) = rayon::join(|| gap_over(main), || gap_over(long));
@@ -171,9 +191,9 @@ impl Search<'_> {
 
     /// A fit of `model` from which others can start: with latent forces as large as in the model as given.
     pub(crate) fn loosened(&self, model: &Model, from: &Fit, trials: &[Trial]) -> Result<Fit, FitError> {
-        let noise = from.randomness.noise.clone();
-        let randomness = self.base_randomness.as_ref().map_or_else(|| from.randomness.clone(), |base| base.clone());
-        let mut start = Fit::new(model, trials, &Randomness { noise, ..randomness }, Some(from))?;
+        let latents = self.base_randomness.as_ref().unwrap_or(&from.randomness);
+        let randomness = Randomness { force: latents.force, winch: latents.winch, ..from.randomness.clone() };
+        let mut start = Fit::new(model, trials, &randomness, Some(from))?;
         start.smooth(trials)?;
         start.fit_randomness(trials, &self.evidence.noise, true);
         Ok(start)

@@ -21,6 +21,7 @@ mod form;
 #[cfg(test)]
 mod fuzz;
 mod gap;
+mod instruments;
 mod kalman;
 mod late;
 mod limits;

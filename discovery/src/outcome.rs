@@ -190,6 +190,77 @@ pub struct Whiteness {
     pub limit: f64,
 }
 
+/// A size with its standard error, `None` where the data do not determine it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimated {
+    /// The size.
+    pub value: f64,
+    /// Its standard error.
+    pub standard_error: Option<f64>,
+}
+
+/// What one measured channel adds to the truth, in its unit; what the data do not ask for is absent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelInstrument {
+    /// The channel.
+    pub channel: Channel,
+    /// Standard deviation of its white noise.
+    pub white: f64,
+    /// Standard deviation of its noise with memory (Gauss-Markov, first order).
+    pub coloured: Option<Estimated>,
+    /// Time constant of that (s).
+    pub time_constant: Option<Estimated>,
+    /// Standard deviation of its drift over the recordings.
+    pub drift: Option<Estimated>,
+    /// How late it is against the recorded inputs (s).
+    pub delay: Option<Estimated>,
+    /// Its resolution: the step of which all readings are multiples.
+    pub resolution: Option<f64>,
+}
+
+/// What the instruments add to the recordings.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Instruments {
+    /// By channel.
+    pub channels: Vec<ChannelInstrument>,
+    /// White error of each recorded winch force (N).
+    pub winch_force: Option<Estimated>,
+    /// Jitter of the time stamps (s).
+    pub stamps: Option<Estimated>,
+}
+
+impl Instruments {
+    /// The delays, one for each device: its channels share a clock.
+    pub fn clocks(&self) -> Vec<(String, Estimated)> {
+        let mut out: Vec<(String, Estimated)> = Vec::new();
+        for c in &self.channels {
+            let name = c.channel.name();
+            let device = name.split('[').next().unwrap_or(&name).to_owned();
+            if let Some(delay) = c.delay.filter(|_| out.iter().all(|(known, _)| *known != device)) {
+                out.push((device, delay));
+            }
+        }
+        out
+    }
+
+    /// What a reader should know before any cause, a sentence each.
+    pub(crate) fn remarks(&self) -> Vec<String> {
+        let with = |size: &Estimated, scale: f64| match size.standard_error {
+            Some(error) => format!("{:.3} ± {:.2}", scale * size.value, scale * error),
+            None => format!("{:.3}", scale * size.value),
+        };
+        let clocks = self.clocks().into_iter().map(|(device, delay)| {
+            let way = if delay.value > 0.0 { "lags" } else { "leads" };
+            let size = Estimated { value: delay.value.abs(), ..delay };
+            format!("{device} {way} the recorded forces by {} ms.", with(&size, 1e3))
+        });
+        let force = self.winch_force.iter();
+        let force = force.map(|size| format!("The recorded winch forces have a white error of {} N.", with(size, 1.0)));
+        let stamps = self.stamps.iter().map(|size| format!("The time stamps jitter by {} ms.", with(size, 1e3)));
+        clocks.chain(force).chain(stamps).collect()
+    }
+}
+
 /// One trial with predictions, for pictures and `gap.csv`.
 #[derive(Clone, Debug)]
 pub struct Compared {
@@ -249,6 +320,8 @@ pub struct Discovery {
     pub holdout_source: String,
     /// Whiteness by channel.
     pub whiteness: Vec<Whiteness>,
+    /// What the instruments add, with the final model.
+    pub instruments: Instruments,
     /// Root mean square of the latent force (N) and torque (N m), before and after.
     pub remainder_force: BeforeAfter,
     /// See `remainder_force`.

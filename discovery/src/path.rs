@@ -101,6 +101,30 @@ impl LinearTrial {
         Step { time, interval: self.interval[k], from, to: end, felt: self.felt[k], slack: self.slack[k] }
     }
 
+    /// The first samples of it.
+    pub(crate) fn beginning(&self, len: usize) -> Self {
+        let len = len.min(self.len);
+        let cut = |values: &[f64], each: usize| values[..len * each].to_vec();
+        let (n, m, steps) = (self.states, self.channels, len - 1);
+        Self {
+            len,
+            interval: self.interval[..steps].to_vec(),
+            transition: self.transition[..steps * self.padded * self.width()].to_vec(),
+            defect: self.defect[..steps * n].to_vec(),
+            latents: cut(&self.latents, LATENTS),
+            sensor: cut(&self.sensor, m * n),
+            shows: self.shows.clone(),
+            shown: cut(&self.shown, m),
+            rate: cut(&self.rate, m),
+            residual: cut(&self.residual, m),
+            felt: self.felt[..len].to_vec(),
+            slack: self.slack[..len].to_vec(),
+            prior: self.prior.clone(),
+            prior_deviation: self.prior_deviation.clone(),
+            ..*self
+        }
+    }
+
     /// Lets channel `j` show what was a while ago: what is shown along the trajectory then, and of a deviation as much as it
     /// was by its velocity.
     fn delay(&mut self, model: &Examined, time: &[f64], j: usize, late: f64) {
@@ -111,7 +135,7 @@ impl LinearTrial {
         }
         let moving = (0..3)
             .map(|axis| (axis, 3 + axis))
-            .chain((0..CABLES).filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))));
+            .chain((0..model.plant.cables()).filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))));
         for (position, velocity) in moving {
             for slopes in self.sensor.chunks_exact_mut(n).skip(j).step_by(m) {
                 slopes[velocity] -= late * slopes[position];

@@ -27,6 +27,11 @@ pub(crate) fn ladder(randomness: &Randomness) -> Vec<Randomness> {
             levels.push(level);
         }
     }
+    // What explains everything makes what the instruments seem to do superfluous as well.
+    if randomness.has_instrument_noise() {
+        let plain = randomness.with_white_noise();
+        levels.extend([plain.without_latents(), plain]);
+    }
     levels
 }
 
@@ -142,9 +147,9 @@ impl Penalty {
         Self { parameter: (count.max(2) as f64).ln(), choice: 2.0 * 200.0_f64.ln() }
     }
 
-    /// Of one parameter more.
-    pub(crate) fn of_parameter(self) -> f64 {
-        self.parameter
+    /// Of so many parameters of something that is not chosen among many.
+    pub(crate) fn of_parameters(self, parameters: usize) -> f64 {
+        self.parameter * parameters as f64
     }
 
     /// Of one effect with so many parameters.

@@ -39,7 +39,8 @@ impl Search<'_> {
         situation
     }
 
-    /// One round over a library: the best candidate, refined, if it earns its place.
+    /// One round over a library: the best candidate, refined, if it earns its place. Over the catalogue, where the
+    /// instruments explain more, there is none, but a better fit to go on from.
     pub(crate) fn round(
         &mut self,
         fitted: &Fitted,
@@ -63,6 +64,13 @@ impl Search<'_> {
         };
         let base = baseline(&levels);
         let ranked = rank(library, &levels, self.penalty);
+        let gain = ranked.first().map_or(0.0, |best| base - best.score).max(0.0);
+        if parsimony {
+            self.better = self.better_instruments(fitted, gain)?;
+            if self.better.is_some() {
+                return Ok(None);
+            }
+        }
         let mut refused: Vec<(&'static str, Option<usize>)> = Vec::new();
         while refused.len() < most_refusals {
             let left: Vec<Scored> = ranked
@@ -130,6 +138,9 @@ impl Search<'_> {
         }
         if parsimony {
             self.null_test = weighing.null_test(EVIDENCE);
+            if gain > 0.0 {
+                self.better = self.better_instruments(fitted, 0.0)?;
+            }
         }
         Ok(None)
     }

@@ -34,7 +34,7 @@ const MOST_EFFECTS: usize = 5;
 /// Most terms outside the catalogue that are added one after the other.
 const MOST_TERMS: usize = 3;
 /// Length of the beginnings of trials (s).
-const BEGINNING: f64 = 30.0;
+pub(crate) const BEGINNING: f64 = 30.0;
 /// What the criterion must rise on the beginnings for an explanation to be far off.
 pub(crate) const FAR_OFF: f64 = 100.0;
 /// Gauss-Newton rounds of a refinement.
@@ -93,6 +93,10 @@ pub(crate) struct Search<'a> {
     pub(crate) base_randomness: Option<Randomness>,
     /// Horizons that the growth of errors allows, once the model as given has been fitted.
     pub(crate) reaches: Reaches,
+    /// What is random with the instruments that were taken up last, the latent forces left out; none where none are.
+    pub(crate) instruments: Option<Randomness>,
+    /// The last fit that was looked at, with what its instruments ask for, where that explains more than any effect.
+    pub(crate) better: Option<Fitted>,
     pub(crate) penalty: Penalty,
 }
 
@@ -111,6 +115,8 @@ impl<'a> Search<'a> {
             progress,
             base_randomness: None,
             reaches: Reaches::default(),
+            instruments: None,
+            better: None,
             penalty: Penalty::new(count),
         }
     }
@@ -125,15 +131,23 @@ impl<'a> Search<'a> {
     }
 
     /// Adds effects of the catalogue as long as they earn their place.
-    pub(crate) fn catalogue_rounds(&mut self, base: &Fitted) -> Result<Fitted, FitError> {
+    ///
+    /// Where the instruments ask for more than white noise, `base` gets it too.
+    pub(crate) fn catalogue_rounds(&mut self, base: &mut Fitted) -> Result<Fitted, FitError> {
         let mut fitted = base.clone();
         let mut looked = false;
         if fitted.train.examined.plant.unstretched_index(0).is_none() {
             fitted = self.elasticity(fitted)?;
         }
         if self.taken.is_empty() {
-            let signatures = self.signatures(&fitted.train);
-            fitted = self.one_more(&fitted, &signatures)?.unwrap_or(fitted);
+            let mut signatures = self.signatures(&fitted.train);
+            let mut next = self.one_more(&fitted, &signatures)?;
+            while let Some(better) = self.better.take() {
+                (*base, fitted) = (better.clone(), better);
+                signatures = self.signatures(&fitted.train);
+                next = self.one_more(&fitted, &signatures)?;
+            }
+            fitted = next.unwrap_or(fitted);
             if self.explained(base, &fitted) > MOST {
                 fitted = self.form_if(fitted, MOST);
             }
@@ -156,12 +170,12 @@ impl<'a> Search<'a> {
                     Look::Nothing => fitted,
                 };
             }
-            fitted = self.rounds(fitted)?;
+            fitted = self.rounds(base, fitted)?;
         }
         if !looked && hidden && (fitted.explains_little(base) || fitted.gap[0] > STRONG) {
             fitted = match self.look_again(base, &fitted)? {
                 Look::Explained(explained) => return Ok(explained),
-                Look::Better(better) => self.rounds(better)?,
+                Look::Better(better) => self.rounds(base, better)?,
                 Look::Nothing => fitted,
             };
         }
@@ -205,10 +219,25 @@ impl<'a> Search<'a> {
     }
 
     /// Effects of the catalogue, one after the other, as long as they earn their place, and after each the form of friction.
-    fn rounds(&mut self, mut fitted: Fitted) -> Result<Fitted, FitError> {
+    ///
+    /// What the instruments have beside white noise is taken up where it explains more than the next effect.
+    fn rounds(&mut self, base: &mut Fitted, mut fitted: Fitted) -> Result<Fitted, FitError> {
         while self.taken.len() < MOST_EFFECTS {
             let signatures = self.signatures(&fitted.train);
             let next = self.one_more(&fitted, &signatures)?;
+            if let Some(better) = self.better.take() {
+                *base = match self.with_instruments(base, 0.0)? {
+                    Some(base) => base,
+                    None => self.finish(base.train.clone(), base.holdout.clone(), None),
+                };
+                fitted = better;
+                // What was found may only have stood for what the instruments do.
+                if base.score <= fitted.score {
+                    self.give_up(&fitted, "what the instruments add explains more");
+                    fitted = base.clone();
+                }
+                continue;
+            }
             let found = next.is_some();
             let score = fitted.score;
             fitted = self.form(next.unwrap_or(fitted));
@@ -217,6 +246,14 @@ impl<'a> Search<'a> {
             }
         }
         Ok(fitted)
+    }
+
+    /// `fitted` with what its instruments ask for, where that explains more than the `gain` of the best effect.
+    pub(crate) fn better_instruments(&mut self, fitted: &Fitted, gain: f64) -> Result<Option<Fitted>, FitError> {
+        let better = self.with_instruments(fitted, gain)?;
+        let Some(better) = better.filter(|better| fitted.score - better.score > gain) else { return Ok(None) };
+        self.instruments = Some(better.train.randomness.without_latents());
+        Ok(Some(self.finish(better.train, better.holdout, better.estimate)))
     }
 
     /// The signatures of the catalogue along a fit.

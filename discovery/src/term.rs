@@ -153,7 +153,7 @@ impl Search<'_> {
             let mut model = best.train.model.clone();
             model.effects[at] = plain;
             if let Some(next) = self.with_terms_refined(&model, &best)
-                && next.score <= best.score + self.penalty.of_parameter()
+                && next.score <= best.score + self.penalty.of_parameters(1)
             {
                 best = next;
             }

@@ -7,7 +7,7 @@ use crate::data::{Channel, Trial};
 use crate::estimate::Fit;
 use crate::fitted::{Evidence, Fitted};
 use crate::gap::{GapSum, gap, predict};
-use crate::kalman::Keep;
+use crate::kalman::{Keep, Randomness};
 use crate::outcome::{BeforeAfter, Compared, HorizonGap, Whiteness};
 use crate::verdict::{POLICY, attainable};
 
@@ -19,12 +19,25 @@ const TOLERATED_CORRELATION: f64 = 0.02;
 /// Length of the blocks by which "when" is told (s).
 const BLOCK: f64 = 2.0;
 
-/// Gaps of both models over these horizons (s), on training and held-out data, in units of the noise with what was found.
-pub(crate) fn horizon_gaps(base: &Fitted, fitted: &Fitted, evidence: &Evidence, horizons: &[f64]) -> Vec<HorizonGap> {
+/// Gaps of both models over these horizons (s), on training and held-out data, in units of the noise with what was found;
+/// where the `instruments` have more, of how far the right model would be from the measurements.
+pub(crate) fn horizon_gaps(
+    base: &Fitted,
+    fitted: &Fitted,
+    evidence: &Evidence,
+    horizons: &[f64],
+    instruments: Option<&Randomness>,
+) -> Vec<HorizonGap> {
     let noise = &fitted.train.randomness.noise;
     let sets = [(&base.train, &fitted.train, &evidence.train), (&base.holdout, &fitted.holdout, &evidence.holdout)];
     let of_horizon = |horizon: &f64| {
-        let sums = |fit: &Fit, trials: &[Trial]| gap(trials, &predict(fit, trials, *horizon), noise);
+        let sums = |fit: &Fit, trials: &[Trial]| {
+            let predictions = predict(fit, trials, *horizon);
+            match instruments {
+                Some(randomness) => gap(trials, &predictions, &fit.spread(trials, randomness, *horizon)),
+                None => gap(trials, &predictions, noise),
+            }
+        };
         let [train, holdout] = sets.map(|(before, after, trials)| [sums(before, trials), sums(after, trials)]);
         let pair = |[before, after]: &[GapSum; 2]| BeforeAfter { before: before.total(), after: after.total() };
         let channel = |at: usize, channel: Channel| {
@@ -34,7 +47,10 @@ pub(crate) fn horizon_gaps(base: &Fitted, fitted: &Fitted, evidence: &Evidence, 
             of(&train).map(|train| (channel, train, of(&holdout)))
         };
         let channels = Channel::all().into_iter().enumerate().filter_map(|(at, c)| channel(at, c)).collect();
-        let attainable = attainable(&fitted.holdout, &evidence.holdout, noise, *horizon);
+        let attainable = match instruments {
+            Some(_) => 1.0,
+            None => attainable(&fitted.holdout, &evidence.holdout, noise, *horizon),
+        };
         let judged = attainable <= POLICY.farthest;
         HorizonGap { horizon: *horizon, train: pair(&train), holdout: pair(&holdout), attainable, judged, channels }
     };

@@ -10,8 +10,8 @@ use cdpr::model_file::Model;
 
 use crate::data::{Channel, Trial};
 use crate::outcome::{
-    Alternative, BeforeAfter, Block, Compared, Discovery, Found, HorizonGap, Located, NullTest, Remaining, SearchStep,
-    Stability, Verdict, Whiteness,
+    Alternative, BeforeAfter, Block, ChannelInstrument, Compared, Discovery, Estimated, Found, HorizonGap, Instruments,
+    Located, NullTest, Remaining, SearchStep, Stability, Verdict, Whiteness,
 };
 
 pub(super) const FORCE: f64 = 180.0;
@@ -125,6 +125,11 @@ pub(super) fn discovery() -> Discovery {
             .iter()
             .map(|c| Whiteness { channel: *c, noise: NOISE, samples: SAMPLES, statistic: 21.0, limit: 37.6 })
             .collect(),
+        instruments: Instruments {
+            channels: trials[0].trial.channels.iter().map(|c| instrument(*c)).collect(),
+            winch_force: None,
+            stamps: Some(Estimated { value: 4e-3, standard_error: Some(1e-4) }),
+        },
         remainder_force: pair(90.0, 1.5),
         remainder_torque: pair(700.0, 12.0),
         trials,
@@ -139,6 +144,21 @@ pub(super) fn discovery() -> Discovery {
         }],
         remarks: vec!["Pretension stays within 3 % of 20 kN.".to_owned()],
         seconds: 12.5,
+    }
+}
+
+/// The pose has noise with memory.
+fn instrument(channel: Channel) -> ChannelInstrument {
+    let pose = matches!(channel, Channel::Pose(_));
+    let sized = |value: f64| pose.then_some(Estimated { value, standard_error: Some(0.1 * value) });
+    ChannelInstrument {
+        channel,
+        white: NOISE,
+        coloured: sized(3.0 * NOISE),
+        time_constant: sized(0.4),
+        drift: None,
+        delay: None,
+        resolution: None,
     }
 }
 

@@ -10,7 +10,8 @@ use serde::Serialize;
 
 use crate::data::Channel;
 use crate::outcome::{
-    Alternative, Block, Compared, Discovery, Found, Located, NullTest, Remaining, SearchStep, Stability, Verdict,
+    Alternative, Block, ChannelInstrument, Compared, Discovery, Estimated, Found, Instruments, Located, NullTest,
+    Remaining, SearchStep, Stability, Verdict,
 };
 
 use super::label::place;
@@ -27,9 +28,60 @@ struct Document<'a> {
     remaining: Vec<RemainingEntry>,
     remainder: RemainderEntry,
     channels: BTreeMap<String, ChannelEntry>,
+    instruments: InstrumentsEntry,
     trials: Vec<TrialEntry<'a>>,
     search: SearchEntry<'a>,
     remarks: &'a [String],
+}
+
+/// What the instruments add to the recordings; what the data do not ask for is `null`.
+#[derive(Serialize)]
+struct InstrumentsEntry {
+    channels: BTreeMap<String, InstrumentEntry>,
+    /// White error of each recorded winch force (N).
+    winch_force_error: Option<EstimatedEntry>,
+    /// Jitter of the time stamps (s).
+    stamp_jitter: Option<EstimatedEntry>,
+}
+
+/// Sizes in the channel's unit, times in s.
+#[derive(Serialize)]
+struct InstrumentEntry {
+    white: f64,
+    coloured: Option<EstimatedEntry>,
+    time_constant: Option<EstimatedEntry>,
+    drift: Option<EstimatedEntry>,
+    /// Against the recorded inputs.
+    delay: Option<EstimatedEntry>,
+    resolution: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct EstimatedEntry {
+    value: f64,
+    standard_error: Option<f64>,
+}
+
+impl From<Estimated> for EstimatedEntry {
+    fn from(size: Estimated) -> Self {
+        Self { value: size.value, standard_error: size.standard_error }
+    }
+}
+
+fn instruments(instruments: &Instruments) -> InstrumentsEntry {
+    let channel = |c: &ChannelInstrument| InstrumentEntry {
+        white: c.white,
+        coloured: c.coloured.map(Into::into),
+        time_constant: c.time_constant.map(Into::into),
+        drift: c.drift.map(Into::into),
+        delay: c.delay.map(Into::into),
+        resolution: c.resolution,
+    };
+    InstrumentsEntry {
+        channels: instruments.channels.iter().map(|c| (c.channel.name(), channel(c))).collect(),
+        winch_force_error: instruments.winch_force.map(Into::into),
+        stamp_jitter: instruments.stamps.map(Into::into),
+    }
 }
 
 #[derive(Serialize)]
@@ -253,6 +305,7 @@ pub fn discovery_json(discovery: &Discovery) -> Result<String, serde_json::Error
             torque: discovery.remainder_torque.into(),
         },
         channels: all_channels(discovery).into_iter().map(|c| (c.name(), channel(c, discovery))).collect(),
+        instruments: instruments(&discovery.instruments),
         trials: discovery
             .trials
             .iter()
