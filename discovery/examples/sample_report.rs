@@ -64,6 +64,7 @@ fn sample(verdict: Verdict) -> Report {
         terms: vec![],
         gap,
         channels,
+        instruments: Vec::new(),
         remainder: Remainder { force: 1.9, torque: 14.0, force_before: Some(84.0), torque_before: Some(610.0) },
         trials,
         signatures: vec![signature(&mut noise)],

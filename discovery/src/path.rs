@@ -133,9 +133,10 @@ impl LinearTrial {
         for (k, then) in earlier(time, &column, late).into_iter().enumerate() {
             self.residual[k * m + j] += column[k] - then;
         }
-        let moving = (0..3)
-            .map(|axis| (axis, 3 + axis))
-            .chain((0..model.plant.cables()).filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))));
+        let moving = (0..3).map(|axis| (axis, 3 + axis)).chain(
+            (0..model.plant.cables())
+                .filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))),
+        );
         for (position, velocity) in moving {
             for slopes in self.sensor.chunks_exact_mut(n).skip(j).step_by(m) {
                 slopes[velocity] -= late * slopes[position];

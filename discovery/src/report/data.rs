@@ -25,6 +25,8 @@ pub struct Report {
     pub gap: Gap,
     /// Every measured channel, in the order in which tables and pictures list them.
     pub channels: Vec<Channel>,
+    /// What the instruments add to the recordings beside white noise; empty where the data do not ask for it.
+    pub instruments: Vec<Instrument>,
     /// What stays unexplained, as forces.
     pub remainder: Remainder,
     /// The trials to plot, decimated by the caller (a few thousand samples each are plenty).
@@ -257,6 +259,19 @@ pub struct Channel {
     pub samples: usize,
     /// Whiteness test of what remains after the fit, where it was made.
     pub whiteness: Option<Whiteness>,
+}
+
+/// A size of what an instrument adds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Instrument {
+    /// What it is, and of which instrument.
+    pub what: String,
+    /// Its size, in `unit`.
+    pub value: f64,
+    /// Its standard error, where it is known.
+    pub standard_error: Option<f64>,
+    /// Unit of the size.
+    pub unit: String,
 }
 
 /// Test of whether what remains looks like noise without memory.

@@ -68,6 +68,7 @@ pub fn render(input: &Report) -> Result<String, ReportError> {
         decades => decades(input, held_out),
         channels => input.channels,
         whiteness_tested => whiteness_tested,
+        instruments => input.instruments,
         remainder => input.remainder,
         trial_names => input.trials.iter().map(|t| &t.name).collect::<Vec<_>>(),
         has_series => input.trials.iter().any(|t| !t.series.is_empty()),

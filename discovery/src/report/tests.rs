@@ -52,6 +52,12 @@ fn report() -> Report {
             horizons: vec![HorizonGap { horizon_s: 20.0, train: both(90.0, 1.4), holdout: None }],
         },
         channels: vec![channel("x", "m"), channel("cable_length[3]", "m")],
+        instruments: vec![Instrument {
+            what: "delay of cable_length".to_owned(),
+            value: 0.02,
+            standard_error: Some(3e-4),
+            unit: "s".to_owned(),
+        }],
         remainder: Remainder { force: 1.9, torque: 14.0, force_before: Some(84.0), torque_before: Some(610.0) },
         trials: vec![trial("a.csv", false), trial("c.csv", true)],
         signatures: vec![Signature {

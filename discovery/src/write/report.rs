@@ -4,7 +4,8 @@ use std::path::Path;
 
 use crate::data::Channel;
 use crate::outcome::{
-    Alternative, BeforeAfter, Block, Compared, Discovery, Found, Located, NullTest, SearchStep, Stability, Verdict,
+    Alternative, BeforeAfter, Block, Compared, Discovery, Estimated, Found, Instruments, Located, NullTest, SearchStep,
+    Stability, Verdict,
 };
 use crate::report::{
     self, ChannelGap, FileUsed, Gap, HorizonGap, Method, Remainder, Report, Robot, Setting, Span, Step, Term, Whiteness,
@@ -60,6 +61,7 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
         gap: Gap { holdout_source: shortened(&discovery.holdout_source, &discovery.trials, &names), ..gap(discovery) },
+        instruments: instruments(&discovery.instruments),
         remainder: Remainder {
             force: discovery.remainder_force.after,
             torque: discovery.remainder_torque.after,
@@ -138,6 +140,38 @@ fn channel(channel: Channel, discovery: &Discovery) -> report::Channel {
             pass: w.statistic <= w.limit,
         }),
     }
+}
+
+/// What the instruments have beside white noise, a row each; channels of one device have one clock.
+fn instruments(instruments: &Instruments) -> Vec<report::Instrument> {
+    let row = |what: String, unit: &str, size: &Estimated| report::Instrument {
+        what,
+        value: size.value,
+        standard_error: size.standard_error,
+        unit: unit.to_owned(),
+    };
+    let mut rows: Vec<report::Instrument> = Vec::new();
+    for c in &instruments.channels {
+        let (name, unit) = (c.channel.name(), c.channel.unit());
+        let count = c.resolution.map(|value| Estimated { value, standard_error: None });
+        let sizes = [
+            ("noise with memory of", unit, &c.coloured),
+            ("its time constant,", "s", &c.time_constant),
+            ("drift of", unit, &c.drift),
+            ("resolution of", unit, &count),
+        ];
+        for (what, unit, size) in sizes {
+            rows.extend(size.iter().map(|size| row(format!("{what} {name}"), unit, size)));
+        }
+    }
+    for (device, delay) in instruments.clocks() {
+        rows.push(row(format!("delay of {device} against the recorded forces"), "s", &delay));
+    }
+    rows.extend(
+        instruments.winch_force.iter().map(|size| row("white error of the recorded winch forces".into(), "N", size)),
+    );
+    rows.extend(instruments.stamps.iter().map(|size| row("jitter of the time stamps".into(), "s", size)));
+    rows
 }
 
 fn effect(found: &Found, trials: &[Compared]) -> report::Effect {
