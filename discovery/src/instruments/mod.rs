@@ -5,17 +5,20 @@
 //! that gains most first. What the instruments do, the latent forces need not carry: each is tried with the latent forces
 //! as they are and without them.
 
-use nalgebra::DMatrix;
+mod clock;
+mod summary;
+#[cfg(test)]
+mod tests;
+
+pub(crate) use summary::summary;
 
 use crate::data::{Channel, Trial};
-use crate::estimate::{Fit, FitError, for_trial};
-use crate::kalman::{Keep, Randomness, filter};
-use crate::outcome::{ChannelInstrument, Estimated, Instruments};
+use crate::estimate::{Fit, FitError};
+use crate::kalman::Randomness;
 use crate::path::LinearTrial;
 use crate::randomness::Memory;
 use crate::regression::Penalty;
 use crate::search::{BEGINNING, EVIDENCE};
-use crate::whiten::{Forcing, Normal, whiten};
 
 /// Channels that share a device and its clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,10 +94,6 @@ const WORTH: f64 = 0.5;
 const LEAST: f64 = 0.05;
 /// Most times that all sizes are gone through with one factor.
 const MOST_PASSES: usize = 6;
-/// Step of the logarithm of a size for its standard error.
-const ERROR_STEP: f64 = 0.1;
-/// Moves of a clock and of the trajectory in turn.
-const CLOCK_MOVES: usize = 3;
 
 /// A place of the search with its `-2 log L`.
 #[derive(Clone)]
@@ -417,266 +416,5 @@ impl<'a> Sizing<'a> {
             }
         }
         best
-    }
-
-    /// What setting the clock of each device would gain, to first order: at the latent forces as they are and without.
-    ///
-    /// The recorded forces have the reference clock. A late pose is an effect of the catalogue.
-    fn clocks(&self, fit: &Fit, from: &At) -> Vec<(Kind, At)> {
-        let devices: Vec<Device> =
-            Device::ALL.into_iter().filter(|d| *d != Device::Pose && !self.channels(*d).is_empty()).collect();
-        let mut found: Vec<(Kind, At)> = Vec::new();
-        let set = |late: &Randomness, device: Device| self.channels(device).iter().any(|at| late.late[*at] != 0.0);
-        for randomness in [from.randomness.clone(), from.randomness.without_latents()] {
-            let normal = self.clock_normal(fit, &randomness, &devices);
-            for (c, device) in devices.iter().enumerate() {
-                let gram = normal.gram[c * devices.len() + c];
-                let step = normal.right[c] / gram;
-                // More than a few samples are no first order.
-                if gram <= 0.0 || step.abs() > 4.0 * self.interval || set(&randomness, *device) {
-                    continue;
-                }
-                let mut next = randomness.clone();
-                self.channels(*device).into_iter().for_each(|at| next.late[at] += step);
-                let value = normal.minus_two_log_likelihood - normal.right[c] * step;
-                found.push((Kind::Late(*device), At { randomness: next, value }));
-            }
-        }
-        found
-    }
-
-    /// Normal equations of the delays of devices: what is shown changes by minus its rate.
-    fn clock_normal(&self, fit: &Fit, randomness: &Randomness, devices: &[Device]) -> Normal {
-        let mut normal = Normal::empty(devices.len());
-        for (t, trial) in self.trials.iter().enumerate() {
-            let linear = &fit.linear[t];
-            let mut forcing = Forcing {
-                columns: devices.len(),
-                step: vec![0.0; (linear.len - 1) * linear.states * devices.len()],
-                sensor: vec![0.0; linear.len * linear.channels * devices.len()],
-            };
-            for (at, rate) in linear.rate.iter().enumerate() {
-                let device = Device::of(trial.channels[at % linear.channels]);
-                if let Some(c) = devices.iter().position(|d| *d == device) {
-                    forcing.sensor[at * devices.len() + c] = -*rate as f32;
-                }
-            }
-            let randomness = for_trial(randomness, trial);
-            let filtered = filter(linear, &randomness, Keep::Innovations);
-            normal.add(&whiten(linear, &randomness, &filtered, &forcing, None));
-        }
-        normal
-    }
-
-    /// Clocks as in `start`, then set by Gauss-Newton, the trajectory smoothed in between.
-    fn set_clock(&self, fit: &Fit, start: At) -> Result<(Fit, At), FitError> {
-        let mut fit = fit.clone();
-        fit.randomness = start.randomness;
-        let devices: Vec<Device> = Device::ALL
-            .into_iter()
-            .filter(|d| self.channels(*d).iter().any(|at| fit.randomness.late[*at] != 0.0))
-            .collect();
-        for _ in 0..CLOCK_MOVES {
-            fit.smooth(self.trials)?;
-            let randomness = fit.randomness.clone();
-            let normal = self.clock_normal(&fit, &randomness, &devices);
-            for (c, device) in devices.iter().enumerate() {
-                let step = normal.right[c] / normal.gram[c * devices.len() + c];
-                for at in self.channels(*device) {
-                    fit.randomness.late[at] += step;
-                }
-            }
-        }
-        fit.smooth(self.trials)?;
-        let at = self.at(&fit, fit.randomness.clone());
-        Ok((fit, at))
-    }
-
-    /// Covariance of the logarithms of sizes that are found together: from how `-2 log L` bends over them, all other sizes
-    /// held. `None` where it has no minimum there.
-    fn covariance(&self, fit: &Fit, sizes: &[Size]) -> Option<DMatrix<f64>> {
-        let moved = |randomness: &Randomness, size: usize, step: f64| self.scaled(randomness, sizes[size], step.exp());
-        let value = |randomness: &Randomness| fit.minus_two_log_likelihood(self.trials, randomness);
-        let here = value(&fit.randomness);
-        let plus: Vec<Randomness> = (0..sizes.len()).map(|s| moved(&fit.randomness, s, ERROR_STEP)).collect();
-        let values: Vec<f64> = plus.iter().map(value).collect();
-        let mut bend = DMatrix::zeros(sizes.len(), sizes.len());
-        for a in 0..sizes.len() {
-            bend[(a, a)] = values[a] + value(&moved(&fit.randomness, a, -ERROR_STEP)) - 2.0 * here;
-            for b in 0..a {
-                // Of a quadratic form, what both moves together do beyond each by itself.
-                bend[(a, b)] = value(&moved(&plus[a], b, ERROR_STEP)) - values[a] - values[b] + here;
-                bend[(b, a)] = bend[(a, b)];
-            }
-        }
-        // `-2 log L` bends by twice the information.
-        Some((bend / (2.0 * ERROR_STEP * ERROR_STEP)).cholesky()?.inverse())
-    }
-
-    /// A size with its standard error.
-    fn sized(&self, fit: &Fit, value: f64, size: Size) -> Estimated {
-        let error = self.covariance(fit, &[size]).map(|covariance| value * covariance[(0, 0)].sqrt());
-        Estimated { value, standard_error: error }
-    }
-}
-
-/// The smallest step between different readings, where all are multiples of it and it is no smaller than a share of the
-/// noise that matters.
-fn resolution(trials: &[Trial], channel: Channel, noise: f64) -> Option<f64> {
-    let mut readings: Vec<f64> = Vec::new();
-    for trial in trials {
-        let Some(j) = trial.channels.iter().position(|c| *c == channel) else { continue };
-        readings.extend(trial.measured.iter().map(|row| row[j]).filter(|v| v.is_finite()));
-    }
-    readings.sort_by(f64::total_cmp);
-    let count =
-        readings.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 1e-3 * noise).fold(f64::INFINITY, f64::min);
-    let whole = |v: &f64| {
-        let multiple = (v - readings[0]) / count;
-        (multiple - multiple.round()).abs() < 1e-3
-    };
-    // Noise of a tenth of a count hides it, one of many counts makes it superfluous.
-    (count.is_finite() && count > 0.3 * noise && readings.iter().all(whole)).then_some(count)
-}
-
-/// What the instruments of the fit add, with standard errors.
-pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Instruments {
-    let sizing = Sizing::new(trials, noise, Penalty::NONE);
-    let randomness = &fit.randomness;
-    let devices: Vec<Device> =
-        Device::ALL.into_iter().filter(|d| sizing.channels(*d).iter().any(|at| randomness.late[*at] != 0.0)).collect();
-    let clocks = (!devices.is_empty()).then(|| sizing.clock_normal(fit, randomness, &devices));
-    let channel = |at: usize| {
-        let memory = |drift: bool| randomness.memory.iter().position(|m| m.channel == at && m.drift == drift);
-        let coloured = memory(false).map(|m| {
-            let sizes = [Size::Memory(m), Size::Time(m), Size::WhiteOf(at)];
-            let covariance = sizing.covariance(fit, &sizes);
-            let of = |value: f64, variance: fn(&DMatrix<f64>) -> f64| Estimated {
-                value,
-                standard_error: covariance.as_ref().map(|c| value * variance(c).sqrt()),
-            };
-            // A longer time constant has a larger deviation with it.
-            let deviation = |c: &DMatrix<f64>| c[(0, 0)] + c[(0, 1)] + 0.25 * c[(1, 1)];
-            [of(randomness.memory[m].deviation, deviation), of(randomness.memory[m].time, |c| c[(1, 1)])]
-        });
-        let delay = devices.iter().position(|d| *d == Device::of(sizing.all[at])).and_then(|c| {
-            let gram = clocks.as_ref()?.gram[c * devices.len() + c];
-            Some(Estimated { value: randomness.late[at], standard_error: Some(1.0 / gram.sqrt()) })
-        });
-        ChannelInstrument {
-            channel: sizing.all[at],
-            white: randomness.noise[at],
-            coloured: coloured.map(|c| c[0]),
-            time_constant: coloured.map(|c| c[1]),
-            drift: memory(true).map(|m| sizing.sized(fit, randomness.memory[m].deviation, Size::Memory(m))),
-            delay,
-            resolution: resolution(trials, sizing.all[at], randomness.noise[at]),
-        }
-    };
-    Instruments {
-        channels: Device::ALL.into_iter().flat_map(|d| sizing.channels(d)).map(channel).collect(),
-        winch_force: (randomness.input > 0.0).then(|| sizing.sized(fit, randomness.input, Size::Input)),
-        stamps: (randomness.jitter > 0.0).then(|| sizing.sized(fit, randomness.jitter, Size::Jitter)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::data::recording::{fitted, noise, record};
-
-    const PENALTY: usize = 10_000;
-
-    /// Recordings of a robot that misses nothing, with what `change` does to each.
-    fn recordings(change: impl Fn(u64, &mut Trial)) -> [Trial; 2] {
-        let mut trials = [record(&[], 60.0, 7), record(&[], 60.0, 8)];
-        (0..).zip(&mut trials).for_each(|(t, trial)| change(t, trial));
-        trials
-    }
-
-    fn taken_up(trials: &[Trial]) -> Option<Fit> {
-        let fit = fitted(&[], trials);
-        take_up(&fit, trials, &crate::estimate::noise_of_data(trials), Penalty::new(PENALTY), 0.0).unwrap()
-    }
-
-    /// First-order noise of this size and time constant.
-    fn remembering(trial: &Trial, deviation: f64, time: f64, seed: u64) -> Vec<f64> {
-        let decay = (-trial.interval() / time).exp();
-        let mut last = 0.0;
-        let white = noise(trial.len() + 100, seed);
-        let step = |white| {
-            last = decay * last + deviation * (1.0 - decay * decay).sqrt() * white;
-            last
-        };
-        white.map(step).skip(100).collect()
-    }
-
-    #[test]
-    fn white_noise_asks_for_nothing_more() {
-        assert!(taken_up(&recordings(|_, _| {})).is_none());
-    }
-
-    /// The likelihood has its maximum near what made the series, and what is found is no worse than that.
-    #[test]
-    fn noise_with_memory_on_the_pose_is_found_with_its_time_constant() {
-        let trials = recordings(|t, trial| {
-            for j in 0..2 {
-                let colour = remembering(trial, 0.01, 0.8, 1000 * (t + 1) + 37 * j as u64);
-                trial.measured.iter_mut().zip(colour).for_each(|(row, colour)| row[j] += colour);
-            }
-        });
-        let fit = taken_up(&trials).expect("an instrument");
-        let mut truth = fit.randomness.clone();
-        for memory in truth.memory.iter_mut().filter(|m| m.channel < 2) {
-            assert!((memory.deviation / 0.01 - 1.0).abs() < 0.3, "{memory:?}");
-            assert!((memory.time / 0.8).ln().abs() < 0.7, "{memory:?}");
-            (memory.deviation, memory.time) = (0.01, 0.8);
-        }
-        assert_eq!(truth.memory.iter().filter(|m| m.channel < 2).count(), 2, "{truth:?}");
-        let value = |randomness: &Randomness| fit.minus_two_log_likelihood(&trials, randomness);
-        assert!(value(&fit.randomness) < value(&truth) + WORTH, "{:?}", fit.randomness);
-        assert!(fit.randomness.force.max(fit.randomness.winch) < 5.0, "{:?}", fit.randomness);
-    }
-
-    #[test]
-    fn an_error_of_the_recorded_forces_is_no_latent_force() {
-        let trials = recordings(|t, trial| {
-            let mut errors = noise(4 * trial.len(), 60 + t);
-            for inputs in &mut trial.inputs {
-                inputs.winch_force.iter_mut().for_each(|f| *f += 50.0 * errors.next().unwrap_or(0.0));
-            }
-        });
-        let fit = taken_up(&trials).expect("an instrument");
-        assert!((fit.randomness.input / 50.0 - 1.0).abs() < 0.3, "{:?}", fit.randomness);
-        assert!(fit.randomness.force.max(fit.randomness.winch) < 5.0, "{:?}", fit.randomness);
-    }
-
-    #[test]
-    fn late_lengths_are_a_late_clock() {
-        let trials = recordings(|_, trial| {
-            let late = 0.02;
-            for j in 3..trial.channels.len() {
-                let column: Vec<f64> = trial.measured.iter().map(|row| row[j]).collect();
-                // The noise stays: what is shown moves by less than a sample of it.
-                for (k, row) in trial.measured.iter_mut().enumerate().skip(3).take(column.len().saturating_sub(6)) {
-                    let slope = (column[k + 3] - column[k - 3]) / (trial.time[k + 3] - trial.time[k - 3]);
-                    row[j] -= late * slope;
-                }
-            }
-        });
-        let fit = taken_up(&trials).expect("an instrument");
-        for at in 0..fit.randomness.late.len() {
-            let expected = if matches!(Channel::all()[at], Channel::UnstretchedLength(_)) { 0.02 } else { 0.0 };
-            assert!((fit.randomness.late[at] - expected).abs() < 4e-3, "{:?}", fit.randomness.late);
-        }
-    }
-
-    #[test]
-    fn counts_are_seen_and_digits_of_a_file_are_not() {
-        let mut trial = record(&[], 20.0, 9);
-        assert_eq!(resolution(std::slice::from_ref(&trial), Channel::Pose(0), 2e-3), None);
-        trial.measured.iter_mut().for_each(|row| row[0] = 5e-3 * (row[0] / 5e-3).round());
-        let count = resolution(&[trial], Channel::Pose(0), 2e-3).expect("counts");
-        assert!((count - 5e-3).abs() < 1e-9, "{count}");
     }
 }

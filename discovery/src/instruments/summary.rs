@@ -1,0 +1,102 @@
+//! What was found of the instruments, with standard errors.
+
+use nalgebra::DMatrix;
+
+use super::{Device, Size, Sizing};
+use crate::data::{Channel, Trial};
+use crate::estimate::Fit;
+use crate::kalman::Randomness;
+use crate::outcome::{ChannelInstrument, Estimated, Instruments};
+use crate::regression::Penalty;
+
+/// Step of the logarithm of a size for its standard error.
+const ERROR_STEP: f64 = 0.1;
+
+impl Sizing<'_> {
+    /// Covariance of the logarithms of sizes that are found together: from how `-2 log L` bends over them, all other sizes
+    /// held. `None` where it has no minimum there.
+    fn covariance(&self, fit: &Fit, sizes: &[Size]) -> Option<DMatrix<f64>> {
+        let moved = |randomness: &Randomness, size: usize, step: f64| self.scaled(randomness, sizes[size], step.exp());
+        let value = |randomness: &Randomness| fit.minus_two_log_likelihood(self.trials, randomness);
+        let here = value(&fit.randomness);
+        let plus: Vec<Randomness> = (0..sizes.len()).map(|s| moved(&fit.randomness, s, ERROR_STEP)).collect();
+        let values: Vec<f64> = plus.iter().map(value).collect();
+        let mut bend = DMatrix::zeros(sizes.len(), sizes.len());
+        for a in 0..sizes.len() {
+            bend[(a, a)] = values[a] + value(&moved(&fit.randomness, a, -ERROR_STEP)) - 2.0 * here;
+            for b in 0..a {
+                // Of a quadratic form, what both moves together do beyond each by itself.
+                bend[(a, b)] = value(&moved(&plus[a], b, ERROR_STEP)) - values[a] - values[b] + here;
+                bend[(b, a)] = bend[(a, b)];
+            }
+        }
+        // `-2 log L` bends by twice the information.
+        Some((bend / (2.0 * ERROR_STEP * ERROR_STEP)).cholesky()?.inverse())
+    }
+
+    /// A size with its standard error.
+    fn sized(&self, fit: &Fit, value: f64, size: Size) -> Estimated {
+        let error = self.covariance(fit, &[size]).map(|covariance| value * covariance[(0, 0)].sqrt());
+        Estimated { value, standard_error: error }
+    }
+}
+
+/// The smallest step between different readings, where all are multiples of it and it is no smaller than a share of the
+/// noise that matters.
+pub(super) fn resolution(trials: &[Trial], channel: Channel, noise: f64) -> Option<f64> {
+    let mut readings: Vec<f64> = Vec::new();
+    for trial in trials {
+        let Some(j) = trial.channels.iter().position(|c| *c == channel) else { continue };
+        readings.extend(trial.measured.iter().map(|row| row[j]).filter(|v| v.is_finite()));
+    }
+    readings.sort_by(f64::total_cmp);
+    let count =
+        readings.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 1e-3 * noise).fold(f64::INFINITY, f64::min);
+    let whole = |v: &f64| {
+        let multiple = (v - readings[0]) / count;
+        (multiple - multiple.round()).abs() < 1e-3
+    };
+    // Noise of a tenth of a count hides it, one of many counts makes it superfluous.
+    (count.is_finite() && count > 0.3 * noise && readings.iter().all(whole)).then_some(count)
+}
+
+/// What the instruments of the fit add, with standard errors.
+pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Instruments {
+    let sizing = Sizing::new(trials, noise, Penalty::NONE);
+    let randomness = &fit.randomness;
+    let devices: Vec<Device> =
+        Device::ALL.into_iter().filter(|d| sizing.channels(*d).iter().any(|at| randomness.late[*at] != 0.0)).collect();
+    let clocks = (!devices.is_empty()).then(|| sizing.clock_normal(fit, randomness, &devices));
+    let channel = |at: usize| {
+        let memory = |drift: bool| randomness.memory.iter().position(|m| m.channel == at && m.drift == drift);
+        let coloured = memory(false).map(|m| {
+            let sizes = [Size::Memory(m), Size::Time(m), Size::WhiteOf(at)];
+            let covariance = sizing.covariance(fit, &sizes);
+            let of = |value: f64, variance: fn(&DMatrix<f64>) -> f64| Estimated {
+                value,
+                standard_error: covariance.as_ref().map(|c| value * variance(c).sqrt()),
+            };
+            // A longer time constant has a larger deviation with it.
+            let deviation = |c: &DMatrix<f64>| c[(0, 0)] + c[(0, 1)] + 0.25 * c[(1, 1)];
+            [of(randomness.memory[m].deviation, deviation), of(randomness.memory[m].time, |c| c[(1, 1)])]
+        });
+        let delay = devices.iter().position(|d| *d == Device::of(sizing.all[at])).and_then(|c| {
+            let gram = clocks.as_ref()?.gram[c * devices.len() + c];
+            Some(Estimated { value: randomness.late[at], standard_error: Some(1.0 / gram.sqrt()) })
+        });
+        ChannelInstrument {
+            channel: sizing.all[at],
+            white: randomness.noise[at],
+            coloured: coloured.map(|c| c[0]),
+            time_constant: coloured.map(|c| c[1]),
+            drift: memory(true).map(|m| sizing.sized(fit, randomness.memory[m].deviation, Size::Memory(m))),
+            delay,
+            resolution: resolution(trials, sizing.all[at], randomness.noise[at]),
+        }
+    };
+    Instruments {
+        channels: Device::ALL.into_iter().flat_map(|d| sizing.channels(d)).map(channel).collect(),
+        winch_force: (randomness.input > 0.0).then(|| sizing.sized(fit, randomness.input, Size::Input)),
+        stamps: (randomness.jitter > 0.0).then(|| sizing.sized(fit, randomness.jitter, Size::Jitter)),
+    }
+}

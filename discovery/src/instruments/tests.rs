@@ -1,0 +1,98 @@
+use super::summary::resolution;
+use super::*;
+use crate::data::recording::{fitted, noise, record};
+
+const PENALTY: usize = 10_000;
+
+/// Recordings of a robot that misses nothing, with what `change` does to each.
+fn recordings(change: impl Fn(u64, &mut Trial)) -> [Trial; 2] {
+    let mut trials = [record(&[], 60.0, 7), record(&[], 60.0, 8)];
+    (0..).zip(&mut trials).for_each(|(t, trial)| change(t, trial));
+    trials
+}
+
+fn taken_up(trials: &[Trial]) -> Option<Fit> {
+    let fit = fitted(&[], trials);
+    take_up(&fit, trials, &crate::estimate::noise_of_data(trials), Penalty::new(PENALTY), 0.0).unwrap()
+}
+
+/// First-order noise of this size and time constant.
+fn remembering(trial: &Trial, deviation: f64, time: f64, seed: u64) -> Vec<f64> {
+    let decay = (-trial.interval() / time).exp();
+    let mut last = 0.0;
+    let white = noise(trial.len() + 100, seed);
+    let step = |white| {
+        last = decay * last + deviation * (1.0 - decay * decay).sqrt() * white;
+        last
+    };
+    white.map(step).skip(100).collect()
+}
+
+#[test]
+fn white_noise_asks_for_nothing_more() {
+    assert!(taken_up(&recordings(|_, _| {})).is_none());
+}
+
+/// The likelihood has its maximum near what made the series, and what is found is no worse than that.
+#[test]
+fn noise_with_memory_on_the_pose_is_found_with_its_time_constant() {
+    let trials = recordings(|t, trial| {
+        for j in 0..2 {
+            let colour = remembering(trial, 0.01, 0.8, 1000 * (t + 1) + 37 * j as u64);
+            trial.measured.iter_mut().zip(colour).for_each(|(row, colour)| row[j] += colour);
+        }
+    });
+    let fit = taken_up(&trials).expect("an instrument");
+    let mut truth = fit.randomness.clone();
+    for memory in truth.memory.iter_mut().filter(|m| m.channel < 2) {
+        assert!((memory.deviation / 0.01 - 1.0).abs() < 0.3, "{memory:?}");
+        assert!((memory.time / 0.8).ln().abs() < 0.7, "{memory:?}");
+        (memory.deviation, memory.time) = (0.01, 0.8);
+    }
+    assert_eq!(truth.memory.iter().filter(|m| m.channel < 2).count(), 2, "{truth:?}");
+    let value = |randomness: &Randomness| fit.minus_two_log_likelihood(&trials, randomness);
+    assert!(value(&fit.randomness) < value(&truth) + WORTH, "{:?}", fit.randomness);
+    assert!(fit.randomness.force.max(fit.randomness.winch) < 5.0, "{:?}", fit.randomness);
+}
+
+#[test]
+fn an_error_of_the_recorded_forces_is_no_latent_force() {
+    let trials = recordings(|t, trial| {
+        let mut errors = noise(4 * trial.len(), 60 + t);
+        for inputs in &mut trial.inputs {
+            inputs.winch_force.iter_mut().for_each(|f| *f += 50.0 * errors.next().unwrap_or(0.0));
+        }
+    });
+    let fit = taken_up(&trials).expect("an instrument");
+    assert!((fit.randomness.input / 50.0 - 1.0).abs() < 0.3, "{:?}", fit.randomness);
+    assert!(fit.randomness.force.max(fit.randomness.winch) < 5.0, "{:?}", fit.randomness);
+}
+
+#[test]
+fn late_lengths_are_a_late_clock() {
+    let trials = recordings(|_, trial| {
+        let late = 0.02;
+        for j in 3..trial.channels.len() {
+            let column: Vec<f64> = trial.measured.iter().map(|row| row[j]).collect();
+            // The noise stays: what is shown moves by less than a sample of it.
+            for (k, row) in trial.measured.iter_mut().enumerate().skip(3).take(column.len().saturating_sub(6)) {
+                let slope = (column[k + 3] - column[k - 3]) / (trial.time[k + 3] - trial.time[k - 3]);
+                row[j] -= late * slope;
+            }
+        }
+    });
+    let fit = taken_up(&trials).expect("an instrument");
+    for at in 0..fit.randomness.late.len() {
+        let expected = if matches!(Channel::all()[at], Channel::UnstretchedLength(_)) { 0.02 } else { 0.0 };
+        assert!((fit.randomness.late[at] - expected).abs() < 4e-3, "{:?}", fit.randomness.late);
+    }
+}
+
+#[test]
+fn counts_are_seen_and_digits_of_a_file_are_not() {
+    let mut trial = record(&[], 20.0, 9);
+    assert_eq!(resolution(std::slice::from_ref(&trial), Channel::Pose(0), 2e-3), None);
+    trial.measured.iter_mut().for_each(|row| row[0] = 5e-3 * (row[0] / 5e-3).round());
+    let count = resolution(&[trial], Channel::Pose(0), 2e-3).expect("counts");
+    assert!((count - 5e-3).abs() < 1e-9, "{count}");
+}
