@@ -3,9 +3,9 @@
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
-/// Whether a parameter is in use: not one of an extension that is left out.
+/// Whether a parameter is in use: not one of an extension that is left out, and not idle beside another.
 pub(crate) fn in_use(spec: &EffectSpec, parameter: usize) -> bool {
-    spec.info().is_ok_and(|info| !info.parameters[parameter].leaves_out(spec.values[parameter]))
+    spec.takes_part(parameter)
 }
 
 /// The number of parameters in use.
@@ -120,7 +120,8 @@ mod tests {
         let id = "winch_coulomb_friction";
         assert_eq!(count_in_use(&effect(id, &[100.0, 0.01])), 2);
         assert_eq!(count_in_use(&effect(id, &[100.0, 0.01, -0.1])), 3);
-        assert_eq!(count_in_use(&effect(id, &[100.0, 0.01, 0.0, 0.0, 2e4])), 3);
+        // The bristle makes the turn, and the transition speed does nothing.
+        assert_eq!(count_in_use(&effect(id, &[100.0, 0.01, 0.0, 0.0, 2e4])), 2);
         // A size of zero is a value, not an extension left out.
         assert_eq!(count_in_use(&effect("winch_stribeck_friction", &[100.0, 150.0, 0.1, 0.0])), 4);
     }

@@ -28,8 +28,6 @@ const DEFLECTIONS: [f64; 2] = [1e-3, 2e-2];
 const DAMPING_TIME: f64 = 0.03;
 /// Speeds (m/s) at which that damping may fade.
 const DAMPING_SPEEDS: [f64; 2] = [0.02, 0.1];
-/// Transition speed (m/s) of a law that no longer has to stand for presliding.
-const SHARP: f64 = 1e-3;
 
 /// A law without presliding, from where it is refined.
 const STATIC: [(&str, f64); 4] =
@@ -225,9 +223,8 @@ impl Search<'_> {
             for (at, law) in able {
                 model.effects[*at] = law.clone();
                 let stiffness = force_of(law).unwrap_or_default() / deflection;
-                let sharp = [("transition_speed", SHARP), ("tail", 0.0), ("algebraic", 0.0)];
-                model = with(&model, *at, &sharp);
-                model = with(&model, *at, &[("presliding_stiffness", stiffness)]);
+                let values = [("tail", 0.0), ("algebraic", 0.0), ("presliding_stiffness", stiffness)];
+                model = with(&model, *at, &values);
             }
             model
         });
@@ -243,8 +240,7 @@ impl Search<'_> {
                 let effect = &model.effects[at];
                 if is_friction(effect) && stage(effect) == Stage::Undamped {
                     let damping = DAMPING_TIME * value_of(effect, "presliding_stiffness").unwrap_or_default();
-                    let values =
-                        [("transition_speed", 0.1 * SHARP), ("presliding_damping", damping), ("damping_speed", speed)];
+                    let values = [("presliding_damping", damping), ("damping_speed", speed)];
                     model = with(&model, at, &values);
                 }
             }

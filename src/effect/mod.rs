@@ -69,6 +69,8 @@ pub struct ParameterInfo {
     pub shape: bool,
     /// Whether it extends the law by something that is absent at its default.
     pub extension: bool,
+    /// A parameter of the same effect beside which this one does nothing, where that one is not zero.
+    pub idle_beside: Option<&'static str>,
 }
 
 /// A parameter of an effect that is a text.
@@ -519,6 +521,7 @@ const fn parameter(
         typical,
         shape: false,
         extension: false,
+        idle_beside: None,
     }
 }
 
@@ -550,6 +553,12 @@ impl ParameterInfo {
     /// A parameter that extends the law by something that is absent at its default.
     const fn extension(mut self) -> Self {
         self.extension = true;
+        self
+    }
+
+    /// A parameter that does nothing where `other` is not zero.
+    const fn idle_beside(mut self, other: &'static str) -> Self {
+        self.idle_beside = Some(other);
         self
     }
 
@@ -591,12 +600,17 @@ mod tests {
             law(id, &[100.0, 0.02, 0.25, -0.1]),
             "F = 85 tanh(l̇/0.02) + 25 (2/π) arctan(π/2 l̇/0.02) - 10 l̇/√(l̇² + 0.02²)"
         );
+        assert_eq!(law(id, &[100.0, 0.02, 0.0, 0.0, 2e4, 500.0]), "20000 z + 500 ż, ż = l̇ - 20000 z |l̇|/F, F = 100");
         assert_eq!(
-            law(id, &[100.0, 0.02, 0.0, 0.0, 2e4, 500.0]),
-            "20000 z + 500 ż, ż = l̇ - 20000 z l̇/F, F = 100 tanh(l̇/0.02)"
+            law(id, &[100.0, 0.02, 0.25, 0.0, 0.0, 0.0, 0.0, 0.1]),
+            "F = 100 s (1 + 0.1 s), s = 0.75 tanh(l̇/0.02) + 0.25 (2/π) arctan(π/2 l̇/0.02)"
         );
         let id = "winch_stribeck_friction";
         assert_eq!(law(id, &[80.0, 100.0, 0.1, 5.0]), "F = [80 + 20 exp(-(l̇/0.1)²)] tanh(l̇/0.01) + 5 l̇");
+        assert_eq!(
+            law(id, &[80.0, 100.0, 0.1, 5.0, 0.0, 2e4, 0.0, 0.0, -0.1]),
+            "20000 z + 5 l̇, ż = l̇ - 20000 z |l̇|/F, F = [80 + 20 exp(-(l̇/0.1)²)] (1 - 0.1 sign(l̇))"
+        );
         assert_eq!(law(id, &[80.0, 60.0, 0.1, 0.0, 0.03]), "F = [80 - 20 exp(-(l̇/0.1)²)] tanh(l̇/0.03)");
         assert_eq!(law("winch_force_gain", &[-0.03]), "u (1 - 0.03)");
     }

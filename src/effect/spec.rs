@@ -92,6 +92,16 @@ impl EffectSpec {
         })
     }
 
+    /// Whether parameter `index` takes part in the law: not an extension that is left out, and not idle beside another.
+    pub fn takes_part(&self, index: usize) -> bool {
+        let Some(parameters) = self.info().ok().map(|info| info.parameters) else { return false };
+        let Some((parameter, value)) = parameters.get(index).zip(self.values.get(index)) else { return false };
+        let idle = parameter.idle_beside.is_some_and(|other| {
+            parameters.iter().zip(&self.values).any(|(p, value)| p.name == other && *value != 0.0)
+        });
+        !idle && !parameter.leaves_out(*value)
+    }
+
     /// Checks the entry against the catalogue.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use cdpr::dynamics::Inputs;
 use cdpr::effect::{EffectKind, EffectSpec, WinchContext};
 use cdpr::parameters::{CableInertia, CableModel};
 use cdpr::simulation::{Simulation, Start};
@@ -114,34 +115,83 @@ fn no_energy_is_made() {
     }
 }
 
-/// A bristle that does not bend leaves the static law, and in steady sliding any bristle does.
+/// A law of friction, its parameters by chance within their typical ranges, with presliding.
+fn any_friction(random: &mut Random) -> (EffectSpec, [f64; 2]) {
+    let id = ["winch_coulomb_friction", "winch_stribeck_friction"][random.within(0.0, 1.99) as usize];
+    let info = cdpr::effect::find(id).unwrap();
+    let values: Vec<f64> = info
+        .parameters
+        .iter()
+        .map(|p| {
+            let (low, high) = p.typical;
+            if low > 0.0 { low * (high / low).powf(random.within(0.0, 1.0)) } else { random.within(low, high) }
+        })
+        .collect();
+    let levels = if id == "winch_coulomb_friction" { [values[0]; 2] } else { [values[0], values[1]] };
+    (EffectSpec::new(id, Some(1), &values).unwrap(), levels)
+}
+
+/// At any speed and whatever the bristle can hold, the work put in is at least what the bristle stores.
 #[test]
-fn without_presliding_the_static_law_is_left() {
+fn friction_with_presliding_adds_no_energy_within_its_typical_ranges() {
+    let mut random = Random(72);
+    for _ in 0..20_000 {
+        let (spec, levels) = any_friction(&mut random);
+        let value = |name: &str| {
+            let at = spec.info().unwrap().parameters.iter().position(|p| p.name == name).unwrap();
+            spec.values[at]
+        };
+        let bristle = Bristle::new(&spec);
+        let speed = random.within(0.0, 1.0).powi(4) * [-3.0, 3.0][random.within(0.0, 1.99) as usize];
+        // The levels of the direction from which it was bent.
+        let direction = [-1.0, 1.0][random.within(0.0, 1.99) as usize];
+        let highest = levels[0].max(levels[1]) * (1.0 + direction * value("asymmetry"));
+        let held = direction * highest * random.within(0.0, 1.0);
+        let (pull, rate) = bristle.at(speed, held / value("presliding_stiffness"));
+        let (put_in, stored) = (pull * speed, held * rate);
+        assert!(put_in - stored >= -1e-9 * (put_in.abs() + stored.abs()), "{spec:?} {speed} {held}: {put_in} {stored}");
+    }
+}
+
+/// In steady sliding the bristle leaves the level of the law, in each direction its own.
+#[test]
+fn steady_sliding_has_the_level_of_its_direction() {
     let laws = [
         ("winch_coulomb_friction", vec![FORCE, 0.01, 0.3, 0.4]),
         ("winch_stribeck_friction", vec![100.0, 180.0, 0.05, 300.0, 0.004]),
     ];
     for (id, values) in laws {
-        let of = |presliding: [f64; 3]| {
-            EffectSpec::new(id, Some(1), &[&values[..], &presliding].concat())
-                .map(|spec| EffectKind::new(&spec).unwrap())
+        let of = |sizes: [f64; 4]| {
+            EffectSpec::new(id, Some(1), &[&values[..], &sizes].concat()).map(|spec| EffectKind::new(&spec).unwrap())
         };
-        let plain = of([0.0; 3]).unwrap();
+        let plain = of([0.0, 0.0, 0.0, 0.2]).unwrap();
         assert_eq!(plain.states(), 0);
-        let context = |speed| WinchContext { time: 0.0, speed };
-        for speed in [-0.3, -0.01, -1e-4, 1e-7, 2e-3, 0.07, 2.0] {
-            let law = plain.loss(0.0, &context(speed));
+        for speed in [-9.0_f64, -0.3, -0.01, -1e-4, 1e-7, 2e-3, 0.07, 2.0, 9.0] {
+            let (viscous, dry) = match id {
+                "winch_coulomb_friction" => (0.0, FORCE),
+                _ => (300.0 * speed, 100.0 + 80.0 * (-(speed / 0.05).powi(2)).exp()),
+            };
+            let level = dry * if speed > 0.0 { 1.2 } else { -0.8 };
             for stiffness in [1e3, 1e5, 1e8] {
-                let bristle = Bristle { law: of([stiffness, 500.0, 0.1]).unwrap(), deflection: 0.0 };
-                let viscous = if id == "winch_stribeck_friction" { 300.0 * speed } else { 0.0 };
-                let (pull, rate) = bristle.at(speed, (law - viscous) / stiffness);
-                assert!(rate.abs() < 1e-12 * speed.abs() && (pull - law).abs() < 1e-9 * FORCE, "{id} {speed}: {rate}");
+                let bristle = Bristle { law: of([stiffness, 500.0, 0.1, 0.2]).unwrap(), deflection: 0.0 };
+                let (pull, rate) = bristle.at(speed, level / stiffness);
+                assert!(rate.abs() < 1e-12 * speed.abs(), "{id} {speed}: {rate}");
+                assert!((pull - level - viscous).abs() < 1e-9 * FORCE, "{id} {speed}: {pull} {level}");
+            }
+            // The smooth law without presliding is the same once it has turned.
+            if speed.abs() > 5.0 {
+                let law = plain.loss(0.0, &WinchContext { time: 0.0, speed });
+                assert!((law - level - viscous).abs() < 1e-3 * FORCE, "{id} {speed}: {law} {level}");
             }
         }
     }
-    // In motion with a stiff bristle the whole plant moves as with the static law.
+}
+
+/// In motion with a stiff bristle the whole plant moves as with a sharp static law.
+#[test]
+fn a_stiff_bristle_moves_as_sharp_friction_does() {
     let end = |presliding: [f64; 3]| {
-        let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[coulomb(presliding, 0.05)]);
+        let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[coulomb(presliding, 1e-7)]);
         let start = Start { pose: [5.0, -8.0, 0.1], twist: [0.5, 0.2, -0.03], ..Start::default() };
         let mut simulation = Simulation::new(plant, &start, 1e-9).unwrap();
         for _ in 0..20 {
@@ -149,12 +199,46 @@ fn without_presliding_the_static_law_is_left() {
         }
         simulation.outputs().pose
     };
-    let (stiff, plain) = (end([1e9, 0.0, 0.0]), end([0.0; 3]));
+    let (stiff, sharp) = (end([1e9, 0.0, 0.0]), end([0.0; 3]));
     let soft = end([1e3, 0.0, 0.0]);
     for k in 0..2 {
-        assert!((stiff[k] - plain[k]).abs() < 1e-6, "{stiff:?} {plain:?}");
-        assert!((soft[k] - plain[k]).abs() > 1e-4, "{soft:?} {plain:?}");
+        assert!((stiff[k] - sharp[k]).abs() < 1e-6, "{stiff:?} {sharp:?}");
+        assert!((soft[k] - sharp[k]).abs() > 1e-4, "{soft:?} {sharp:?}");
     }
+}
+
+/// Winches that begin to pull more, by less than their friction: Dahl's friction gives like a spring and then holds.
+#[test]
+fn what_friction_holds_at_rest_it_holds_for_ever() {
+    let (friction, stiffness, more) = (250.0, 1e5, 100.0);
+    // The damping keeps the cables from ringing, under which friction gives a little at every swing.
+    let values = [friction, 0.01, 0.0, 0.0, stiffness, 5e3];
+    let spec = EffectSpec::new("winch_coulomb_friction", None, &values).unwrap();
+    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[spec]);
+    let start = Start::default();
+    let mut simulation = Simulation::new(plant.clone(), &start, 1e-9).unwrap();
+    // At rest in the middle the platform stays, so each cable is a spring to a wall.
+    let length = simulation.outputs().cable_length[0];
+    let paid_out = simulation.outputs().unstretched_length[0];
+    simulation.set_inputs_with_slopes(Inputs::pulling(4, 1e3), Inputs::pulling(4, more / 20.0));
+    simulation.advance(20.0).unwrap();
+    simulation.set_inputs(Inputs::pulling(4, 1e3 + more));
+    let axial = plant.data().cables[0].axial_stiffness;
+    let carried = |wound_in: f64| axial * (length / (paid_out - wound_in) - 1.0);
+    // Force balance of the winch after a way: friction F_c (1 - exp(-σ₀ x/F_c)) holds what the cable does not carry.
+    let (mut low, mut high) = (0.0, 0.1);
+    for _ in 0..100 {
+        let way = 0.5 * (low + high);
+        let held = friction * (1.0 - (-stiffness * way / friction).exp());
+        if carried(way) + held < 1e3 + more { low = way } else { high = way }
+    }
+    for time in [60.0, 200.0] {
+        simulation.advance(time - simulation.time()).unwrap();
+        for tension in simulation.outputs().tension.iter() {
+            assert!((tension - carried(low)).abs() < 0.1, "at {time} s: {tension} N, {} N", carried(low));
+        }
+    }
+    assert!((carried(low) - 1017.0).abs() < 0.1, "{}", carried(low));
 }
 
 #[test]

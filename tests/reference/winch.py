@@ -14,6 +14,11 @@ from .parameters import Parameters
 CAPSTAN_SPEED = 0.01  # m/s, where the capstan loss changes its sign
 
 
+def in_direction(values: dict, rate: float) -> float:
+    """How much of the level there is in the direction of the rate."""
+    return 1.0 + values.get("asymmetry", 0.0) * math.copysign(1.0, rate)
+
+
 def sliding(values: dict, rate: float) -> float:
     """Coulomb friction at a constant speed."""
     speed = rate / values["transition_speed"]
@@ -21,7 +26,35 @@ def sliding(values: dict, rate: float) -> float:
     slow = 2.0 / math.pi * math.atan(math.pi * speed / 2.0)
     root = speed / math.hypot(1.0, speed)
     sharp = (1.0 - tail - algebraic) * math.tanh(speed)
-    return values["force"] * (sharp + tail * slow + algebraic * root)
+    sign = sharp + tail * slow + algebraic * root
+    return values["force"] * sign * (1.0 + values.get("asymmetry", 0.0) * sign)
+
+
+def dry_level(values: dict, rate: float) -> float:
+    """Stribeck friction at full sliding, without its viscous part."""
+    more = values["static"] - values["coulomb"]
+    return values["coulomb"] + more * math.exp(-((rate / values["stribeck_speed"]) ** 2))
+
+
+def holding_level(values: dict, rate: float) -> float:
+    """What a bristle holds at most at this rate: Canudas de Wit's g."""
+    dry = values["force"] if "force" in values else dry_level(values, rate)
+    return dry * in_direction(values, rate)
+
+
+def bristle_damping(values: dict, rate: float) -> float:
+    """Damping of a bristle: it fades with speed, and stays below what would give energy away where
+    the level changes with speed, so that a bristle may hold up to `ratio` times the level."""
+    damping = values.get("presliding_damping", 0.0)
+    if values.get("damping_speed", 0.0):
+        damping *= math.exp(-((rate / values["damping_speed"]) ** 2))
+    levels = [values[name] for name in ("force", "coulomb", "static") if name in values]
+    ratio = min(max(levels) / min(levels), 2.0)
+    if ratio > 1.0 and damping > 0.0 and rate != 0.0:
+        weaker = min(levels) * (1.0 - abs(values.get("asymmetry", 0.0)))
+        limit = weaker * ratio**2 / (ratio - 1.0)
+        damping = 1.0 / (1.0 / damping + abs(rate) / limit)
+    return damping
 
 
 class WinchChain:
@@ -35,10 +68,11 @@ class WinchChain:
             self.delays[i] += effect.values["delay"]
         # One lag is one state; several on one winch follow each other.
         self.lags = [(i, e.values["time_constant"]) for i, e in self._each("winch_lag")]
-        # Coulomb friction that gives before it slides keeps a deflection on each winch.
+        # Friction that gives before it slides keeps a deflection on each winch.
         self.bristles = [
             (i, e.values)
-            for i, e in self._each("winch_coulomb_friction")
+            for law in ("winch_coulomb_friction", "winch_stribeck_friction")
+            for i, e in self._each(law)
             if e.values.get("presliding_stiffness", 0.0) > 0.0
         ]
 
@@ -73,8 +107,8 @@ class WinchChain:
         rates = np.zeros(len(self.bristles))
         for k, (i, v) in enumerate(self.bristles):
             rate = reeling_rate[i]
-            slip = rate / sliding(v, rate) if rate != 0.0 else v["transition_speed"] / v["force"]
-            rates[k] = rate - v["presliding_stiffness"] * slip * deflections[k]
+            held = v["presliding_stiffness"] * deflections[k]
+            rates[k] = rate - abs(rate) * held / holding_level(v, rate)
         return rates
 
     def deliver(
@@ -92,19 +126,17 @@ class WinchChain:
                 pull[i] += sliding(effect.values, reeling_rate[i])
         rates = self.bristle_rates(reeling_rate, deflections)
         for (i, v), z, z_rate in zip(self.bristles, deflections, rates, strict=True):
-            damping = v.get("presliding_damping", 0.0)
-            if v.get("damping_speed", 0.0):
-                damping *= math.exp(-((reeling_rate[i] / v["damping_speed"]) ** 2))
-            pull[i] += v["presliding_stiffness"] * z + damping * z_rate
+            pull[i] += v["presliding_stiffness"] * z + bristle_damping(v, reeling_rate[i]) * z_rate
         for i, effect in self._each("winch_viscous_friction"):
             pull[i] += effect.values["coefficient"] * reeling_rate[i]
         for i, effect in self._each("winch_stribeck_friction"):
             v, rate = effect.values, reeling_rate[i]
-            dry = v["coulomb"] + (v["static"] - v["coulomb"]) * math.exp(
-                -((rate / v["stribeck_speed"]) ** 2)
-            )
+            pull[i] += v["viscous"] * rate
+            if v.get("presliding_stiffness", 0.0):
+                continue
             transition = v.get("transition_speed", 0.0) or v["stribeck_speed"] / 10.0
-            pull[i] += dry * math.tanh(rate / transition) + v["viscous"] * rate
+            sign = math.tanh(rate / transition)
+            pull[i] += dry_level(v, rate) * sign * (1.0 + v.get("asymmetry", 0.0) * sign)
         for i, effect in self._each("pulley_capstan_loss"):
             v = effect.values
             pull[i] += v["loss"] * force[i] * math.tanh(reeling_rate[i] / CAPSTAN_SPEED)

@@ -147,12 +147,12 @@ pub(crate) fn relative_error(effect: &EffectSpec, standard_error: &[Option<f64>]
 /// softer spring. A sharp turn of friction is the ideal law.
 pub(crate) fn out_of_range(effect: &EffectSpec, policy: &Policy) -> bool {
     let Ok(info) = effect.info() else { return false };
-    info.parameters.iter().zip(&effect.values).any(|(parameter, value)| {
+    info.parameters.iter().zip(&effect.values).enumerate().any(|(k, (parameter, value))| {
         let (low, high) = parameter.typical;
         let low = if parameter.name == "transition_speed" { 0.0 } else { low / policy.out_of_range };
         parameter.shape
             && parameter.typical.0 > 0.0
-            && !parameter.leaves_out(*value)
+            && effect.takes_part(k)
             && !(low..=policy.out_of_range * high).contains(value)
     })
 }

@@ -72,7 +72,7 @@ pub fn errors(found: &Found) -> Vec<f64> {
     found.standard_error.iter().map(|error| error.unwrap_or(f64::NAN)).collect()
 }
 
-/// The parameters of an effect with their units, in the order of the catalogue, without extensions that it leaves out.
+/// The parameters of an effect with their units, in the order of the catalogue, without those that take no part in its law.
 #[must_use]
 pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<report::Parameter> {
     let Ok(info) = spec.info() else { return Vec::new() };
@@ -80,7 +80,7 @@ pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<repo
         .iter()
         .zip(&spec.values)
         .enumerate()
-        .filter(|(_, (parameter, value))| !parameter.leaves_out(**value))
+        .filter(|(k, _)| spec.takes_part(*k))
         .map(|(k, (parameter, value))| report::Parameter {
             name: parameter.name.to_owned(),
             value: *value,
