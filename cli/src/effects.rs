@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::io::Write;
 
-use cdpr::effect::{CATALOGUE, EffectInfo, ParameterInfo, Scope};
+use cdpr::effect::{CATALOGUE, EffectInfo, ParameterInfo, Scope, Site};
 use serde_json::{Value, json};
 
 use crate::terminal;
@@ -50,12 +50,24 @@ fn scope(scope: Scope) -> &'static str {
     }
 }
 
+/// Which speed a law of the winch speed sees.
+fn speed(info: &EffectInfo) -> Option<&'static str> {
+    let at_winch = info.site == Site::Winch && info.equation.contains("l̇");
+    at_winch.then_some(
+        "l̇ is the speed at which cable is paid out; with cable_model = \"rigid\" or \"massless_spring\", whose paid-out end has \
+         no inertia, L̇ stands in its place",
+    )
+}
+
 fn as_text(info: &EffectInfo) -> String {
     let mut text = format!("{}: {}\n", info.id, info.title);
     let mut line = |key: &str, value: &str| {
         let _ = writeln!(text, "    {key:<9} {value}");
     };
     line("equation", info.equation);
+    if let Some(speed) = speed(info) {
+        line("where", speed);
+    }
     line("on", scope(info.scope));
     for (k, parameter) in info.parameters.iter().enumerate() {
         let default = parameter.default.map_or(String::new(), |value| format!(" (default {value})"));
@@ -78,6 +90,7 @@ fn as_json(info: &EffectInfo) -> Value {
     json!({
         "id": info.id,
         "title": info.title,
+        "speed": speed(info),
         "equation": info.equation,
         "scope": match info.scope { Scope::EachCable => "each_cable", Scope::Whole => "whole" },
         "parameters": info.parameters.iter().map(parameter).collect::<Vec<_>>(),

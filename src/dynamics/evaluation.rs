@@ -20,7 +20,8 @@ pub struct Evaluation<S = f64> {
     pub acceleration: [S; 3],
     /// Tensions `T_i`, zero where the cable is slack.
     pub tension: PerCable<S>,
-    /// The tension before it is cut off at zero: negative where the cable is slack.
+    /// The tension before it is cut off at zero: negative where the cable is slack, which is that of the spring alone where
+    /// the cable has no strain and its damper would pull.
     pub tension_uncut: PerCable<S>,
     /// Which cables were taken as slack.
     pub slack: PerCable<bool>,

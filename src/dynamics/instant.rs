@@ -293,6 +293,14 @@ impl Plant {
                 }
             }
         }
+        // A damper does not pull on a cable without strain: it stays slack until it is taut.
+        if spring.iter().any(|s| s.re() < 0.0) {
+            for i in (0..cables).filter(|i| data.cables[*i].model == CableModel::LumpedMass) {
+                if spring[i].re() < 0.0 && tension_uncut[i].re() > spring[i].re() {
+                    tension_uncut[i] = spring[i];
+                }
+            }
+        }
         if self.has.law {
             for i in 0..cables {
                 let states = self.gather_effect_states(i, y);

@@ -1,9 +1,11 @@
-//! Capstan loss in the pulleys: μ u tanh(l̇/v_s).
+//! Capstan loss in the pulleys: μ |u| tanh(l̇/v_s).
 
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, WinchContext, parameter};
 use crate::scalar::{Real, tanh};
 
-/// Capstan loss in the pulleys: μ u tanh(l̇/v_s).
+/// Capstan loss in the pulleys: μ |u| tanh(l̇/v_s).
+///
+/// It opposes the motion whatever the sign of the force, which an effect before it may have turned.
 ///
 /// Shows in: tension against winch force, with the sign of the winch speed and the size of the force.
 ///
@@ -20,8 +22,8 @@ impl Effect for PulleyCapstanLoss {
     const INFO: EffectInfo = EffectInfo {
         id: "pulley_capstan_loss",
         title: "Capstan loss in the pulleys",
-        equation: "μ u tanh(l̇/v_s)",
-        law: |v, n| format!("F = {} u tanh(l̇/{})", n(v[0]), n(v[1])),
+        equation: "μ |u| tanh(l̇/v_s)",
+        law: |v, n| format!("F = {} |u| tanh(l̇/{})", n(v[0]), n(v[1])),
         scope: Scope::EachCable,
         site: Site::Winch,
         depends_on: &[DependsOn::Direction, DependsOn::Tension],
@@ -49,6 +51,6 @@ impl Effect for PulleyCapstanLoss {
     }
 
     fn loss<S: Real>(&self, force: S, context: &WinchContext<S>) -> S {
-        force * tanh(context.speed / self.transition_speed) * self.loss
+        force.abs() * tanh(context.speed / self.transition_speed) * self.loss
     }
 }

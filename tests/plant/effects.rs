@@ -187,16 +187,17 @@ fn a_delay_is_exact() {
     assert!((a - b).abs() < 1e-6, "{a} {b}");
 }
 
+/// The pull (N) of winch 1 with an effect, under a force (N) and at a speed (m/s).
+fn pull(spec: EffectSpec, force: f64, speed: f64) -> f64 {
+    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[spec]);
+    let start = Start { inputs: Inputs { winch_force: [force; 4].into(), disturbance: [0.0; 3] }, ..Start::default() };
+    let mut y = start.states(&plant).unwrap();
+    y[plant.rate_index(0).unwrap()] = speed;
+    plant.evaluate(0.0, &y, &start.inputs, &[false; 4].into()).pull[0]
+}
+
 #[test]
 fn winch_effects_change_the_pull_as_they_say() {
-    let pull = |spec: EffectSpec, force: f64, speed: f64| {
-        let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[spec]);
-        let start =
-            Start { inputs: Inputs { winch_force: [force; 4].into(), disturbance: [0.0; 3] }, ..Start::default() };
-        let mut y = start.states(&plant).unwrap();
-        y[plant.rate_index(0).unwrap()] = speed;
-        plant.evaluate(0.0, &y, &start.inputs, &[false; 4].into()).pull[0]
-    };
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9 * b.abs(), "{a} {b}");
     near(pull(effect("winch_force_gain", None, &[0.03]), 1e4, 0.0), 1.03e4);
     near(pull(effect("winch_force_bias", None, &[-40.0]), 1e4, 0.0), 9960.0);
@@ -212,6 +213,17 @@ fn winch_effects_change_the_pull_as_they_say() {
     let stribeck = effect("winch_stribeck_friction", None, &[100.0, 180.0, 0.05, 300.0]);
     near(pull(stribeck.clone(), 1e4, 0.05), 1e4 + (100.0 + 80.0 * (-1.0_f64).exp()) * 10.0_f64.tanh() + 15.0);
     near(pull(stribeck, 1e4, -2.0), 1e4 - 700.0);
+}
+
+#[test]
+fn a_capstan_takes_energy_from_a_winch_that_pushes_too() {
+    let pull = |force: f64, speed: f64| pull(effect("pulley_capstan_loss", None, &[0.02, 0.01]), force, speed);
+    for force in [-500.0, 500.0] {
+        for speed in [-3.0, 3.0] {
+            let lost = (pull(force, speed) - force) * speed;
+            assert!((lost - 0.02 * 500.0 * 3.0).abs() < 1e-9, "{force} N at {speed} m/s: {lost} W");
+        }
+    }
 }
 
 /// A loss in proportion to the force takes its share of a force added as an expression, too.

@@ -364,7 +364,8 @@ class Plant:
             pull = self.winches.deliver(lagged, rate, deflections)
             damping = self.bl / length * (m.L_rate - rate)
             spring = self.spring_force(bowed, length * warmth, creep)
-            tension = np.maximum(spring + damping, 0.0)
+            # Where there is no strain there is nothing for the damper to pull on.
+            tension = np.where(spring > 0.0, np.maximum(spring + damping, 0.0), 0.0)
             across, swing_rates = self._swinging(y, m, tension)
             acceleration = self._solve_accelerations(
                 lambda a: self._platform_residual(t, pose, twist, a, m, wrench, tension, across)

@@ -139,5 +139,5 @@ class WinchChain:
             pull[i] += dry_level(v, rate) * sign * (1.0 + v.get("asymmetry", 0.0) * sign)
         for i, effect in self._each("pulley_capstan_loss"):
             v = effect.values
-            pull[i] += v["loss"] * force[i] * math.tanh(reeling_rate[i] / CAPSTAN_SPEED)
+            pull[i] += v["loss"] * abs(force[i]) * math.tanh(reeling_rate[i] / CAPSTAN_SPEED)
         return pull
