@@ -21,6 +21,14 @@ pub fn structure_matrix(geometry: &Geometry, pose: &[f64; 3]) -> Matrix3xX<f64> 
     -kinematics::jacobian(geometry, pose).transpose()
 }
 
+/// The arm (m) by which torques are compared with forces: the largest of the cables at this pose, `max |E × S|`.
+pub fn torque_arm(structure: &Matrix3xX<f64>) -> f64 {
+    structure.row(2).amax().max(LEAST_ARM)
+}
+
+/// The least arm that is divided by (m).
+const LEAST_ARM: f64 = 1e-9;
+
 /// Rows of `J_M` of all cables: `jacobian[i]` is `[S_x, S_y, E × S]` of cable `i`.
 pub(crate) fn rows<S: Real>(cables: &PerCable<CableKinematics<S>>) -> PerCable<[S; 3]> {
     cables.map(|c| c.jacobian_row())
@@ -384,7 +392,7 @@ impl Redundancy for Distribution {
         let infeasible = |found| Err(DistributionError::Infeasible(Box::new(found)));
         if cables != FOUR {
             let found = nearest(structure, wrench, &self.bounds);
-            let arm = structure.row(2).amax().max(1e-9);
+            let arm = torque_arm(structure);
             let [x, y, torque] = found.shortfall;
             if x.abs().max(y.abs()).max(torque.abs() / arm) > 1e-9 * self.bounds.upper {
                 return infeasible(found);
@@ -426,7 +434,7 @@ pub fn minimum_norm(structure: &Matrix3xX<f64>, wrench: &[f64; 3]) -> Result<Per
 /// stops the step, and a bound is let go where that would bring the wrench nearer (P. B. Stark, R. L. Parker,
 /// Computational Statistics 10, 1995).
 pub fn nearest(structure: &Matrix3xX<f64>, wrench: &[f64; 3], bounds: &Bounds) -> Infeasible {
-    let arm = structure.row(2).amax().max(1e-9);
+    let arm = torque_arm(structure);
     let scale = Vector3::new(1.0, 1.0, 1.0 / arm);
     let a = Matrix3xX::from_fn(structure.ncols(), |r, c| structure[(r, c)] * scale[r]);
     let target = Vector3::from(*wrench).component_mul(&scale);

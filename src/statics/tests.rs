@@ -5,7 +5,7 @@ use nalgebra::{DVector, Matrix3};
 use super::*;
 use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
-use crate::inverse::distribution::{Bounds, Distribution, Objective, structure_matrix};
+use crate::inverse::distribution::{Bounds, Distribution, Objective, nearest, structure_matrix, torque_arm};
 use crate::kinematics;
 use crate::parameters::{CableModel, Parameters};
 use crate::per_cable::PerCable;
@@ -315,6 +315,32 @@ fn equilibria_that_a_plain_newton_missed_are_found() {
         cases += 1;
     }
     assert!(cases > 200, "{cases}");
+}
+
+/// Where the nearest wrench lies within a facet, it is as far off as the margin is negative: both count torques by one arm.
+#[test]
+fn capacity_and_the_nearest_tensions_count_torques_by_the_same_arm() {
+    let geometry = crate::geometry::Geometry::new(&Parameters::default());
+    let bounds = Bounds::new(1e3, 20e3).unwrap();
+    let mut compared = 0;
+    for k in 0..40 {
+        let s = f64::from(k);
+        let pose = [300.0 * (1.3 * s).sin(), 300.0 * (0.7 * s).cos(), 0.6 * (2.1 * s).sin()];
+        let wrench = [1e3 * (0.9 * s).sin(), 1e3 * (1.7 * s).cos(), 3e5 * (3.1 * s).sin()];
+        let structure = structure_matrix(&geometry, &pose);
+        let required = workspace::RequiredWrenches { centre: wrench, half_width: [0.0; 3] };
+        let margin = workspace::capacity_margin(&geometry, &pose, &bounds, &required);
+        let found = nearest(&structure, &wrench, &bounds);
+        let between = |t: &f64| *t > 1e3 + 1.0 && *t < 20e3 - 1.0;
+        if margin < 0.0 && found.nearest_tension.iter().filter(|t| between(t)).count() == 2 {
+            let arm = torque_arm(&structure);
+            let [x, y, torque] = found.shortfall;
+            let distance = (x * x + y * y + (torque / arm).powi(2)).sqrt();
+            assert!((margin + distance).abs() < 1e-6 * distance, "{pose:?} {wrench:?}: {margin} {distance}");
+            compared += 1;
+        }
+    }
+    assert!(compared > 5, "{compared}");
 }
 
 #[test]

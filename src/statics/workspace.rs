@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3xX, Vector3};
 
 use crate::geometry::Geometry;
-use crate::inverse::distribution::{Bounds, TensionLine, nearest, structure_matrix};
+use crate::inverse::distribution::{Bounds, TensionLine, nearest, structure_matrix, torque_arm};
 use crate::per_cable::PerCable;
 
 /// Smallest singular value of the structure matrix, as a share of the largest and with torques divided by the attachment
@@ -32,7 +32,7 @@ pub struct Feasibility {
     pub closure: bool,
     /// Smallest over largest entry of the internal tension: 1 where equal tensions balance, negative without closure.
     pub balance: f64,
-    /// Distance (N) of the required wrenches from the border of what the bounded tensions exert, torques divided by the arm:
+    /// Distance (N) of the required wrenches from the border of what the bounded tensions exert, torques divided by the arm ([`torque_arm`]):
     /// positive where all are feasible.
     pub margin: f64,
 }
@@ -75,13 +75,13 @@ fn facets(structure: &Matrix3xX<f64>, arm: f64, bounds: &Bounds) -> Vec<(Vector3
 }
 
 /// Capacity margin (N): how far inside the wrenches that tensions within `bounds` exert the required ones lie, negative
-/// outside; torques are divided by the attachment radius.
+/// outside; torques are divided by the largest arm, as in [`nearest`].
 ///
 /// The available wrenches are a zonotope whose facets are spanned by pairs of cables (Bouchard, Gosselin and Moore, J. Mech.
 /// Robot. 2, 2010); the margin is that of Guay, Cardou, Cruz-Ruiz and Caro (Trans. Can. Soc. Mech. Eng. 38, 2014).
 pub fn capacity_margin(geometry: &Geometry, pose: &[f64; 3], bounds: &Bounds, required: &RequiredWrenches) -> f64 {
-    let arm = geometry.attachment_scale();
     let structure = structure_matrix(geometry, pose);
+    let arm = torque_arm(&structure);
     facets(&structure, arm, bounds)
         .iter()
         .map(|(normal, offset)| {
@@ -123,7 +123,7 @@ pub(super) fn balance_by_halving(structure: &Matrix3xX<f64>) -> f64 {
     let balanced = |ratio: f64| {
         Bounds::new(ratio, 1.0).is_ok_and(|bounds| {
             let found = nearest(structure, &[0.0; 3], &bounds);
-            let arm = structure.row(2).amax();
+            let arm = torque_arm(structure);
             let [x, y, torque] = found.shortfall;
             x.abs().max(y.abs()).max(torque.abs() / arm) < LEAST_BALANCE
         })

@@ -5,7 +5,7 @@
 //! is a crate of its own so that the solver stays out of the plant, which becomes an FMU's binary.
 
 use cdpr::inverse::distribution::{
-    Bounds, Distribution, DistributionError, Infeasible, Objective, Redundancy, Selection, TensionLine,
+    Bounds, Distribution, DistributionError, Infeasible, Objective, Redundancy, Selection, TensionLine, torque_arm,
 };
 use cdpr::per_cable::PerCable;
 use clarabel::algebra::CscMatrix;
@@ -83,7 +83,7 @@ impl QuadraticProgramme {
         wrench: &[f64; 3],
         bounds: &Bounds,
     ) -> Result<Infeasible, DistributionError> {
-        let arm = structure.row(2).amax().max(1e-9);
+        let arm = torque_arm(structure);
         let scale = [1.0, 1.0, 1.0 / arm];
         let unit = bounds.upper();
         let a = DMatrix::from_fn(3, structure.ncols(), |r, c| structure[(r, c)] * scale[r]);
@@ -127,7 +127,7 @@ impl Redundancy for QuadraticProgramme {
             }
         };
         let line = TensionLine::of(structure, wrench)?;
-        let arm = structure.row(2).amax().max(1e-9);
+        let arm = torque_arm(structure);
         let scale = [1.0, 1.0, 1.0 / arm];
         let equality = DMatrix::from_fn(3, structure.ncols(), |r, c| structure[(r, c)] * scale[r]);
         let right: Vec<f64> = (0..3).map(|k| wrench[k] * scale[k] / unit).collect();
