@@ -115,6 +115,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         start_on(&mut model, first);
         whole::write(path, model.to_toml())?;
     }
+    if let Some((time, cable, force)) = summary.pushed {
+        terminal::tell(&format!(
+            "warning: at t = {time} s the force of winch {} is {force:.1} N, and a winch cannot push. The tensions are \
+             within their bounds, but the cable's own inertia takes more than they leave, most where they have a kink: raise \
+             --tension-min, round the kinks with --smooth, or take --objective analytic-centre",
+            cable + 1
+        ));
+    }
     // The table may have gone to standard output.
     if whole_file::is_stream(&arguments.output) { Ok(()) } else { summary.tell() }
 }
@@ -154,6 +162,8 @@ struct Summary {
     tension: [f64; 2],
     /// Least and largest winch force (N).
     force: [f64; 2],
+    /// Where a winch is asked to push the most: time (s), cable (from 0), force (N).
+    pushed: Option<(f64, usize, f64)>,
 }
 
 impl Forces {
@@ -167,7 +177,10 @@ impl Forces {
         }
         csv.write_record(&header)?;
         let none = [f64::INFINITY, f64::NEG_INFINITY];
-        Ok(Self { csv, summary: Summary { first: None, rows: 0, at_bound: 0, tension: none, force: none } })
+        Ok(Self {
+            csv,
+            summary: Summary { first: None, rows: 0, at_bound: 0, tension: none, force: none, pushed: None },
+        })
     }
 
     /// Writes an instant with the inputs from then on.
@@ -185,6 +198,11 @@ impl Forces {
         summary.at_bound += usize::from(instant.selection.iter().any(Option::is_some));
         for (range, values) in [(&mut summary.tension, instant.tension), (&mut summary.force, instant.winch_force)] {
             *range = values.iter().fold(*range, |[low, high], v| [low.min(*v), high.max(*v)]);
+        }
+        for (cable, &force) in instant.winch_force.iter().enumerate() {
+            if force < summary.pushed.map_or(0.0, |(_, _, least)| least) {
+                summary.pushed = Some((instant.time, cable, force));
+            }
         }
         if summary.first.is_none() {
             summary.first = Some(instant.clone());

@@ -22,6 +22,9 @@ pub(crate) struct Choice {
     /// Exponent of `p-norm`
     #[arg(long, value_name = "P", default_value = "6", value_parser = exponent, allow_negative_numbers = true)]
     exponent: f64,
+    /// Round the kinks of `minimum-norm` over about so many N of tension
+    #[arg(long, value_name = "N", value_parser = number::positive)]
+    smooth: Option<f64>,
     /// How it is solved
     #[arg(long, value_enum, default_value_t = Solver::ClosedForm)]
     solver: Solver,
@@ -63,8 +66,11 @@ impl Choice {
             )
         })?;
         let own = match self.objective {
+            Goal::MinimumNorm => self.smooth.map_or(Objective::MinimumNorm, Objective::SmoothNorm),
+            _ if self.smooth.is_some() => {
+                return Err(BadInput("--smooth goes with --objective minimum-norm, which has kinks".to_owned()));
+            }
             Goal::MidTension => Objective::MidTension,
-            Goal::MinimumNorm => Objective::MinimumNorm,
             Goal::PNorm => Objective::PNorm(self.exponent),
             Goal::AnalyticCentre => Objective::AnalyticCentre,
         };
@@ -72,13 +78,16 @@ impl Choice {
         let distribution = Distribution { objective, bounds };
         match self.solver {
             Solver::ClosedForm => Ok((distribution, Box::new(distribution))),
-            Solver::QuadraticProgramme if matches!(objective, Objective::PNorm(_) | Objective::AnalyticCentre) => {
-                Err(BadInput(
-                    "--solver quadratic-programme takes --objective mid-tension or minimum-norm, which are quadratic"
+            Solver::QuadraticProgramme => match objective {
+                Objective::MinimumNorm | Objective::MidTension | Objective::Near(_) => {
+                    Ok((distribution, Box::new(QuadraticProgramme { distribution })))
+                }
+                Objective::PNorm(_) | Objective::AnalyticCentre | Objective::SmoothNorm(_) => Err(BadInput(
+                    "--solver quadratic-programme takes --objective mid-tension or minimum-norm, which are quadratic, and no \
+                     --smooth"
                         .to_owned(),
-                ))
-            }
-            Solver::QuadraticProgramme => Ok((distribution, Box::new(QuadraticProgramme { distribution }))),
+                )),
+            },
         }
     }
 }

@@ -76,6 +76,9 @@ impl Bounds {
 pub enum Objective {
     /// `Σ T_i²`: the least tension that the bounds allow.
     MinimumNorm,
+    /// `Σ T_i²/2 - w² [ln (T_i - T_min) + ln (T_max - T_i)]`: the least tension with its kinks rounded over about the width `w`
+    /// (N), for winch forces that depend on the tensions' rates.
+    SmoothNorm(f64),
     /// `Σ |T_i - T_m|^p`, `p` from 1.5 to 20, about the mean `T_m` of the bounds: 2 is [`Objective::MidTension`], and towards large `p`
     /// the tension nearest to a bound is kept as far from it as can be (Gosselin and Grenier, Meccanica 46, 2011). About zero
     /// every `p` would ask for the least internal tension, as [`Objective::MinimumNorm`] does.
@@ -272,20 +275,23 @@ impl Objective {
                 }
                 Self::MidTension => t - bounds.middle(),
                 Self::Near(tension) => t - *tension,
+                Self::SmoothNorm(width) => {
+                    t + ((-t + bounds.upper).recip() - (t - bounds.lower).recip()) * (width * width)
+                }
                 Self::AnalyticCentre => (-t + bounds.upper).recip() - (t - bounds.lower).recip(),
             };
         }
         sum
     }
 
-    /// The `λ` of the objective's own minimum, within the open interval `(low, high)` for the analytic centre.
+    /// The `λ` of the objective's own minimum, within the open interval `(low, high)` for those that never reach a bound.
     fn minimum(&self, line: &TensionLine<f64>, low: f64, high: f64, bounds: &Bounds) -> f64 {
         match self {
             Self::MinimumNorm => 0.0,
             Self::MidTension => line.internal.iter().map(|n| n * bounds.middle()).sum(),
             Self::Near(tension) => line.internal.iter().map(|n| n * tension).sum(),
             // The slope rises monotonically: bisection cannot fail, and costs a microsecond.
-            Self::PNorm(_) | Self::AnalyticCentre => {
+            Self::PNorm(_) | Self::AnalyticCentre | Self::SmoothNorm(_) => {
                 let (mut a, mut b) = (low, high);
                 let inward = 1e-13 * (high - low);
                 if matches!(self, Self::PNorm(_)) {
@@ -320,7 +326,7 @@ impl Objective {
             TensionLine { minimum_norm: line.minimum_norm.map(|t| t.re()), internal: line.internal.map(|n| n.re()) };
         let curvature = match self {
             Self::MinimumNorm | Self::MidTension | Self::Near(_) => 1.0,
-            Self::PNorm(_) | Self::AnalyticCentre => {
+            Self::PNorm(_) | Self::AnalyticCentre | Self::SmoothNorm(_) => {
                 let dual = num_dual::Dual64::from_re(lambda).derivative();
                 let line = TensionLine {
                     minimum_norm: real.minimum_norm.map(num_dual::Dual64::from_re),

@@ -347,6 +347,59 @@ def test_no_progress_bar_off_a_terminal(cdpr, tmp_path):
     assert "\x1b" not in done.stderr
 
 
+def circle(path, radius, period):
+    """A trajectory on a circle, turning to and fro."""
+    times = np.arange(0.0, period + 0.25, 0.5)
+    angle = 2.0 * np.pi * times / period
+    columns = [times, radius * np.cos(angle), radius * np.sin(angle), 0.1 * np.sin(2.0 * angle)]
+    rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+    path.write_text("\n".join(["time,x,y,phi", *rows]) + "\n")
+    return path
+
+
+def test_inverse_says_where_a_winch_would_push_and_rounds_kinks(cdpr, tmp_path):
+    """Least tensions have kinks, at which the elastic cables' inertia asks for jumps of the forces."""
+    trajectory = circle(tmp_path / "circle.csv", 30.0, 30.0)
+
+    def run(*options):
+        forces = tmp_path / "forces.csv"
+        call = ["inverse", "--trajectory", trajectory, "--step", "0.01", "--tension-min", "1"]
+        done = cdpr(*call, "--objective", "minimum-norm", "-o", forces, *options)
+        with forces.open() as file:
+            rows = list(csv.DictReader(file))
+        table = {
+            name: np.array([[float(row[f"{name}[{i}]"]) for i in range(1, 5)] for row in rows])
+            for name in ("winch_force", "tension")
+        }
+        return done.stderr, table
+
+    said, kinked = run()
+    assert "warning" in said and "cannot push" in said
+    assert kinked["winch_force"].min() < 0.0
+    said, rounded = run("--smooth", "1000")
+    assert said == ""
+    assert rounded["winch_force"].min() > 0.0
+
+    def inertia(table):
+        return np.abs(table["winch_force"] - table["tension"]).max()
+
+    assert inertia(rounded) < 0.5 * inertia(kinked)
+    wrong = cdpr(
+        *("inverse", "--trajectory", trajectory, "-o", tmp_path / "f.csv", "--smooth", "10"), ok=False
+    )
+    assert wrong.returncode == 2
+    assert "--objective minimum-norm" in wrong.stderr
+
+
+def test_effects_say_which_speed_friction_sees(cdpr):
+    """In a massless spring it is that of the geometric length, not the one that l' stands for."""
+    entries = json.loads(cdpr("effects", "--json").stdout)
+    for entry in entries:
+        if entry["id"] in ("winch_coulomb_friction", "pulley_capstan_loss"):
+            assert "massless_spring" in entry["speed"] and "L\u0307" in entry["speed"]
+    assert cdpr("effects").stdout.count("massless_spring") >= 4
+
+
 def test_effects_lists_the_catalogue(cdpr):
     catalogue = json.loads(cdpr("effects", "--json").stdout)
     entries = catalogue if isinstance(catalogue, list) else catalogue["effects"]

@@ -47,6 +47,9 @@ impl Cost {
                     t / self.reach * (t / self.reach).abs().powf(p - 2.0)
                 }
             }
+            Objective::SmoothNorm(width) => {
+                t + self.middle + ((-t + 1.0).recip() - (t + 1.0).recip()) * (width * width)
+            }
             Objective::AnalyticCentre => (-t + 1.0).recip() - (t + 1.0).recip(),
         }
     }
@@ -56,6 +59,7 @@ impl Cost {
         match self.objective {
             Objective::MinimumNorm | Objective::MidTension | Objective::Near(_) => 1.0,
             Objective::PNorm(p) => (p - 1.0) / self.reach * (t.abs() / self.reach).max(1e-9).powf(p - 2.0),
+            Objective::SmoothNorm(width) => 1.0 + width * width * ((1.0 - t).powi(-2) + (1.0 + t).powi(-2)),
             Objective::AnalyticCentre => (1.0 - t).powi(-2) + (1.0 + t).powi(-2),
         }
     }
@@ -74,6 +78,7 @@ impl Cost {
 fn counted_in(unit: f64, objective: Objective) -> Objective {
     match objective {
         Objective::Near(tension) => Objective::Near(tension / unit),
+        Objective::SmoothNorm(width) => Objective::SmoothNorm(width / unit),
         other => other,
     }
 }
@@ -322,8 +327,9 @@ mod tests {
     use crate::geometry::Geometry;
     use crate::parameters::{CableParameters, Parameters};
 
-    const OBJECTIVES: [Objective; 7] = [
+    const OBJECTIVES: [Objective; 8] = [
         Objective::MinimumNorm,
+        Objective::SmoothNorm(150.0),
         Objective::MidTension,
         Objective::Near(1.7e3),
         Objective::PNorm(1.5),

@@ -26,8 +26,9 @@ fn cases() -> Vec<(Matrix3xX<f64>, [f64; 3])> {
         .collect()
 }
 
-const OBJECTIVES: [Objective; 6] = [
+const OBJECTIVES: [Objective; 7] = [
     Objective::MinimumNorm,
+    Objective::SmoothNorm(300.0),
     Objective::PNorm(4.0),
     Objective::PNorm(12.0),
     Objective::MidTension,
@@ -76,6 +77,9 @@ fn the_objective_is_smallest_among_the_feasible() {
                         Objective::PNorm(p) => ((t - bounds.middle()).abs() / 1e4).powf(p),
                         Objective::MidTension => (t - bounds.middle()).powi(2),
                         Objective::Near(tension) => (t - tension).powi(2),
+                        Objective::SmoothNorm(w) => {
+                            0.5 * t * t - w * w * ((t - 1e3).max(1e-9).ln() + (20e3 - t).max(1e-9).ln())
+                        }
                         Objective::AnalyticCentre => -((t - 1e3).max(1e-9).ln() + (20e3 - t).max(1e-9).ln()),
                     })
                     .sum()
