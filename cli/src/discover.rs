@@ -24,7 +24,7 @@ use crate::{fmu, model, terminal, whole};
 #[command(after_help = "Examples:\n  \
     cdpr discover --data circle.csv sweep.csv --holdout check.csv --out found\n  \
     cdpr discover --data run.csv --model model.toml --map map.toml --out found\n\n\
-    A recording is a table with a header, one row a sample: time (s), winch_force[1] to winch_force[4] (N), \
+    A recording is a table with a header, one row a sample: time (s), winch_force[i] of each cable (N), \
     disturbance_force_x, disturbance_force_y (N), disturbance_torque (N m) where not zero, and any of x, y (m), phi (rad), \
     cable_length[i], unstretched_length[i] (m), tension[i] (N) from which the pose can be told. Inputs are held from \
     row to row; a gap in a measurement is an empty cell or nan. Without --holdout the last part of the longest \
@@ -63,12 +63,13 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (_, base) = model::read(arguments.model.as_deref())?;
+    let cables = base.parameters.cables();
     let map = match &arguments.map {
-        Some(path) => ColumnMap::read(path).map_err(bad_data)?,
+        Some(path) => ColumnMap::read(path, cables).map_err(bad_data)?,
         None => ColumnMap::default(),
     };
     let read = |paths: &[PathBuf]| -> Result<Vec<Trial>, BadInput> {
-        paths.iter().map(|p| read_trial(p, &map).map_err(bad_data)).collect()
+        paths.iter().map(|p| read_trial(p, &map, cables).map_err(bad_data)).collect()
     };
     let train = read(&arguments.data)?;
     let holdout = read(&arguments.holdout)?;
@@ -215,7 +216,7 @@ fn summary(discovery: &Discovery, report: &Report) -> String {
     for term in &discovery.terms {
         line("term", &found_text(term));
     }
-    for located in report::gather(&report.located).iter().take(3) {
+    for located in report::gather(&report.located, report.robot.anchors.len()).iter().take(3) {
         let depends = if located.depends_on.is_empty() {
             String::new()
         } else {

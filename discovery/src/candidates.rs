@@ -45,20 +45,21 @@ pub(crate) struct Situation {
     /// Mean tension (N).
     pub(crate) mean_tension: f64,
     /// Winch commands sorted, by cable (N).
-    pub(crate) commands: [Vec<f64>; 4],
+    pub(crate) commands: Vec<Vec<f64>>,
     /// Frequencies (rad/s) at which the latent forces have peaks.
     pub(crate) peaks: Vec<f64>,
     /// Lengths at which the latent forces repeat.
     pub(crate) waves: Vec<Wave>,
     /// Whether unstretched lengths, cable lengths, poses are measured.
-    pub(crate) unstretched: [bool; 4],
-    pub(crate) lengths: [bool; 4],
+    pub(crate) unstretched: Vec<bool>,
+    pub(crate) lengths: Vec<bool>,
     pub(crate) pose: bool,
 }
 
 impl Situation {
     pub(crate) fn of(trials: &[Trial]) -> Self {
-        let mut commands: [Vec<f64>; 4] = Default::default();
+        let cables = trials.first().map_or(0, Trial::cables);
+        let mut commands = vec![Vec::new(); cables];
         for trial in trials {
             for inputs in &trial.inputs {
                 for (list, force) in commands.iter_mut().zip(inputs.winch_force) {
@@ -66,8 +67,8 @@ impl Situation {
                 }
             }
         }
-        let count = commands[0].len().max(1) as f64;
-        let mean_tension = commands.iter().flatten().sum::<f64>() / (4.0 * count);
+        let count = commands.iter().map(Vec::len).sum::<usize>().max(1);
+        let mean_tension = commands.iter().flatten().sum::<f64>() / count as f64;
         for list in &mut commands {
             list.sort_by(f64::total_cmp);
         }
@@ -78,10 +79,20 @@ impl Situation {
             commands,
             peaks: Vec::new(),
             waves: Vec::new(),
-            unstretched: std::array::from_fn(|i| has(Channel::UnstretchedLength(i))),
-            lengths: std::array::from_fn(|i| has(Channel::CableLength(i))),
+            unstretched: (0..cables).map(|i| has(Channel::UnstretchedLength(i))).collect(),
+            lengths: (0..cables).map(|i| has(Channel::CableLength(i))).collect(),
             pose: (0..3).any(|k| has(Channel::Pose(k))),
         }
+    }
+
+    /// Number of cables.
+    pub(crate) fn cables(&self) -> usize {
+        self.commands.len()
+    }
+
+    /// All cables together, and each by its number.
+    pub(crate) fn cables_and_all(&self) -> impl Iterator<Item = Option<usize>> + use<> {
+        std::iter::once(None).chain((1..=self.cables()).map(Some))
     }
 
     /// The winch command below which a share of the commands lies (N), of one cable or of all.
@@ -101,6 +112,8 @@ impl Situation {
 /// Variations to simulate, columns made of them, and candidates made of columns.
 #[derive(Default)]
 pub(crate) struct Library {
+    /// Cables of the robot.
+    cables: usize,
     /// Each variation is one effect added to the model.
     pub(crate) variations: Vec<EffectSpec>,
     pub(crate) columns: Vec<Combination>,
@@ -108,9 +121,13 @@ pub(crate) struct Library {
 }
 
 impl Library {
+    fn new(cables: usize) -> Self {
+        Self { cables, ..Self::default() }
+    }
+
     /// The columns of one candidate alone, in its order, and what they are made of.
     pub(crate) fn only(&self, candidate: usize) -> Self {
-        let mut lib = Self::default();
+        let mut lib = Self::new(self.cables);
         for column in &self.candidates[candidate].columns {
             let mut combination = Combination::new();
             for (at, weight) in &self.columns[*column] {
@@ -159,7 +176,7 @@ impl Library {
             return;
         }
         let mut by_cable = Vec::new();
-        for cable in 1..=4 {
+        for cable in 1..=self.cables {
             let sims: Vec<usize> = variations.iter().map(|values| self.vary(id, Some(cable), values)).collect();
             let columns: Vec<usize> = sims.iter().map(|s| self.column(vec![(*s, 1.0)])).collect();
             let b = build.clone();
@@ -207,7 +224,7 @@ fn proportional(size: f64) -> impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send
 
 /// The catalogue, set up for this model and data.
 pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
-    let mut lib = Library::default();
+    let mut lib = Library::new(situation.cables());
     let elastic =
         model.parameters.cable_model != CableModel::Rigid || model.effects.iter().any(|e| e.id == "cable_elasticity");
     if elastic {
@@ -276,7 +293,7 @@ fn winches(lib: &mut Library, situation: &Situation) {
         lib.each_cable("winch_delay", &[vec![tau]], 1, move |a| (a[0] > 0.05).then(|| vec![tau * a[0].min(4.0)]));
     }
     lib.each_cable("winch_drum_inertia", &[vec![20.0]], 0, proportional(20.0));
-    for cable in [None, Some(1), Some(2), Some(3), Some(4)] {
+    for cable in situation.cables_and_all() {
         let (low, high) = (situation.quantile(cable, 0.0), situation.quantile(cable, 1.0));
         let margin = 0.5 * (high - low).max(1.0);
         for share in [0.6, 0.9] {
@@ -307,7 +324,7 @@ fn saturation(lib: &mut Library, cable: Option<usize>, lower: f64, upper: f64) {
 fn stribeck(lib: &mut Library, speed: f64, build: impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send + Sync + 'static) {
     const ID: &str = "winch_stribeck_friction";
     let mut all = [Vec::new(), Vec::new(), Vec::new()];
-    for cable in 1..=4 {
+    for cable in 1..=lib.cables {
         let flat = lib.vary(ID, Some(cable), &[50.0, 50.0, speed, 0.0]);
         let peak = lib.vary(ID, Some(cable), &[0.0, 50.0, speed, 0.0]);
         let viscous = lib.vary(ID, Some(cable), &[0.0, 0.0, speed, 50.0]);
@@ -395,8 +412,8 @@ fn sensors(lib: &mut Library, situation: &Situation) {
     let offset = |size: f64| move |a: &[f64]| Some(vec![size * a[0], size * a[1]]);
     lib.each_cable("anchor_offset", &[vec![0.05, 0.0], vec![0.0, 0.05]], 0, offset(0.05));
     lib.each_cable("attachment_offset", &[vec![0.02, 0.0], vec![0.0, 0.02]], 0, offset(0.02));
-    for (channel, present) in [("unstretched_length", situation.unstretched), ("cable_length", situation.lengths)] {
-        for cable in (1..=4).filter(|c| present[c - 1]) {
+    for (channel, present) in [("unstretched_length", &situation.unstretched), ("cable_length", &situation.lengths)] {
+        for cable in (1..=lib.cables).filter(|c| present[c - 1]) {
             let spec = move |bias: f64| {
                 let mut spec = EffectSpec::new("length_sensor_bias", Some(cable), &[bias]).ok()?;
                 spec.channel = Some(channel.to_owned());
@@ -425,7 +442,7 @@ const FORCE: f64 = 1e4;
 
 /// The dictionary of terms outside the catalogue, for every axis of the platform and every winch.
 pub(crate) fn dictionary(situation: &Situation) -> Library {
-    let mut lib = Library::default();
+    let mut lib = Library::new(situation.cables());
     let terms = [
         "x",
         "y",
@@ -486,8 +503,8 @@ pub(crate) fn dictionary(situation: &Situation) -> Library {
             push_wave(&mut lib, target, wave, size);
         }
     }
-    for cable in 1..=4 {
-        let target: &'static str = ["winch[1]", "winch[2]", "winch[3]", "winch[4]"][cable - 1];
+    for cable in 1..=lib.cables {
+        let target = &format!("winch[{cable}]");
         let rate = format!("unstretched_length_rate[{cable}]");
         let force = format!("winch_force[{cable}]");
         for term in [
@@ -505,7 +522,7 @@ pub(crate) fn dictionary(situation: &Situation) -> Library {
         push_term(&mut lib, target, &format!("{force}^2"), 10.0 / FORCE.powi(2));
         push_term(&mut lib, target, &format!("{force}^3"), 10.0 / FORCE.powi(3));
         push_term(&mut lib, target, &format!("{force}*{rate}"), 10.0 / FORCE);
-        for other in (1..=4).filter(|other| *other != cable) {
+        for other in (1..=situation.cables()).filter(|other| *other != cable) {
             push_term(&mut lib, target, &format!("winch_force[{other}]"), 10.0 / FORCE);
         }
         for wave in situation.waves.iter().filter(|w| w.latent == 2 + cable) {
@@ -517,7 +534,7 @@ pub(crate) fn dictionary(situation: &Situation) -> Library {
 
 /// A wave: sine and cosine together, at a wave number that was searched for, and both once more in proportion to the
 /// coordinate, by which the number is set right.
-fn push_wave(lib: &mut Library, target: &'static str, wave: &Wave, size: f64) {
+fn push_wave(lib: &mut Library, target: &str, wave: &Wave, size: f64) {
     let Wave { coordinate, number, middle, half_range, .. } = wave.clone();
     let from_middle = match middle {
         0.0 => coordinate.clone(),
@@ -535,21 +552,22 @@ fn push_wave(lib: &mut Library, target: &'static str, wave: &Wave, size: f64) {
         lib.variations.push(spec);
         columns.push(lib.column(vec![(lib.variations.len() - 1, 1.0)]));
     }
+    let target = target.to_owned();
     let build = move |a: &[f64]| {
         // a sin θ + b cos θ with θ moved by δ q: δ q (a cos θ - b sin θ) more.
         let moved = (a[0] * a[2] - a[1] * a[3]) / (half_range * (a[0] * a[0] + a[1] * a[1]));
         let number = number + moved.clamp(-1.0 / half_range, 1.0 / half_range);
-        term::wave(target, &coordinate, [a[0] * size, a[1] * size], number, middle).ok()
+        term::wave(&target, &coordinate, [a[0] * size, a[1] * size], number, middle).ok()
     };
     lib.candidate("expression", None, columns, 0, Box::new(build));
 }
 
-fn push_term(lib: &mut Library, target: &'static str, term: &str, size: f64) {
+fn push_term(lib: &mut Library, target: &str, term: &str, size: f64) {
     let Ok(spec) = EffectSpec::expression(target, &format!("{size}*{term}")) else { return };
     lib.variations.push(spec);
     let column = lib.column(vec![(lib.variations.len() - 1, 1.0)]);
-    let term = term.to_owned();
-    let build = move |a: &[f64]| EffectSpec::expression(target, &format!("{}*{term}", literal(a[0] * size))).ok();
+    let (target, term) = (target.to_owned(), term.to_owned());
+    let build = move |a: &[f64]| EffectSpec::expression(&target, &format!("{}*{term}", literal(a[0] * size))).ok();
     lib.candidate("expression", None, vec![column], 0, Box::new(build));
 }
 

@@ -48,8 +48,12 @@ pub fn discover(
 ) -> Result<Discovery, DiscoverError> {
     let begun = Instant::now();
     let cables = model.parameters.cables();
-    if cables != 4 {
-        return Err(DiscoverError::Data(format!("the model has {cables} cables; the search takes four so far")));
+    if let Some(other) = train.iter().chain(&holdout).find(|trial| trial.cables() != cables) {
+        let found = other.cables();
+        return Err(DiscoverError::Data(format!(
+            "{}: {found} winch forces, expected {cables}, one for each cable of the model",
+            other.name
+        )));
     }
     progress("cleaning the data", 0.0);
     let mut ready = prepare(train, holdout).map_err(DiscoverError::Data)?;

@@ -10,7 +10,7 @@ use crate::data::{Channel, Trial};
 use crate::gap::restarts;
 use crate::instruments;
 use crate::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
-use crate::model::{Examined, LATENTS, disturb};
+use crate::model::{Examined, WRENCH, disturb};
 use crate::path::{LinearTrial, Trajectory, linearise};
 use crate::randomness::Memory;
 
@@ -55,7 +55,7 @@ const SETTLED: f64 = 1.0;
 
 /// Noise of each channel of [`Channel::all`], pooled over trials, from the data alone; `NAN` where it is not measured.
 pub(crate) fn noise_of_data(trials: &[Trial]) -> Vec<f64> {
-    Channel::all()
+    Channel::all(trials.first().map_or(0, Trial::cables))
         .iter()
         .map(|channel| {
             let of_trial = |t: &Trial| t.channels.iter().position(|c| c == channel).map(|j| noise_by_differences(t, j));
@@ -67,7 +67,7 @@ pub(crate) fn noise_of_data(trials: &[Trial]) -> Vec<f64> {
 
 /// `randomness` with its noise in the order of this trial's channels.
 pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
-    let all = Channel::all();
+    let all = Channel::all(trial.cables());
     let noise = trial
         .channels
         .iter()
@@ -86,7 +86,7 @@ pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
 /// A first trajectory from measurements alone: pose by a local straight line, cables at rest under their commands.
 fn first_trajectory(model: &Examined, trial: &Trial, first: &[f64]) -> Trajectory {
     let n = model.states();
-    let width = n + LATENTS;
+    let width = n + model.latents();
     let len = trial.len();
     let quarter_second = (0.25 / trial.interval()).round() as usize;
     // A straight line takes three numbers, which a slow channel has some rows apart.
@@ -132,7 +132,7 @@ fn first_trajectory(model: &Examined, trial: &Trial, first: &[f64]) -> Trajector
         let pose = [row[0], row[1], row[2]];
         let twist = [row[3], row[4], row[5]];
         let cables = cdpr::kinematics::cables(model.plant.geometry(), &pose, &twist);
-        for i in 0..4 {
+        for i in 0..cables.len() {
             let Some(at) = model.plant.unstretched_index(i) else { continue };
             let tension = trial.inputs[k].winch_force[i].max(0.0);
             let range = model.plant.effect_states(i);
@@ -145,7 +145,7 @@ fn first_trajectory(model: &Examined, trial: &Trial, first: &[f64]) -> Trajector
         }
         last.copy_from_slice(&row[..n]);
     }
-    Trajectory { values, width }
+    Trajectory { values, width, states: n }
 }
 
 /// A new model on trajectories of an old one: states of the same name are taken over, new ones start at rest.
@@ -154,7 +154,7 @@ pub(crate) fn carry_over(old: &Examined, new: &Examined, trial: &Trial, trajecto
         return trajectory.clone();
     }
     let n = new.states();
-    let width = n + LATENTS;
+    let width = n + new.latents();
     let first = new.first_states(trial);
     let mut values = vec![0.0; trial.len() * width];
     let fresh = first_trajectory(new, trial, &first);
@@ -164,7 +164,7 @@ pub(crate) fn carry_over(old: &Examined, new: &Examined, trial: &Trial, trajecto
         row.copy_from_slice(fresh.row(k));
         let from = trajectory.states(k);
         row[..6].copy_from_slice(&from[..6]);
-        for i in 0..4 {
+        for i in 0..new.plant.cables() {
             if let (Some(a), Some(b)) = (old.plant.unstretched_index(i), new.plant.unstretched_index(i)) {
                 row[b] = from[a];
             }
@@ -175,20 +175,21 @@ pub(crate) fn carry_over(old: &Examined, new: &Examined, trial: &Trial, trajecto
         row[n..].copy_from_slice(trajectory.latents(k));
         follow(new, trial, k, row, &mut follower);
     }
-    Trajectory { values, width }
+    Trajectory { values, width, states: n }
 }
 
 /// Own states of effects in `row`, sample `k` of a trajectory, as they follow from the samples before; at first those of
 /// a start. `follower` is the simulation that has come here from the last sample.
 fn follow(model: &Examined, trial: &Trial, k: usize, row: &mut [f64], follower: &mut Option<Simulation>) {
-    if (0..4).all(|i| model.plant.effect_states(i).is_empty()) {
+    let cables = 0..model.plant.cables();
+    if cables.clone().all(|i| model.plant.effect_states(i).is_empty()) {
         return;
     }
     let n = model.states();
     match follower {
         None => model.plant.straighten(&mut row[..n]),
         Some(simulation) => {
-            for at in (0..4).flat_map(|i| model.plant.effect_states(i)) {
+            for at in cables.flat_map(|i| model.plant.effect_states(i)) {
                 row[at] = simulation.states()[at];
             }
         }
@@ -345,7 +346,7 @@ impl Fit {
     /// By channel of [`Channel::all`], how far simulations that run freely over `horizon` (s) would be from the measurements
     /// where nothing is missing but what `randomness` has (root mean square); `NAN` where nothing is measured.
     pub(crate) fn spread(&self, trials: &[Trial], randomness: &Randomness, horizon: f64) -> Vec<f64> {
-        let all = Channel::all();
+        let all = Channel::all(self.examined.plant.cables());
         let mut sums = vec![(0.0, 0); all.len()];
         for (trial, linear) in trials.iter().zip(&self.linear) {
             let randomness = for_trial(randomness, trial);
@@ -432,7 +433,7 @@ impl Fit {
     /// White noise by maximum likelihood. Differences see too much of it where the signal itself is rough, and never too
     /// little: where nothing else is random in the instruments, what goes beyond them is the model's.
     fn fit_noise(&mut self, trials: &[Trial], noise: &[f64], filtered: &[Filtered]) {
-        for (at, channel) in Channel::all().iter().enumerate() {
+        for (at, channel) in Channel::all(self.examined.plant.cables()).iter().enumerate() {
             let (mut sum, mut count) = (0.0, 0);
             for (trial, f) in trials.iter().zip(filtered) {
                 if let Some(j) = trial.channels.iter().position(|c| c == channel) {
@@ -471,6 +472,7 @@ pub enum FitError {
 /// First guess of the random parts, before any fit.
 pub(crate) fn first_randomness(model: &Model, noise: &[f64]) -> Randomness {
     Randomness {
+        latents: WRENCH + model.parameters.cables(),
         force: 30.0,
         winch: 30.0,
         arm: model.parameters.attachment_radius,

@@ -126,8 +126,8 @@ fn whatever_is_read_is_refused_or_checked_without_a_panic() {
         std::fs::write(&table, cells).unwrap();
         std::fs::write(&map, entries).unwrap();
         let done = catch_unwind(|| -> Result<(), String> {
-            let map = ColumnMap::read(&map).map_err(|e| e.to_string())?;
-            let trial = read_trial(&table, &map).map_err(|e| e.to_string())?;
+            let map = ColumnMap::read(&map, 4).map_err(|e| e.to_string())?;
+            let trial = read_trial(&table, &map, 4).map_err(|e| e.to_string())?;
             prepare(vec![trial.clone()], vec![HELD.clone()])?;
             check(&model, [&trial].into_iter()).map(|_| ())
         });

@@ -109,7 +109,7 @@ pub(crate) struct GapSum(Vec<(f64, usize)>);
 
 /// The gap of predictions.
 pub(crate) fn gap(trials: &[Trial], predictions: &[Prediction], noise: &[f64]) -> GapSum {
-    let all = Channel::all();
+    let all = Channel::all(trials.first().map_or(0, Trial::cables));
     let mut sums = vec![(0.0, 0); all.len()];
     for (trial, prediction) in trials.iter().zip(predictions) {
         let index: Vec<usize> = trial.channels.iter().map(|c| all.iter().position(|a| a == c).unwrap_or(0)).collect();

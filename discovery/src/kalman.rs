@@ -1,8 +1,8 @@
 //! Kalman filter and smoother on the linearised model.
 
-use crate::model::{LATENTS, WINCH_LATENTS};
+use crate::model::WRENCH;
 use crate::path::LinearTrial;
-use crate::randomness::MOST_MEMORIES;
+use crate::randomness::ROOM;
 pub(crate) use crate::randomness::{Randomness, SMALLEST_LATENT};
 use crate::vector::{BLOCK, add, add_each, block, dot, vectorised};
 
@@ -62,26 +62,38 @@ pub(crate) enum Keep {
 }
 
 /// Calls `$work::<N, W, FUSED>` with rows of fixed widths, which the compiler puts into the widest registers that the
-/// processor has: `N` the states with zeros up to a full register, as in [`LinearTrial`], and `W` with the latents, and with
-/// noise with memory where there is any.
+/// processor has: `N` the states with zeros up to one of [`STATES`](crate::vector::STATES), as in [`LinearTrial`], and `W` with
+/// the latents and the noise with memory, the narrowest that has room for them.
 macro_rules! by_width {
     ($linear:expr, $randomness:expr, $work:ident, $($argument:expr),*) => {{
-        assert!($randomness.memory.len() <= MOST_MEMORIES, "no more noise with memory than there is room for");
-        match ($linear.padded, $randomness.memory.is_empty()) {
-            (8, true) => vectorised!(FUSED => $work::<8, 16, FUSED>($($argument),*)),
-            (8, false) => vectorised!(FUSED => $work::<8, 32, FUSED>($($argument),*)),
-            (16, true) => vectorised!(FUSED => $work::<16, 24, FUSED>($($argument),*)),
-            (16, false) => vectorised!(FUSED => $work::<16, 40, FUSED>($($argument),*)),
-            (24, true) => vectorised!(FUSED => $work::<24, 32, FUSED>($($argument),*)),
-            (24, false) => vectorised!(FUSED => $work::<24, 48, FUSED>($($argument),*)),
-            (32, true) => vectorised!(FUSED => $work::<32, 40, FUSED>($($argument),*)),
-            (32, false) => vectorised!(FUSED => $work::<32, 56, FUSED>($($argument),*)),
-            (width, _) => {
-                assert!(width <= 64, "the largest model has fewer states than this");
-                vectorised!(FUSED => $work::<64, 88, FUSED>($($argument),*))
-            }
+        let processes = $randomness.processes();
+        assert!(processes <= ROOM, "no more noise with memory than there is room for");
+        let width = $linear.states + processes;
+        match $linear.padded {
+            8 => by_room!(8, width, $work, ($($argument),*)),
+            16 => by_room!(16, width, $work, ($($argument),*)),
+            24 => by_room!(24, width, $work, ($($argument),*)),
+            32 => by_room!(32, width, $work, ($($argument),*)),
+            // Rare: one room for all.
+            48 => vectorised!(FUSED => $work::<48, { 48 + ROOM }, FUSED>($($argument),*)),
+            _ => vectorised!(FUSED => $work::<104, { 104 + ROOM }, FUSED>($($argument),*)),
         }
     }};
+}
+
+/// The part of [`by_width!`] that looks for the room beside the states.
+macro_rules! by_room {
+    ($states:literal, $width:expr, $work:ident, $arguments:tt) => {
+        if $width <= $states + 8 {
+            vectorised!(FUSED => $work::<$states, { $states + 8 }, FUSED>$arguments)
+        } else if $width <= $states + 16 {
+            vectorised!(FUSED => $work::<$states, { $states + 16 }, FUSED>$arguments)
+        } else if $width <= $states + 24 {
+            vectorised!(FUSED => $work::<$states, { $states + 24 }, FUSED>$arguments)
+        } else {
+            vectorised!(FUSED => $work::<$states, { $states + ROOM }, FUSED>$arguments)
+        }
+    };
 }
 
 /// Runs the filter over one trial.
@@ -117,7 +129,7 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
     for c in 0..n {
         p[c][c] = linear.prior_deviation[c].powi(2);
     }
-    for (slot, latent) in x[n..].iter_mut().zip(&linear.latents[..LATENTS]) {
+    for (slot, latent) in x[n..].iter_mut().zip(linear.latents(0)) {
         *slot = -latent;
     }
     for l in 0..randomness.processes() {
@@ -248,9 +260,9 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
         add::<FUSED>(&mut next, *value, column);
     }
     x[..n].copy_from_slice(&next[..n]);
-    for l in 0..LATENTS {
-        let (now, then) = (linear.latents[k * LATENTS + l], linear.latents[(k + 1) * LATENTS + l]);
-        x[n + l] = decay[n + l] * (x[n + l] + now) - then;
+    let (now, then) = (linear.latents(k), linear.latents(k + 1));
+    for (l, (now, then)) in (n..acting).zip(now.iter().zip(then)) {
+        x[l] = decay[l] * (x[l] + now) - then;
     }
     for l in acting..w {
         x[l] *= decay[l];
@@ -275,7 +287,7 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     }
     if randomness.input > 0.0 {
         // A force that is not quite the one recorded, held over the interval.
-        for column in &columns[n + WINCH_LATENTS.start..n + WINCH_LATENTS.end] {
+        for column in &columns[n + WRENCH..] {
             for (row, by) in p[..n].iter_mut().zip(column) {
                 add::<FUSED>(&mut row[..n], randomness.input * randomness.input * by, column);
             }
@@ -372,7 +384,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
-    use crate::data::recording::{fitted, record};
+    use crate::data::recording::{Bench, fitted, fitted_on, record, record_on};
     use crate::randomness::Memory;
 
     /// The textbook's filter and smoother (H. E. Rauch, F. Tung and C. T. Striebel, 1965) with full matrices: `-2 log L` and
@@ -383,7 +395,7 @@ mod tests {
         let mut x = DVector::zeros(w);
         let mut p = DMatrix::zeros(w, w);
         (0..n).for_each(|c| (x[c], p[(c, c)]) = (linear.prior[c], linear.prior_deviation[c].powi(2)));
-        (0..LATENTS).for_each(|l| x[n + l] = -linear.latents[l]);
+        (0..linear.disturbances).for_each(|l| x[n + l] = -linear.latents(0)[l]);
         (0..w - n).for_each(|l| p[(n + l, n + l)] = randomness.deviation(l).powi(2));
         let (mut value, mut past) = (0.0, Vec::new());
         for k in 0..linear.len {
@@ -402,19 +414,19 @@ mod tests {
             }
             let (mut f, mut add, mut q) = (DMatrix::zeros(w, w), DVector::zeros(w), DMatrix::zeros(w, w));
             if k + 1 < linear.len {
-                for c in 0..n + LATENTS {
+                for c in 0..linear.width() {
                     (0..n).for_each(|r| f[(r, c)] = linear.column(k, c)[r]);
                 }
                 (0..n).for_each(|r| (add[r], q[(r, r)]) = (linear.defect[k * n + r], STEP_ERROR * STEP_ERROR));
-                for column in WINCH_LATENTS.map(|l| f.column(n + l).clone_owned()) {
+                for column in (n + WRENCH..linear.width()).map(|c| f.column(c).clone_owned()) {
                     q += randomness.input.powi(2) * &column * column.transpose();
                 }
                 for l in 0..w - n {
                     let decay = randomness.decay(l, linear.interval[k]);
                     f[(n + l, n + l)] = decay;
                     q[(n + l, n + l)] = randomness.deviation(l).powi(2) * (1.0 - decay * decay);
-                    if l < LATENTS {
-                        add[n + l] = decay * linear.latents[k * LATENTS + l] - linear.latents[(k + 1) * LATENTS + l];
+                    if l < linear.disturbances {
+                        add[n + l] = decay * linear.latents(k)[l] - linear.latents(k + 1)[l];
                     }
                 }
             }
@@ -441,12 +453,21 @@ mod tests {
         (value, smoothed)
     }
 
-    /// With everything that an instrument may have, in a trial with gaps.
     #[test]
     fn the_filter_and_the_smoother_are_those_of_the_textbook() {
-        let mut trials = [record(&[], 6.0, 3)];
+        are_those_of_the_textbook(&Bench::large());
+    }
+
+    #[test]
+    fn the_filter_and_the_smoother_have_room_for_six_cables() {
+        are_those_of_the_textbook(&Bench::six());
+    }
+
+    /// With everything that an instrument may have, in a trial with gaps.
+    fn are_those_of_the_textbook(bench: &Bench) {
+        let mut trials = [record_on(bench, &[], 6.0, 3)];
         (20..30).for_each(|k| trials[0].measured[k][1] = f64::NAN);
-        let fit = fitted(&[], &trials);
+        let fit = fitted_on(bench, &[], &trials);
         let plain = crate::estimate::for_trial(&fit.randomness, &trials[0]);
         let memory = |channel, time, drift| Memory { channel, deviation: 3e-3, time, drift };
         let rich = Randomness { input: 40.0, jitter: 3e-3, force: 5.0, winch: 8.0, ..plain.clone() }

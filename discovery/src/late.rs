@@ -3,7 +3,7 @@
 use cdpr::effect::EffectSpec;
 
 use crate::data::Trial;
-use crate::model::LATENTS;
+use crate::model::WRENCH;
 use crate::path::{LinearTrial, Trajectory};
 
 /// Whether a variation only makes winch forces late.
@@ -25,14 +25,14 @@ pub(crate) fn late_forcing(
 ) -> Vec<f32> {
     let n = linear.states;
     let mut out = vec![0.0; (trial.len() - 1) * n];
-    let cables = spec.cable.map_or(0..4, |cable| cable - 1..cable);
+    let cables = spec.cable.map_or(0..linear.disturbances - WRENCH, |cable| cable - 1..cable);
     for cable in cables {
         let force: Vec<f64> = (0..trial.len()).map(|k| felt(k, cable)).collect();
         let late = match spec.id.as_str() {
             "winch_lag" => lagged(&force, &linear.interval, spec.values[0]),
             _ => {
                 // The latent force acts after the dead time.
-                let latent = |k: usize| trajectory.latents(k)[LATENTS - 4 + cable];
+                let latent = |k: usize| trajectory.latents(k)[WRENCH + cable];
                 let command: Vec<f64> = force.iter().enumerate().map(|(k, f)| f - latent(k)).collect();
                 let mut late = delayed(&command, &trial.time, spec.values[0]);
                 late.iter_mut().enumerate().for_each(|(k, f)| *f += latent(k));
@@ -41,7 +41,7 @@ pub(crate) fn late_forcing(
         };
         for (k, late) in late.iter().enumerate() {
             let change = late - force[k];
-            let slopes = linear.column(k, n + LATENTS - 4 + cable);
+            let slopes = linear.column(k, n + WRENCH + cable);
             for r in 0..n {
                 let slope = slopes[r];
                 out[k * n + r] += (slope * change) as f32;

@@ -11,10 +11,8 @@ use cdpr::simulation::{Simulation, Start};
 
 use crate::data::{Channel, Trial};
 
-/// Latent disturbances: a wrench on the platform (3) and a force at each winch (4).
-pub(crate) const LATENTS: usize = 7;
-/// Those at the winches.
-pub(crate) const WINCH_LATENTS: std::ops::Range<usize> = 3..LATENTS;
+/// Latent disturbances on the platform, a wrench: the first ones. A force at each winch follows.
+pub(crate) const WRENCH: usize = 3;
 
 /// Relative tolerance of the simulations of one sample: far below any measurement noise.
 const TOLERANCE: f64 = 1e-6;
@@ -73,6 +71,11 @@ impl Examined {
     /// Number of plant states.
     pub(crate) fn states(&self) -> usize {
         self.plant.dimension()
+    }
+
+    /// Number of latent disturbances.
+    pub(crate) fn latents(&self) -> usize {
+        WRENCH + self.plant.cables()
     }
 
     /// A simulation for a trial from the states `y` at sample `k` on, where its command history begins.
@@ -154,7 +157,7 @@ impl Examined {
             initialization: Initialization::FromWinchForces,
             pose: guess,
             inputs: trial.inputs[0],
-            ..Start::default()
+            ..Start::pulling(self.plant.cables())
         };
         // A pose that no start accepts (outside the anchors) can only be an outlier: begin at the centre.
         let mut centred = start;
@@ -184,7 +187,7 @@ impl Examined {
         };
         let mut pose: [Option<f64>; 3] = std::array::from_fn(|k| mean(Channel::Pose(k)));
         if pose.iter().any(Option::is_none) {
-            let lengths: Vec<Option<f64>> = (0..4)
+            let lengths: Vec<Option<f64>> = (0..self.plant.cables())
                 .map(|i| {
                     mean(Channel::CableLength(i)).or_else(|| {
                         // A paid-out length stretches under its winch force.
@@ -244,11 +247,12 @@ pub(crate) fn gauss_newton_pose(
 /// Inputs of a sample with latent disturbances applied.
 pub(crate) fn disturb(simulation: &mut Simulation, inputs: &Inputs, latents: &[f64]) {
     let mut inputs = *inputs;
-    for k in 0..3 {
-        inputs.disturbance[k] += latents[k];
+    let (wrench, pulls) = latents.split_at(WRENCH);
+    for (slot, latent) in inputs.disturbance.iter_mut().zip(wrench) {
+        *slot += latent;
     }
     simulation.set_inputs(inputs);
-    simulation.set_winch_disturbance(PerCable::from_fn(LATENTS - 3, |i| latents[3 + i]));
+    simulation.set_winch_disturbance(PerCable::from_fn(pulls.len(), |i| pulls[i]));
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use cdpr::model_file::Model;
 use cdpr::per_cable::PerCable;
 
 use crate::data::{Channel, Trial};
+use crate::model::WRENCH;
 
 /// The outcome in one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -274,12 +275,32 @@ pub struct Compared {
     pub after: Vec<Vec<f64>>,
     /// Samples at which the simulation restarts.
     pub restarts: Vec<usize>,
-    /// Smoothed latent disturbances with the model as given: force x, y (N), torque (N m), winch 1 to 4 (N).
-    pub latents: Vec<[f64; 7]>,
+    /// Smoothed latent disturbances with the model as given.
+    pub latents: Vec<Latents>,
     /// Smoothed pose and twist with the final model.
     pub motion: Vec<[f64; 6]>,
     /// Smoothed rates of the unstretched lengths with the final model (m/s).
     pub winch_speed: Vec<PerCable<f64>>,
+}
+
+/// Latent disturbances at one time: what the model misses there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Latents {
+    /// Force x, y (N) and torque (N m) on the platform.
+    pub wrench: [f64; 3],
+    /// Pull at each winch (N).
+    pub pull: PerCable<f64>,
+}
+
+impl Latents {
+    /// From numbers in the order of the filter: the wrench, then the pulls.
+    pub(crate) fn of(values: &[f64]) -> Self {
+        let (wrench, pulls) = values.split_at(WRENCH);
+        Self {
+            wrench: std::array::from_fn(|axis| wrench[axis]),
+            pull: PerCable::from_fn(pulls.len(), |cable| pulls[cable]),
+        }
+    }
 }
 
 /// One step of the search.

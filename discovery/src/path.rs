@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use crate::data::{Channel, Trial};
 use crate::estimate::FitError;
-use crate::model::{Examined, LATENTS, Moment, disturb};
+use crate::model::{Examined, Moment, disturb};
 use crate::variation::{Step, Variation};
-use crate::vector::FULL;
+use crate::vector::padded;
 
 /// States and latents at every sample of a trial.
 #[derive(Clone, Debug)]
@@ -19,6 +19,8 @@ pub(crate) struct Trajectory {
     /// Plant states, then latents; `width` numbers a sample.
     pub(crate) values: Vec<f64>,
     pub(crate) width: usize,
+    /// Plant states of a sample.
+    pub(crate) states: usize,
 }
 
 impl Trajectory {
@@ -27,11 +29,11 @@ impl Trajectory {
     }
 
     pub(crate) fn states(&self, k: usize) -> &[f64] {
-        &self.row(k)[..self.width - LATENTS]
+        &self.row(k)[..self.states]
     }
 
     pub(crate) fn latents(&self, k: usize) -> &[f64] {
-        &self.row(k)[self.width - LATENTS..]
+        &self.row(k)[self.states..]
     }
 }
 
@@ -42,18 +44,20 @@ pub(crate) struct LinearTrial {
     pub(crate) len: usize,
     /// Plant states.
     pub(crate) states: usize,
+    /// Latent disturbances.
+    pub(crate) disturbances: usize,
     /// Channels.
     pub(crate) channels: usize,
     /// Sampling intervals (s), one less than samples.
     pub(crate) interval: Vec<f64>,
-    /// States with zeros up to a full register.
+    /// States with zeros up to a width for which there is code.
     pub(crate) padded: usize,
     /// `∂x(k+1)/∂(x, latents)(k)`: `padded` numbers for each state or latent, what it does to the states.
     pub(crate) transition: Vec<f64>,
     /// Where one step of the model misses the trajectory's next point, `states` a step.
     pub(crate) defect: Vec<f64>,
-    /// Latents of the trajectory, `LATENTS` a sample.
-    pub(crate) latents: Vec<f64>,
+    /// Latents of the trajectory, `disturbances` a sample.
+    latents: Vec<f64>,
     /// `∂h/∂x`, `channels × states` a sample.
     sensor: Vec<f64>,
     /// The states that each channel shows anything of.
@@ -75,7 +79,12 @@ pub(crate) struct LinearTrial {
 
 impl LinearTrial {
     pub(crate) fn width(&self) -> usize {
-        self.states + LATENTS
+        self.states + self.disturbances
+    }
+
+    /// Latents of the trajectory at sample `k`.
+    pub(crate) fn latents(&self, k: usize) -> &[f64] {
+        &self.latents[k * self.disturbances..(k + 1) * self.disturbances]
     }
 
     /// What state or latent `c` does to the states in step `k`.
@@ -111,7 +120,7 @@ impl LinearTrial {
             interval: self.interval[..steps].to_vec(),
             transition: self.transition[..steps * self.padded * self.width()].to_vec(),
             defect: self.defect[..steps * n].to_vec(),
-            latents: cut(&self.latents, LATENTS),
+            latents: cut(&self.latents, self.disturbances),
             sensor: cut(&self.sensor, m * n),
             shows: self.shows.clone(),
             shown: cut(&self.shown, m),
@@ -156,7 +165,7 @@ impl LinearTrial {
 fn difference_steps(model: &Examined) -> Vec<f64> {
     let mut steps = vec![1e-4; model.states()];
     steps[..6].copy_from_slice(&[1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4]);
-    for i in 0..4 {
+    for i in 0..model.plant.cables() {
         for at in model.plant.effect_states(i) {
             steps[at] = 1e-3 * effect_state_scale(model, i, at);
         }
@@ -182,7 +191,7 @@ pub(crate) fn effect_state_scale(model: &Examined, cable: usize, at: usize) -> f
 pub(crate) fn prior_deviation(model: &Examined) -> Vec<f64> {
     let mut deviation = vec![1.0; model.states()];
     deviation[..6].copy_from_slice(&[1.0, 1.0, 0.1, 0.5, 0.5, 0.05]);
-    for i in 0..4 {
+    for i in 0..model.plant.cables() {
         if let Some(at) = model.plant.unstretched_index(i) {
             deviation[at] = 2.0;
         }
@@ -214,11 +223,12 @@ pub(crate) fn linearise(
     late: &[f64],
 ) -> Result<LinearTrial, FitError> {
     let (n, m, len) = (model.states(), trial.channels.len(), trial.len());
-    let width = n + LATENTS;
-    let padded = n.next_multiple_of(FULL);
+    let (disturbances, padded) = (model.latents(), padded(n));
+    let width = n + disturbances;
     let mut linear = LinearTrial {
         len,
         states: n,
+        disturbances,
         channels: m,
         interval: trial.time.windows(2).map(|w| w[1] - w[0]).collect(),
         padded,

@@ -1,12 +1,16 @@
 //! What is random beside the model: latent disturbances, and what the instruments add to each recording.
 
-use crate::model::LATENTS;
+use cdpr::per_cable::MAX_CABLES;
+
+use crate::model::WRENCH;
 
 /// Smallest latent force considered (N): below it a trial is as good as undisturbed.
 pub(crate) const SMALLEST_LATENT: f64 = 0.03;
 
-/// Most processes of noise with memory that the filter has room for.
-pub(crate) const MOST_MEMORIES: usize = 17;
+/// Most processes of noise with memory that the filter has room for, beside the latent disturbances of the most cables.
+pub(crate) const MOST_MEMORIES: usize = ROOM - WRENCH - MAX_CABLES;
+/// Most processes that the filter has room for.
+pub(crate) const ROOM: usize = 64;
 
 /// Noise with memory on one channel: first order (Gauss and Markov), stationary. Where its time constant is as long as the
 /// recordings it is a drift.
@@ -25,6 +29,8 @@ pub(crate) struct Memory {
 /// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck), measurement noise, errors of the recorded inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Randomness {
+    /// Number of latent disturbances: those of the platform, and one for each winch.
+    pub(crate) latents: usize,
     /// Standard deviation of the latent force on the platform (N); the torque's is `arm` times as large.
     pub(crate) force: f64,
     /// Standard deviation of the latent force at each winch (N).
@@ -94,12 +100,12 @@ impl Randomness {
 
     /// What the filter estimates beside the states: latents, then noise with memory.
     pub(crate) fn processes(&self) -> usize {
-        LATENTS + self.memory.len()
+        self.latents + self.memory.len()
     }
 
     /// Stationary standard deviation of a process.
     pub(crate) fn deviation(&self, process: usize) -> f64 {
-        match process.checked_sub(LATENTS) {
+        match process.checked_sub(self.latents) {
             None => self.latent_deviation(process),
             Some(at) => self.memory[at].deviation,
         }
@@ -107,7 +113,7 @@ impl Randomness {
 
     /// What is left of a process after an interval (s).
     pub(crate) fn decay(&self, process: usize, interval: f64) -> f64 {
-        let time = process.checked_sub(LATENTS).map_or(self.time, |at| self.memory[at].time);
+        let time = process.checked_sub(self.latents).map_or(self.time, |at| self.memory[at].time);
         (-interval / time).exp()
     }
 
@@ -116,7 +122,7 @@ impl Randomness {
         (0..channels)
             .map(|j| {
                 let first = self.memory.partition_point(|m| m.channel < j);
-                LATENTS + first..LATENTS + self.memory.partition_point(|m| m.channel <= j)
+                self.latents + first..self.latents + self.memory.partition_point(|m| m.channel <= j)
             })
             .collect()
     }

@@ -324,7 +324,7 @@ impl<'a> Search<'a> {
     fn stiffness_guess(&self, fitted: &Fitted) -> Option<f64> {
         let mut ratios = Vec::new();
         for (t, trial) in self.evidence.train.iter().enumerate() {
-            for i in 0..4 {
+            for i in 0..trial.cables() {
                 let Some(j) = trial.channels.iter().position(|c| *c == Channel::UnstretchedLength(i)) else { continue };
                 for k in (0..trial.len()).step_by(20) {
                     let y = fitted.train.trajectories[t].states(k);

@@ -32,7 +32,7 @@ type Law = Vec<(EffectSpec, Vec<EffectSpec>)>;
 /// effects, across and along, of which one alone explains little.
 fn laws(situation: &Situation, density: f64) -> Vec<Law> {
     let mut out: Vec<Law> = Vec::new();
-    for cable in [None, Some(1), Some(2), Some(3), Some(4)] {
+    for cable in situation.cables_and_all() {
         let effect = |id: &str, values: &[f64]| EffectSpec::new(id, cable, values).ok();
         let friction = effect("winch_coulomb_friction", &[150.0, 0.02]);
         let other = [

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::candidates::Combination;
 use crate::data::{Channel, Trial};
 use crate::late::{comes_late, late_forcing};
-use crate::model::{Examined, LATENTS, Moment, disturb};
+use crate::model::{Examined, Moment, disturb};
 use crate::path::{LinearTrial, Trajectory};
 use crate::variation::{Forced, Variation};
 use crate::whiten::Forcing;
@@ -21,7 +21,7 @@ struct Single {
 /// Index in the varied plant of each state of the base plant.
 fn state_map(base: &Examined, varied: &Examined) -> Option<Vec<usize>> {
     let mut map: Vec<usize> = (0..6).collect();
-    for i in 0..4 {
+    for i in 0..base.plant.cables() {
         map.extend(base.plant.unstretched_index(i).map(|_| varied.plant.unstretched_index(i)).into_iter().flatten());
         map.extend(base.plant.rate_index(i).map(|_| varied.plant.rate_index(i)).into_iter().flatten());
         let start = varied.plant.effect_states(i).start;
@@ -193,7 +193,7 @@ fn start_effect_states(varied: &Examined, trial: &Trial, y: &mut [f64], base: &E
     let mut rest = varied.first_states(trial);
     rest[..6].copy_from_slice(&y[..6]);
     varied.plant.straighten(&mut rest);
-    for i in 0..4 {
+    for i in 0..base.plant.cables() {
         let known = base.plant.effect_states(i).len();
         for at in varied.plant.effect_states(i).skip(known) {
             y[at] = rest[at];
@@ -212,7 +212,7 @@ pub(crate) fn forcing(
     trial: &Trial,
     trajectory: &Trajectory,
 ) -> Forcing {
-    debug_assert_eq!(trajectory.width, base.states() + LATENTS);
+    debug_assert_eq!(trajectory.width, base.states() + base.latents());
     let base_rates = end_rates(base, linear, trial, trajectory);
     let singles: Vec<Option<Single>> = variations
         .par_iter()

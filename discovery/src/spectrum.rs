@@ -80,7 +80,7 @@ pub(crate) fn waves(fit: &Fit, trials: &[Trial]) -> Vec<Wave> {
         pairs.push((latent, 0, "x".to_owned()));
         pairs.push((latent, 1, "y".to_owned()));
     }
-    for cable in 0..4 {
+    for cable in 0..plant.cables() {
         if let Some(at) = plant.unstretched_index(cable) {
             pairs.push((3 + cable, at, format!("unstretched_length[{}]", cable + 1)));
         }

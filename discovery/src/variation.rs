@@ -3,7 +3,7 @@
 use cdpr::dynamics::{Inputs, Jacobian};
 use cdpr::per_cable::PerCable;
 
-use crate::model::{Examined, LATENTS};
+use crate::model::Examined;
 use crate::vector::{FULL, add, vectorised};
 
 /// One sampling interval: a step of the model between two states, under inputs that are held.
@@ -65,11 +65,11 @@ impl<'a> Variation<'a> {
     pub(crate) fn transition(&mut self, step: &Step<'_>, target: &mut [f64]) {
         self.update(step);
         for (slopes, jacobian) in self.slopes.iter_mut().zip([&self.inner, &self.end]) {
-            beside(slopes, jacobian, &jacobian.by_input, LATENTS);
+            beside(slopes, jacobian, &jacobian.by_input, self.model.latents());
         }
-        let n = self.inner.dimension;
-        let width = solve(&self.slopes, n, LATENTS, step.interval, true, &mut self.system);
-        let length = target.len() / (n + LATENTS);
+        let (n, latents) = (self.inner.dimension, self.model.latents());
+        let width = solve(&self.slopes, n, latents, step.interval, true, &mut self.system);
+        let length = target.len() / (n + latents);
         let own = n.next_multiple_of(FULL);
         for (r, row) in self.system.chunks_exact(width).enumerate() {
             let values = row[own..own + n].iter().chain(&row[2 * own..]);
@@ -139,7 +139,7 @@ fn solve(slopes: &[Vec<f64>; 2], n: usize, columns: usize, h: f64, states: bool,
         };
     }
     // Rows of a fixed width, which the compiler puts into registers.
-    in_rows_of!(16 24 32 40 56 72 136)
+    in_rows_of!(16 24 32 40 56 64 72 136 232)
 }
 
 #[inline(always)]

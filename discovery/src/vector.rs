@@ -1,5 +1,8 @@
 //! Vectors in the widest registers that the processor has.
 
+use cdpr::dynamics::MAX_EFFECT_STATES;
+use cdpr::per_cable::MAX_CABLES;
+
 /// Runs a function for which a constant says whether the processor multiplies and adds in one instruction:
 /// `vectorised!(FUSED => work::<FUSED>(arguments))`. The function and what it calls must be `#[inline(always)]`.
 macro_rules! vectorised {
@@ -41,6 +44,15 @@ pub(crate) fn fuses() -> bool {
 
 /// Numbers of a full register.
 pub(crate) const FULL: usize = 8;
+/// Widths of rows with a number for each state: the states of a robot with zeros up to one of these. The last one is that of
+/// the most cables with the most states of effects.
+pub(crate) const STATES: [usize; 6] = [8, 16, 24, 32, 48, 104];
+const _: () = assert!(6 + MAX_CABLES * (2 + MAX_EFFECT_STATES) <= STATES[STATES.len() - 1]);
+
+/// The width of a row with so many states.
+pub(crate) fn padded(states: usize) -> usize {
+    STATES.into_iter().find(|width| *width >= states).expect("the largest model has no more states")
+}
 /// Rows that are summed up side by side: one alone would wait for its last sum.
 pub(crate) const BLOCK: usize = 4;
 

@@ -8,7 +8,7 @@ use crate::estimate::Fit;
 use crate::fitted::{Evidence, Fitted};
 use crate::gap::{GapSum, gap, predict};
 use crate::kalman::{Keep, Randomness};
-use crate::outcome::{BeforeAfter, Compared, HorizonGap, Whiteness};
+use crate::outcome::{BeforeAfter, Compared, HorizonGap, Latents, Whiteness};
 use crate::verdict::{POLICY, attainable};
 
 /// Lags of the whiteness test.
@@ -30,6 +30,7 @@ pub(crate) fn horizon_gaps(
 ) -> Vec<HorizonGap> {
     let noise = &fitted.train.randomness.noise;
     let sets = [(&base.train, &fitted.train, &evidence.train), (&base.holdout, &fitted.holdout, &evidence.holdout)];
+    let cables = base.train.examined.plant.cables();
     let of_horizon = |horizon: &f64| {
         let sums = |fit: &Fit, trials: &[Trial]| {
             let predictions = predict(fit, trials, *horizon);
@@ -46,7 +47,7 @@ pub(crate) fn horizon_gaps(
             };
             of(&train).map(|train| (channel, train, of(&holdout)))
         };
-        let channels = Channel::all().into_iter().enumerate().filter_map(|(at, c)| channel(at, c)).collect();
+        let channels = Channel::all(cables).into_iter().enumerate().filter_map(|(at, c)| channel(at, c)).collect();
         let attainable = match instruments {
             Some(_) => 1.0,
             None => attainable(&fitted.holdout, &evidence.holdout, noise, *horizon),
@@ -65,7 +66,7 @@ pub(crate) fn whiteness(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Vec<White
     let filtered = fit.filter(trials, &fit.randomness, Keep::Innovations);
     let chi = ChiSquared::new(LAGS as f64).map_or(45.3, |d| d.inverse_cdf(0.999));
     let mut out = Vec::new();
-    for (at, channel) in Channel::all().into_iter().enumerate() {
+    for (at, channel) in Channel::all(fit.examined.plant.cables()).into_iter().enumerate() {
         let (mut count, mut power) = (0, 0.0);
         let mut lagged = [0.0; LAGS];
         for (trial, f) in trials.iter().zip(&filtered) {
@@ -154,7 +155,7 @@ pub(crate) fn compared(base: &Fitted, fitted: &Fitted, evidence: &Evidence, hori
                 before: b.shown,
                 after: a.shown,
                 restarts: a.restarts,
-                latents: rows.clone().map(|k| std::array::from_fn(|l| old.latents(k)[l])).collect(),
+                latents: rows.clone().map(|k| Latents::of(old.latents(k))).collect(),
                 motion: rows.clone().map(|k| std::array::from_fn(|c| new.states(k)[c])).collect(),
                 winch_speed: rows
                     .map(|k| {

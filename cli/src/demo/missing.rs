@@ -42,7 +42,7 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
         record(&robot, &base, plan, path)?;
     }
     introduce()?;
-    let read = |path: &Path| read_trial(path, &ColumnMap::default());
+    let read = |path: &Path| read_trial(path, &ColumnMap::default(), base.parameters.cables());
     let discovery = search(&base, vec![read(&paths[0])?], vec![read(&paths[1])?])?;
     let file = |role: &str, path: &Path| FileUsed { role: role.to_owned(), path: path.display().to_string() };
     let about = About {

@@ -14,12 +14,12 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// Every channel that can be measured.
-    pub fn all() -> Vec<Self> {
+    /// Every channel that can be measured of a robot with so many cables.
+    pub fn all(cables: usize) -> Vec<Self> {
         let mut all: Vec<Self> = (0..3).map(Self::Pose).collect();
-        all.extend((0..4).map(Self::CableLength));
-        all.extend((0..4).map(Self::UnstretchedLength));
-        all.extend((0..4).map(Self::Tension));
+        for of_cable in [Self::CableLength, Self::UnstretchedLength, Self::Tension] {
+            all.extend((0..cables).map(of_cable));
+        }
         all
     }
 

@@ -38,37 +38,37 @@ pub(crate) struct Source {
 
 const KEYS: [&str; 4] = ["column", "unit", "scale", "offset"];
 
-/// Every column that a recording may have.
-pub(crate) fn known_columns() -> Vec<String> {
+/// Every column that a recording of a robot with so many cables may have.
+pub(crate) fn known_columns(cables: usize) -> Vec<String> {
     let mut names = vec!["time".to_owned()];
-    names.extend((1..=4).map(|i| format!("winch_force[{i}]")));
+    names.extend((1..=cables).map(|i| format!("winch_force[{i}]")));
     names.extend(["disturbance_force_x", "disturbance_force_y", "disturbance_torque"].map(str::to_owned));
-    names.extend(Channel::all().iter().map(|c| c.name()));
+    names.extend(Channel::all(cables).iter().map(|c| c.name()));
     names
 }
 
 impl ColumnMap {
-    /// Reads a map file.
+    /// Reads a map file for recordings of a robot with so many cables.
     ///
     /// # Errors
     /// Syntax, unknown names, keys or units, with the line, what was found and expected.
-    pub fn read(path: &Path) -> Result<Self, DataError> {
+    pub fn read(path: &Path, cables: usize) -> Result<Self, DataError> {
         let error = |line, message| DataError { path: path.to_owned(), line, message };
         let mut text = String::new();
         let read = Lines::open(path).and_then(|mut lines| lines.read_to_string(&mut text));
         read.map_err(|e| error(None, e.to_string()))?;
-        Self::parse(&text).map_err(|(line, message)| error(line, message))
+        Self::parse(&text, cables).map_err(|(line, message)| error(line, message))
     }
 
     /// As [`ColumnMap::read`], from text; an error has its line and message.
-    fn parse(text: &str) -> Result<Self, (Option<u64>, String)> {
+    fn parse(text: &str, cables: usize) -> Result<Self, (Option<u64>, String)> {
         let line = |at: usize| Some(text.as_bytes()[..at].iter().filter(|b| **b == b'\n').count() as u64 + 1);
         let entries: BTreeMap<String, Spanned<Value>> = toml::from_str(text).map_err(|e| {
             let at = e.span().map(|span| span.start.min(text.len()));
             let hint = if e.message().contains('[') { "; names with brackets stand in quotation marks" } else { "" };
             (at.and_then(line), format!("{}{hint}", e.message()))
         })?;
-        let known = known_columns();
+        let known = known_columns(cables);
         let mut map = Self::default();
         for (name, entry) in entries {
             let line = line(entry.span().start);
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     fn message(text: &str) -> String {
-        let (line, message) = ColumnMap::parse(text).unwrap_err();
+        let (line, message) = ColumnMap::parse(text, 4).unwrap_err();
         format!("{}: {message}", line.unwrap_or(0))
     }
 
@@ -173,6 +173,7 @@ mod tests {
         let map = ColumnMap::parse(
             "x = \"pos\"\nphi = { column = \"a\", unit = \"degrees\" }\ntime = { column = \"t\", unit = \"ms\" }\n\
              \"winch_force[1]\" = { column = \"I1\", unit = \"A\", scale = 85, offset = -3 }\n",
+            4,
         )
         .unwrap();
         assert_eq!(map.source("x"), Source { column: "pos".into(), scale: 1.0, offset: 0.0 });

@@ -3,28 +3,29 @@
 use std::path::Path;
 
 use cdpr::dynamics::Inputs;
+use cdpr::per_cable::MAX_CABLES;
 use csv::StringRecord;
 
-use super::map::Source;
+use super::map::{Source, known_columns};
 use super::{Channel, ColumnMap, DataError, FEWEST, Lines, Trial, clock};
 
 /// What is wrong, and in which line.
 type Wrong = (Option<u64>, String);
 
-/// Reads one recording.
+/// Reads one recording of a robot with so many cables.
 ///
 /// # Errors
-/// Missing columns, or one twice; cells that are no numbers, time that does not increase, gaps in the inputs: with the line.
-pub fn read_trial(path: &Path, map: &ColumnMap) -> Result<Trial, DataError> {
-    read(path, map).map_err(|(line, message)| DataError { path: path.to_owned(), line, message })
+/// Missing columns, one twice, or of a cable that the robot does not have; cells that are no numbers, time that does not increase, gaps in the inputs: with the line.
+pub fn read_trial(path: &Path, map: &ColumnMap, cables: usize) -> Result<Trial, DataError> {
+    read(path, map, cables).map_err(|(line, message)| DataError { path: path.to_owned(), line, message })
 }
 
-fn read(path: &Path, map: &ColumnMap) -> Result<Trial, Wrong> {
+fn read(path: &Path, map: &ColumnMap, cables: usize) -> Result<Trial, Wrong> {
     let whole = |message: String| (None, message);
     let file = Lines::open(path).map_err(|e| whole(e.to_string()))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(file);
     let header = reader.headers().map_err(|e| ((!e.is_io_error()).then_some(1), e.to_string()))?.clone();
-    let columns = Columns::find(&header, map).map_err(|message| (Some(1), message))?;
+    let columns = Columns::find(&header, map, cables).map_err(|message| (Some(1), message))?;
     let mut trial = Trial {
         name: path.display().to_string(),
         time: Vec::new(),
@@ -137,17 +138,28 @@ struct Columns {
 }
 
 impl Columns {
-    fn find(header: &StringRecord, map: &ColumnMap) -> Result<Self, String> {
+    fn find(header: &StringRecord, map: &ColumnMap, cables: usize) -> Result<Self, String> {
         let time = Column::needed(header, map, "time", "time in s")?;
-        let forces: Vec<Column> = (1..=4)
+        let forces: Vec<Column> = (1..=cables)
             .map(|i| Column::needed(header, map, &format!("winch_force[{i}]"), "N"))
             .collect::<Result<_, _>>()?;
         let find = |name: &str| Column::find(header, map, name);
         let disturbances = ["disturbance_force_x", "disturbance_force_y", "disturbance_torque"].map(find);
         let mut channels = Vec::new();
-        for channel in Channel::all() {
+        for channel in Channel::all(cables) {
             if let Some(column) = find(&channel.name())? {
                 channels.push((channel, column));
+            }
+        }
+        let more = Channel::all(MAX_CABLES).into_iter().map(Channel::name);
+        let more = more.chain((1..=MAX_CABLES).map(|i| format!("winch_force[{i}]")));
+        let known = known_columns(cables);
+        for name in more.filter(|name| !known.contains(name)) {
+            if find(&name)?.is_some() {
+                return Err(format!(
+                    "column `{name}` is of a cable that the model does not have: it has {cables}; give the model of the \
+                     recorded robot, or the column another name"
+                ));
             }
         }
         for name in map.names() {
@@ -211,7 +223,7 @@ mod tests {
         let path = folder.path().join("run.csv");
         let rows: String = (0..60).map(|k| row(k) + "\n").collect();
         std::fs::write(&path, format!("{header}\n{rows}")).unwrap();
-        read_trial(&path, &ColumnMap::default()).map_err(|e| e.to_string())
+        read_trial(&path, &ColumnMap::default(), 4).map_err(|e| e.to_string())
     }
 
     #[test]
@@ -220,6 +232,12 @@ mod tests {
         assert!(error.ends_with("run.csv, line 1: column `phi` is there twice, expected once"), "{error}");
         // One that is not ours may be there as often as it likes.
         assert!(table(&format!("{HEADER},note,note"), |k| format!("{k},1,1,1,1,0,0,0,a,b")).is_ok());
+    }
+
+    #[test]
+    fn a_column_of_a_cable_that_the_model_does_not_have_is_refused() {
+        let error = table(&format!("{HEADER},winch_force[5]"), |k| format!("{k},1,1,1,1,0,0,0,1")).unwrap_err();
+        assert!(error.contains("line 1: column `winch_force[5]` is of a cable that the model does not have: it has 4"));
     }
 
     #[test]

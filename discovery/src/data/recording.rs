@@ -7,7 +7,8 @@ use cdpr::effect::EffectSpec;
 use cdpr::geometry::Geometry;
 use cdpr::inverse::distribution::{Bounds, Distribution, Objective, structure_matrix};
 use cdpr::model_file::Model;
-use cdpr::parameters::Parameters;
+use cdpr::parameters::{CableParameters, Parameters};
+use cdpr::simulation::Start;
 
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, first_randomness, noise_of_data};
@@ -44,6 +45,18 @@ impl Bench {
             scale: (1.0, 1.0),
             noise: [2e-3, 2e-3, 5e-5, 2e-3],
         }
+    }
+
+    /// One as large with six cables, on a frame without symmetry, and with gravity.
+    pub(crate) fn six() -> Self {
+        let angles = [-2.7_f64, -2.0, -0.9, -0.2, 1.1, 2.1];
+        let cable = angles.iter().enumerate().map(|(i, angle)| {
+            let (out, turned) = (820.0 + 30.0 * i as f64, angle + if i % 2 == 0 { 1.5 } else { -1.4 });
+            let anchor = [out * angle.cos(), out * angle.sin()];
+            CableParameters::between(anchor, [10.0 * turned.cos(), 10.0 * turned.sin()])
+        });
+        let parameters = Parameters { cable: cable.collect(), gravity: [0.0, -1.6], ..Parameters::default() };
+        Self { parameters, ..Self::large() }
     }
 
     /// One of 4 m and 20 kg under 100 N, whose rotation grows by 4.4 1/s.
@@ -119,6 +132,8 @@ pub(crate) fn record_on(bench: &Bench, effects: &[EffectSpec], duration: f64, se
     let parameters = bench.parameters.clone();
     let mut model = Model { effects: effects.to_vec(), parameters, ..Model::default() };
     let geometry = Geometry::new(&model.parameters);
+    let [weight_x, weight_y] = bench.parameters.gravity.map(|g| g * bench.parameters.platform_mass);
+    let weight = [weight_x, weight_y, 0.0];
     let bounds = Bounds::new(0.0, bench.tension).expect("an interval");
     let distribution = Distribution { objective: Objective::MidTension, bounds };
     // Slow against the cables' vibration: pose, twist and acceleration as the controller believes.
@@ -134,15 +149,16 @@ pub(crate) fn record_on(bench: &Bench, effects: &[EffectSpec], duration: f64, se
             let (rate, damping) = bench.control;
             acceleration[k] = a + rate * rate * (p - position[k]) + 2.0 * damping * rate * (v - twist[k]);
         }
-        let wrench = std::array::from_fn(|k| bench.mass[k] * acceleration[k]);
+        let wrench = std::array::from_fn(|k| bench.mass[k] * acceleration[k] - weight[k]);
         let tensions = distribution.tensions(&structure_matrix(&geometry, position), &wrench).expect("tensions");
-        Inputs { winch_force: tensions, ..Inputs::none(4) }
+        Inputs { winch_force: tensions, ..Inputs::none(tensions.len()) }
     };
+    model.start = Start::pulling(geometry.cables());
     model.start.pose = std::array::from_fn(|k| wanted(k, 0.0)[0]);
     model.start.inputs = forces(0.0, model.start.pose);
     let mut simulation = model.simulation().expect("a robot");
     let mut channels: Vec<Channel> = (0..3).map(Channel::Pose).collect();
-    channels.extend((0..4).map(Channel::UnstretchedLength));
+    channels.extend((0..geometry.cables()).map(Channel::UnstretchedLength));
     let mut trial = Trial { name: "made".to_owned(), time: vec![], inputs: vec![], channels, measured: vec![] };
     for k in 0..=(duration / bench.step).round() as u32 {
         let time = f64::from(k) * bench.step;
@@ -161,7 +177,13 @@ pub(crate) fn record_on(bench: &Bench, effects: &[EffectSpec], duration: f64, se
 
 /// The default model with `effects`, fitted to recordings: trajectories and sizes of what is random.
 pub(crate) fn fitted(effects: &[EffectSpec], trials: &[Trial]) -> Fit {
-    let model = Model { effects: effects.to_vec(), ..Model::default() };
+    fitted_on(&Bench::large(), effects, trials)
+}
+
+/// The same of another robot.
+pub(crate) fn fitted_on(bench: &Bench, effects: &[EffectSpec], trials: &[Trial]) -> Fit {
+    let parameters = bench.parameters.clone();
+    let model = Model { effects: effects.to_vec(), parameters, ..Model::default() };
     let noise = noise_of_data(trials);
     let mut fit = Fit::new(&model, trials, &first_randomness(&model, &noise), None).expect("a fit");
     fit.smooth(trials).expect("a fit");

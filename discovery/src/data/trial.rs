@@ -25,6 +25,11 @@ impl Trial {
         self.time.len()
     }
 
+    /// Number of the robot's cables, as many as there are winch forces.
+    pub fn cables(&self) -> usize {
+        self.inputs.first().map_or(0, |inputs| inputs.winch_force.len())
+    }
+
     /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.time.is_empty()

@@ -205,7 +205,7 @@ impl<'a> Sizing<'a> {
             trials,
             noise,
             penalty,
-            all: Channel::all(),
+            all: Channel::all(trials.first().map_or(0, Trial::cables)),
             interval: crate::data::clean::median(trials.iter().map(Trial::interval).collect()),
             duration: trials.iter().map(duration).fold(0.0, f64::max),
             tension: forces.iter().map(|f| f.abs()).sum::<f64>() / forces.len().max(1) as f64,

@@ -83,7 +83,7 @@ fn late_lengths_are_a_late_clock() {
     });
     let fit = taken_up(&trials).expect("an instrument");
     for at in 0..fit.randomness.late.len() {
-        let expected = if matches!(Channel::all()[at], Channel::UnstretchedLength(_)) { 0.02 } else { 0.0 };
+        let expected = if matches!(Channel::all(4)[at], Channel::UnstretchedLength(_)) { 0.02 } else { 0.0 };
         assert!((fit.randomness.late[at] - expected).abs() < 4e-3, "{:?}", fit.randomness.late);
     }
 }

@@ -71,7 +71,7 @@ pub struct Effect {
     /// The place it acts on, e.g. `winch[3]`.
     #[serde(rename = "where")]
     pub place: String,
-    /// The cable it acts on, 1 to 4; `None` where it acts on the platform or on all cables.
+    /// The cable it acts on, from 1; `None` where it acts on the platform or on all cables.
     pub cable: Option<usize>,
     /// Whether it may be called what is missing; else it is listed only.
     pub named: bool,
@@ -112,7 +112,7 @@ pub struct Alternative {
     /// The place it would act on.
     #[serde(rename = "where")]
     pub place: String,
-    /// The cable it would act on, 1 to 4.
+    /// The cable it would act on, from 1.
     pub cable: Option<usize>,
     /// Its parameters if it were the true one.
     pub parameters: Vec<Parameter>,

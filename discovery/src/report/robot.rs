@@ -51,7 +51,8 @@ pub(super) fn draw(report: &Report) -> Drawing {
 
 /// The marked places in words, those of one effect put together.
 fn captions(report: &Report) -> Vec<String> {
-    let places: Vec<Located> = gather(&report.located).into_iter().filter(|l| l.share_of_gap >= LEAST).collect();
+    let places: Vec<Located> =
+        gather(&report.located, report.robot.anchors.len()).into_iter().filter(|l| l.share_of_gap >= LEAST).collect();
     let mut words: Vec<String> = places
         .iter()
         .map(|l| format!("{} ({} of the gap)", Place::parse(&l.place).noun(), percent(l.share_of_gap)))

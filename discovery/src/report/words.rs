@@ -286,7 +286,7 @@ fn number_at(text: &str) -> usize {
 }
 
 fn located(report: &Report) -> Option<String> {
-    let places = gather(&report.located);
+    let places = gather(&report.located, report.robot.anchors.len());
     let (first, others) = places.split_first()?;
     let mut text = format!("{} of the gap sits {}", percent(first.share_of_gap), Place::parse(&first.place).phrase());
     text.push_str(&match first.when.as_slice() {

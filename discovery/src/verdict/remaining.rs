@@ -30,7 +30,7 @@ fn missed(
     noise: &[f64],
     wanted: &dyn Fn(Channel) -> bool,
 ) -> Option<f64> {
-    let all = Channel::all();
+    let all = Channel::all(trials.first().map_or(0, Trial::cables));
     let (mut sum, mut count) = (0.0, 0);
     for (trial, prediction) in trials.iter().zip(predictions) {
         for (j, channel) in trial.channels.iter().enumerate().filter(|(_, c)| wanted(**c)) {

@@ -11,7 +11,7 @@ use cdpr::model_file::Model;
 use crate::data::{Channel, Trial};
 use crate::outcome::{
     Alternative, BeforeAfter, Block, ChannelInstrument, Compared, Discovery, Estimated, Found, HorizonGap, Instruments,
-    Located, NullTest, Remaining, SearchStep, Stability, Verdict, Whiteness,
+    Latents, Located, NullTest, Remaining, SearchStep, Stability, Verdict, Whiteness,
 };
 
 pub(super) const FORCE: f64 = 180.0;
@@ -205,7 +205,7 @@ fn compared(name: &str, holdout: bool, shift: f64) -> Compared {
         trial.measured.push(shown.iter().map(|v| if k == 150 { f64::NAN } else { v + noise }).collect());
         before.push(simulated(10.0 * since));
         after.push(simulated(0.0));
-        latents.push([0.0, 0.0, 0.0, 0.0, 0.0, friction, 0.0]);
+        latents.push(Latents { wrench: [0.0; 3], pull: [0.0, 0.0, friction, 0.0].into() });
         motion.push([pose[0], pose[1], pose[2], twist[0], twist[1], twist[2]]);
         winch_speed.push(cables.map(|c| c.speed));
     }

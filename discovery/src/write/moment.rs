@@ -6,7 +6,7 @@ use cdpr::geometry::Geometry;
 use cdpr::kinematics::{CableKinematics, cables};
 use cdpr::per_cable::PerCable;
 
-use crate::outcome::Compared;
+use crate::outcome::{Compared, Latents};
 
 /// Half the time (s) over which rates of forces and speeds are taken: the latent disturbances change no faster.
 const HALF_SLOPE: f64 = 0.5;
@@ -26,7 +26,7 @@ pub(super) struct Moment {
     pub(super) winch_acceleration: PerCable<f64>,
     pub(super) cables: PerCable<CableKinematics>,
     /// What the model as given misses: force and torque on the platform (N, N m), pull at each winch (N).
-    pub(super) latent: [f64; 7],
+    pub(super) latent: Latents,
 }
 
 /// The moments of a trial, about `interval` (s) apart.
@@ -64,8 +64,8 @@ pub(super) fn moments(compared: &Compared, geometry: &Geometry, interval: f64) -
 impl Moment {
     /// What the model as given misses on the platform, force and torque (N, N m), wherever it comes from.
     pub(super) fn missing_wrench(&self) -> [f64; 3] {
-        let mut wrench = [self.latent[0], self.latent[1], self.latent[2]];
-        for (cable, pull) in self.cables.iter().zip(&self.latent[3..]) {
+        let mut wrench = self.latent.wrench;
+        for (cable, pull) in self.cables.iter().zip(&self.latent.pull) {
             for (sum, row) in wrench.iter_mut().zip(cable.jacobian_row()) {
                 *sum -= pull * row;
             }

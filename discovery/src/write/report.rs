@@ -88,7 +88,8 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
 
 /// Every channel of any trial, in the order of [`Channel::all`].
 pub(super) fn all_channels(discovery: &Discovery) -> Vec<Channel> {
-    Channel::all().into_iter().filter(|c| discovery.trials.iter().any(|t| t.trial.channels.contains(c))).collect()
+    let cables = discovery.base.parameters.cables();
+    Channel::all(cables).into_iter().filter(|c| discovery.trials.iter().any(|t| t.trial.channels.contains(c))).collect()
 }
 
 /// The files' names without their folders, where that leaves them different.

@@ -43,7 +43,7 @@ struct Rest<'a> {
 
 impl Rest<'_> {
     fn pull(&self, moment: &Moment, i: usize) -> f64 {
-        moment.latent[3 + i] - self.others.iter().map(|(spec, kind)| moment.pull(spec, kind, i)).sum::<f64>()
+        moment.latent.pull[i] - self.others.iter().map(|(spec, kind)| moment.pull(spec, kind, i)).sum::<f64>()
     }
 
     fn wrench(&self, moment: &Moment) -> [f64; 3] {
@@ -180,9 +180,9 @@ fn view(found: &Found, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
     }
 }
 
-/// The cables an effect acts on, from 0.
-fn cables_of(spec: &EffectSpec) -> Vec<usize> {
-    spec.cable.map_or_else(|| (0..4).collect(), |cable| vec![cable - 1])
+/// The cables an effect acts on, from 0: the one that it names, or all of a robot.
+fn acted_on(cable: Option<usize>, m: &Moment) -> std::ops::Range<usize> {
+    cable.map_or(0..m.cables.len(), |cable| cable - 1..cable)
 }
 
 fn at_winches(
@@ -191,7 +191,7 @@ fn at_winches(
     variable: impl Fn(&Moment, usize) -> f64 + 'static,
     law: impl Fn(f64) -> f64 + 'static,
 ) -> View {
-    let on = cables_of(spec);
+    let on = spec.cable;
     let (of, at) = match spec.cable {
         Some(cable) => (format!("\u{a0}{cable}"), format!("winch\u{a0}{cable}")),
         None => (" of each winch".to_owned(), "that winch".to_owned()),
@@ -199,7 +199,7 @@ fn at_winches(
     View {
         x: (format!("{name}{of}"), unit),
         y: (format!("missing pull at {at}"), "N"),
-        points: Box::new(move |m, rest| on.iter().map(|i| [variable(m, *i), rest.pull(m, *i)]).collect()),
+        points: Box::new(move |m, rest| acted_on(on, m).map(|i| [variable(m, i), rest.pull(m, i)]).collect()),
         law: Box::new(law),
     }
 }
@@ -333,9 +333,9 @@ fn named(variable: Variable) -> (String, &'static str) {
 }
 
 fn mean(moments: &[Moment], spec: &EffectSpec, value: impl Fn(&Moment, usize) -> f64) -> f64 {
-    let on = cables_of(spec);
-    let sum: f64 = moments.iter().flat_map(|m| on.iter().map(move |i| (m, *i))).map(|(m, i)| value(m, i)).sum();
-    sum / (moments.len() * on.len()).max(1) as f64
+    let values = moments.iter().flat_map(|m| acted_on(spec.cable, m).map(move |i| (m, i)));
+    let (sum, count) = values.fold((0.0, 0), |(sum, count), (m, i)| (sum + value(m, i), count + 1));
+    sum / f64::from(count.max(1))
 }
 
 /// Range of a coordinate of the platform (m).

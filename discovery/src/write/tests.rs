@@ -3,7 +3,7 @@ use serde_json::Value;
 
 use super::fixture::{FORCE, NOISE, SPEED, discovery, friction, term};
 use super::*;
-use crate::outcome::{BeforeAfter, Discovery, Verdict};
+use crate::outcome::{BeforeAfter, Discovery, Latents, Verdict};
 use crate::report::{check, render, summary};
 
 fn json(discovery: &Discovery) -> Value {
@@ -240,7 +240,7 @@ fn what_the_other_effect_explains_is_taken_away() {
     bias.effect = EffectSpec::new("winch_force_bias", Some(3), &[50.0]).unwrap();
     both.effects.push(bias);
     for compared in &mut both.trials {
-        compared.latents.iter_mut().for_each(|l| l[5] += 50.0);
+        compared.latents.iter_mut().for_each(|l| l.pull[2] += 50.0);
     }
     let report = report(&both, &About::default());
     let [first, second] = &report.signatures[..] else { panic!("{} pictures", report.signatures.len()) };
@@ -255,7 +255,7 @@ fn platform_effects_see_the_whole_missing_wrench() {
     drag.effects[0].effect = EffectSpec::new("platform_linear_drag", None, &[30.0]).unwrap();
     for compared in &mut drag.trials {
         for (latent, motion) in compared.latents.iter_mut().zip(&compared.motion) {
-            *latent = [-30.0 * motion[3], -30.0 * motion[4], 0.0, 0.0, 0.0, 0.0, 0.0];
+            *latent = Latents { wrench: [-30.0 * motion[3], -30.0 * motion[4], 0.0], pull: [0.0; 4].into() };
         }
     }
     let report = report(&drag, &About::default());
