@@ -55,6 +55,18 @@ pub(crate) struct CableEffects {
     pub(crate) length_sensor: (f64, f64),
 }
 
+impl CableEffects {
+    /// Whether nothing changes the cable's equations; its numbers may be changed.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.command.is_empty()
+            && self.loss.is_empty()
+            && self.pull.is_empty()
+            && self.law.is_empty()
+            && self.transverse.is_empty()
+            && self.swing.is_empty()
+    }
+}
+
 /// Where an effect keeps its own states on one cable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EffectStates {

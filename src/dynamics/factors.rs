@@ -13,60 +13,74 @@ struct CableFactors<F> {
     inverse: [[F; BLOCK]; BLOCK],
     /// Row `∂T/∂c D⁻¹`.
     tension: [F; BLOCK],
+    /// That times what the platform's acceleration along the cable does to the rates of `c`.
+    tension_by_acceleration: F,
 }
 
 /// `(σ I - ∂f/∂y)⁻¹` for one `σ`, real or complex.
 #[derive(Clone, Debug)]
 pub(crate) struct Factors<F> {
+    sigma: F,
     inverse_sigma: F,
     schur_inverse: Matrix3<F>,
     /// `∂(forces)/∂q` with the cables' answer, over `σ`, negative.
     pose_coupling: Matrix3<F>,
     cables: Vec<CableFactors<F>>,
+    /// Whether the platform's acceleration acts on states of the cables directly.
+    by_acceleration: bool,
 }
 
 impl<F: Field> Factors<F> {
     /// Room for the factors of `cables` cables.
     pub(crate) fn empty(cables: usize) -> Self {
         let zero = F::zero();
-        let cable = CableFactors { inverse: [[zero; BLOCK]; BLOCK], tension: [zero; BLOCK] };
+        let cable =
+            CableFactors { inverse: [[zero; BLOCK]; BLOCK], tension: [zero; BLOCK], tension_by_acceleration: zero };
         Self {
+            sigma: zero,
             inverse_sigma: zero,
             schur_inverse: [[zero; 3]; 3],
             pose_coupling: [[zero; 3]; 3],
             cables: vec![cable; cables],
+            by_acceleration: false,
         }
     }
 
     /// Factors the linearisation at `sigma`.
     pub(crate) fn update(&mut self, linearisation: &Linearisation, sigma: F) {
-        let lift = |m: f64| F::from(m);
+        self.sigma = sigma;
         self.inverse_sigma = F::one() / sigma;
+        self.by_acceleration = false;
         let mut schur: Matrix3<F> = std::array::from_fn(|r| {
-            std::array::from_fn(|c| sigma.scale(linearisation.mass[r][c]) - lift(linearisation.force_by_twist[r][c]))
+            std::array::from_fn(|c| sigma.scale(linearisation.mass[r][c]) - F::from(linearisation.force_by_twist[r][c]))
         });
-        self.pose_coupling = linearisation.force_by_pose.map(|row| row.map(|v| lift(-v)));
+        self.pose_coupling = linearisation.force_by_pose.map(|row| row.map(|v| F::from(-v)));
         for (block, factors) in linearisation.cables.iter().zip(&mut self.cables) {
             invert(block, sigma, &mut factors.inverse);
             let n = block.size;
-            let mut by = [F::zero(); 3]; // tension answer to length, rate, angular rate
+            // The tension's answer to pose, twist, and acceleration along the cable.
+            let (mut by_pose, mut by_twist) = ([F::zero(); 3], [F::zero(); 3]);
+            let mut by_acceleration = F::zero();
             for c in 0..n {
                 let mut sum = F::zero();
                 for r in 0..n {
                     sum += factors.inverse[r][c].scale(block.tension_by_state[r]);
                 }
                 factors.tension[c] = sum;
-                for (answer, rate) in by.iter_mut().zip(&block.rates_by_motion[c]) {
-                    *answer += sum.scale(*rate);
+                for k in 0..3 {
+                    by_pose[k] += sum.scale(block.rates_by_pose[c][k]);
+                    by_twist[k] += sum.scale(block.rates_by_twist[c][k]);
                 }
+                by_acceleration += sum.scale(block.rates_by_acceleration[c]);
+                self.by_acceleration |= block.rates_by_acceleration[c] != 0.0;
             }
-            let row = block.jacobian.map(lift);
-            let curvature = block.curvature.map(lift);
-            let normal = block.normal_over_length.map(lift);
-            matrix3::add_outer(&mut self.pose_coupling, &row, &row, by[0]);
-            matrix3::add_outer(&mut self.pose_coupling, &row, &curvature, by[1]);
-            matrix3::add_outer(&mut schur, &row, &row, by[1]);
-            matrix3::add_outer(&mut schur, &row, &normal, by[2]);
+            factors.tension_by_acceleration = by_acceleration;
+            let row = block.row.map(F::from);
+            for k in 0..3 {
+                by_twist[k] += sigma * by_acceleration * row[k];
+            }
+            matrix3::add_outer(&mut self.pose_coupling, &row, &by_pose, F::one());
+            matrix3::add_outer(&mut schur, &row, &by_twist, F::one());
         }
         for r in 0..3 {
             for c in 0..3 {
@@ -83,40 +97,41 @@ impl<F: Field> Factors<F> {
         let rq = [b[0], b[1], b[2]];
         let rv = [b[3], b[4], b[5]];
         let coupled = matrix3::product(&self.pose_coupling, &rq);
-        let mut rhs: [F; 3] = std::array::from_fn(|r| {
-            let m = &linearisation.mass[r];
-            rv[0].scale(m[0]) + rv[1].scale(m[1]) + rv[2].scale(m[2]) - coupled[r]
-        });
-        for (i, block) in linearisation.cables.iter().enumerate() {
-            let own = &b[offset[i]..offset[i] + block.size];
+        let mut rhs: [F; 3] = std::array::from_fn(|r| along(&linearisation.mass[r], &rv) - coupled[r]);
+        for ((block, factors), &first) in linearisation.cables.iter().zip(&self.cables).zip(offset) {
+            let own = &b[first..first + block.size];
             let mut tension = F::zero();
-            for (t, r) in self.cables[i].tension.iter().zip(own) {
+            for (t, r) in factors.tension.iter().zip(own) {
                 tension += *t * *r;
             }
+            if self.by_acceleration {
+                tension -= factors.tension_by_acceleration * along(&block.row, &rv);
+            }
             for c in 0..3 {
-                rhs[c] -= tension.scale(block.jacobian[c]);
+                rhs[c] -= tension.scale(block.row[c]);
             }
         }
         let dv = matrix3::product(&self.schur_inverse, &rhs);
         let dq: [F; 3] = std::array::from_fn(|k| (rq[k] + dv[k]) * self.inverse_sigma);
-        let along = |row: &[f64; 3], v: &[F; 3]| v[0].scale(row[0]) + v[1].scale(row[1]) + v[2].scale(row[2]);
-        for (i, block) in linearisation.cables.iter().enumerate() {
-            let motion = [
-                along(&block.jacobian, &dq),
-                along(&block.jacobian, &dv) + along(&block.curvature, &dq),
-                along(&block.normal_over_length, &dv),
-            ];
-            let own = &mut b[offset[i]..offset[i] + block.size];
+        for ((block, factors), &first) in linearisation.cables.iter().zip(&self.cables).zip(offset) {
+            let own = &mut b[first..first + block.size];
+            if self.by_acceleration {
+                // The acceleration's own change is σ Δv less its right-hand side.
+                let acceleration = along(&block.row, &dv) * self.sigma - along(&block.row, &rv);
+                for (right, by) in own.iter_mut().zip(&block.rates_by_acceleration) {
+                    *right += acceleration.scale(*by);
+                }
+            }
             match own.len() {
                 0 => {}
-                1 => self.cables[i].answer::<1>(block, &motion, own),
-                2 => self.cables[i].answer::<2>(block, &motion, own),
-                3 => self.cables[i].answer::<3>(block, &motion, own),
-                4 => self.cables[i].answer::<4>(block, &motion, own),
+                1 => factors.answer::<1>(block, &dq, &dv, own),
+                2 => factors.answer::<2>(block, &dq, &dv, own),
+                3 => factors.answer::<3>(block, &dq, &dv, own),
+                4 => factors.answer::<4>(block, &dq, &dv, own),
                 _ => {
                     let mut padded = [F::zero(); BLOCK];
                     padded[..own.len()].copy_from_slice(own);
-                    self.cables[i].answer::<BLOCK>(block, &motion, &mut padded);
+                    factors.answer::<BLOCK>(block, &dq, &dv, &mut padded);
                     own.copy_from_slice(&padded[..own.len()]);
                 }
             }
@@ -126,14 +141,18 @@ impl<F: Field> Factors<F> {
     }
 }
 
+/// A real row times a vector.
+#[inline]
+fn along<F: Field>(row: &[f64; 3], v: &[F; 3]) -> F {
+    v[0].scale(row[0]) + v[1].scale(row[1]) + v[2].scale(row[2])
+}
+
 impl<F: Field> CableFactors<F> {
-    /// The cable's own states from their right-hand sides and the motion of its end.
+    /// The cable's own states from their right-hand sides and the platform's motion.
     #[inline]
-    fn answer<const N: usize>(&self, block: &CableBlock, motion: &[F; 3], own: &mut [F]) {
-        let right: [F; N] = std::array::from_fn(|c| {
-            let by = &block.rates_by_motion[c];
-            own[c] + motion[0].scale(by[0]) + motion[1].scale(by[1]) + motion[2].scale(by[2])
-        });
+    fn answer<const N: usize>(&self, block: &CableBlock, dq: &[F; 3], dv: &[F; 3], own: &mut [F]) {
+        let right: [F; N] =
+            std::array::from_fn(|c| own[c] + along(&block.rates_by_pose[c], dq) + along(&block.rates_by_twist[c], dv));
         for r in 0..N {
             let mut sum = F::zero();
             for c in 0..N {

@@ -1,16 +1,15 @@
 //! The derivatives of the plant's rates as dense matrices, for those outside who linearise.
 
-use crate::per_cable::PerCable;
+use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::Plant;
 
 use super::Inputs;
 use super::linearisation::Linearisation;
-use super::matrix3::{inverse, product};
+use super::matrix3::{combine, inverse, product};
 
 /// `∂f/∂y` and `∂f/∂u` of the plant's rates `f` at one instant, by rows.
 ///
-/// As exact as Newton's method needs them: the derivatives of the mass matrix and of centrifugal and Coriolis forces are
-/// left out, and so is what an expression says of other cables than its own.
+/// Left out is what an expression says of other cables than its own, and of cables' own states where it is a force on the platform.
 #[derive(Clone, Debug, Default)]
 pub struct Jacobian {
     /// Number of states.
@@ -36,6 +35,7 @@ impl Jacobian {
         }
         let l = &self.linearisation;
         let inverse_mass = inverse(&l.mass);
+        let mut by_command = [[0.0; 3]; MAX_CABLES];
         let mut set = |column: usize, force: [f64; 3]| {
             let acceleration = product(&inverse_mass, &force);
             for (r, a) in acceleration.iter().enumerate() {
@@ -43,26 +43,16 @@ impl Jacobian {
             }
         };
         for c in 0..3 {
-            let mut force = l.force_by_pose.map(|row| row[c]);
-            for (block, kinematics) in l.cables.iter().zip(&e.kinematics) {
-                let (row, normal) = (&block.jacobian, &block.normal);
-                for (k, slot) in force.iter_mut().enumerate() {
-                    let by_turning = normal[k] * block.by_turning[1] - row[k] * block.by_turning[0];
-                    *slot += by_turning * block.turning_by_pose[c] + normal[k] * block.transverse_by_length * row[c]
-                        - block.transverse * row[k] * normal[c] / kinematics.length;
-                }
-                if c == 2 {
-                    force[2] += block.transverse * row[2];
-                }
-            }
-            set(c, force);
+            set(c, l.force_by_pose.map(|row| row[c]));
             set(3 + c, l.force_by_twist.map(|row| row[c]));
         }
-        for (block, &first) in l.cables.iter().zip(&plant.offset) {
+        for ((block, &first), by_command) in l.cables.iter().zip(&plant.offset).zip(&mut by_command) {
+            let wrench = |along: f64, across: f64| combine(-along, &block.row, across, &block.normal);
             for c in 0..block.size {
-                let (along, across) = (block.tension_by_state[c], block.transverse_by_state[c]);
-                set(first + c, std::array::from_fn(|k| block.normal[k] * across - block.jacobian[k] * along));
+                set(first + c, wrench(block.tension_by_state[c], block.transverse_by_state[c]));
             }
+            let [along, across] = block.force_by_command;
+            *by_command = product(&inverse_mass, &wrench(along, across));
         }
         for c in 0..3 {
             self.by_state[c * n + 3 + c] = 1.0;
@@ -70,21 +60,32 @@ impl Jacobian {
                 self.by_input[(3 + r) * inputs + c] = inverse_mass[r][c];
             }
         }
-        for (i, (block, &first)) in l.cables.iter().zip(&plant.offset).enumerate() {
-            let acceleration = product(&inverse_mass, &block.jacobian.map(|j| -j * block.tension_by_command));
+        for (i, acceleration) in by_command.iter().enumerate().take(plant.cables()) {
             for (r, a) in acceleration.iter().enumerate() {
                 self.by_input[(3 + r) * inputs + 3 + i] = *a;
             }
+        }
+        // The accelerations above also act on the cables' own states.
+        let along = |matrix: &[f64], columns: usize, row: &[f64; 3], column: usize| -> f64 {
+            (0..3).map(|k| row[k] * matrix[(3 + k) * columns + column]).sum()
+        };
+        for (i, (block, &first)) in l.cables.iter().zip(&plant.offset).enumerate() {
             for r in 0..block.size {
-                let row = &mut self.by_state[(first + r) * n..(first + r + 1) * n];
-                let [length, speed, turning] = block.rates_by_motion[r];
-                for c in 0..3 {
-                    row[c] =
-                        length * block.jacobian[c] + speed * block.curvature[c] + turning * block.turning_by_pose[c];
-                    row[3 + c] = speed * block.jacobian[c] + turning * block.normal_over_length[c];
+                let by = block.rates_by_acceleration[r];
+                for c in 0..n {
+                    self.by_state[(first + r) * n + c] = by * along(&self.by_state, n, &block.row, c);
                 }
-                row[first..first + block.size].copy_from_slice(&block.rates_by_state[r][..block.size]);
-                self.by_input[(first + r) * inputs + 3 + i] = block.rates_by_command[r];
+                for c in 0..inputs {
+                    self.by_input[(first + r) * inputs + c] = by * along(&self.by_input, inputs, &block.row, c);
+                }
+                let row = &mut self.by_state[(first + r) * n..(first + r + 1) * n];
+                for c in 0..3 {
+                    row[c] += block.rates_by_pose[r][c];
+                    row[3 + c] += block.rates_by_twist[r][c];
+                }
+                let own = row[first..first + block.size].iter_mut();
+                own.zip(&block.rates_by_state[r]).for_each(|(entry, by)| *entry += by);
+                self.by_input[(first + r) * inputs + 3 + i] += block.rates_by_command[r];
             }
         }
     }

@@ -52,6 +52,12 @@ pub(crate) fn dot<F: Arithmetic>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// `a x + b y`.
+#[inline]
+pub(crate) fn combine(a: f64, x: &[f64; 3], b: f64, y: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| a * x[k] + b * y[k])
+}
+
 /// `m += a bᵀ · factor`.
 #[inline]
 pub(crate) fn add_outer<F: Arithmetic>(m: &mut Matrix3<F>, a: &[F; 3], b: &[F; 3], factor: F) {

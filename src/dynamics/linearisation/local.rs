@@ -1,0 +1,269 @@
+//! One cable seen on its own: tension, transverse force and the rates of its own states, by the few quantities through which the
+//! rest of the plant reaches it.
+
+use num_dual::DualSVec64;
+
+use crate::effect::{PlatformContext, SwingContext, WinchContext};
+use crate::parameters::{CableDamper, CableInertia, CableModel};
+use crate::per_cable::PerCable;
+use crate::plant::{Plant, axial_states};
+use crate::scalar::Real;
+
+use super::super::instant::{swing_tension, winch_pull};
+use super::super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
+use super::BLOCK;
+
+/// What reaches a cable from outside: length `L`, its rate, angular rate, acceleration `L̈`, winch force.
+pub(super) const OUTSIDE: usize = 5;
+
+/// A derivative by what reaches the cable, then by its own states.
+pub(super) type Row = [f64; OUTSIDE + BLOCK];
+
+/// One cable's first derivatives.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Derivatives {
+    /// The transverse force itself (N).
+    pub(super) transverse: f64,
+    pub(super) tension_by: Row,
+    pub(super) transverse_by: Row,
+    pub(super) rates_by: [Row; BLOCK],
+}
+
+/// A cable seen on its own, the rest of the plant frozen.
+pub(super) struct Local<'a> {
+    pub(super) plant: &'a Plant,
+    pub(super) cable: usize,
+    pub(super) time: f64,
+    pub(super) u: &'a Inputs,
+    pub(super) slack: bool,
+    pub(super) pose: [f64; 3],
+    pub(super) twist: [f64; 3],
+    pub(super) evaluation: &'a Evaluation,
+    /// `L̈` (m/s²).
+    pub(super) acceleration: f64,
+    /// The cable's own states.
+    pub(super) own: [f64; BLOCK],
+}
+
+/// Quantities by which derivatives are taken at once: those of a cable with two states of its own.
+const AT_ONCE: usize = OUTSIDE + 2;
+
+type Gradient = DualSVec64<AT_ONCE>;
+
+/// A quantity, and the column of its derivative if that is among those taken from `first` on.
+fn seeded(value: f64, column: usize, first: usize) -> Gradient {
+    let quantity = Gradient::from(value);
+    match column.checked_sub(first) {
+        Some(at) if at < AT_ONCE => quantity.derivative(at),
+        _ => quantity,
+    }
+}
+
+/// The derivatives that a result carries.
+pub(super) fn derivatives<const N: usize>(result: &DualSVec64<N>) -> [f64; N] {
+    result.eps.0.map_or([0.0; N], |eps| eps.data.0[0].map(finite))
+}
+
+/// A derivative for Newton's matrix, which may be approximate: none where there is none, as of a root at zero.
+fn finite(derivative: f64) -> f64 {
+    if derivative.is_finite() { derivative } else { 0.0 }
+}
+
+struct LocalRates<S> {
+    tension: S,
+    transverse: S,
+    rates: [S; BLOCK],
+}
+
+impl Local<'_> {
+    pub(super) fn derivatives(&self) -> Derivatives {
+        if self.plant.cable[self.cable].is_empty() { self.plain() } else { self.with_effects() }
+    }
+
+    fn size(&self) -> usize {
+        axial_states(self.plant.data.cables[self.cable].model) + self.plant.cable[self.cable].states
+    }
+
+    /// The derivatives of a cable without effects, in closed form.
+    fn plain(&self) -> Derivatives {
+        let data = &self.plant.data.cables[self.cable];
+        let k = &self.evaluation.kinematics[self.cable];
+        let nothing = [0.0; OUTSIDE + BLOCK];
+        let mut d =
+            Derivatives { transverse: 0.0, tension_by: nothing, transverse_by: nothing, rates_by: [nothing; BLOCK] };
+        let (chord, speed) = (k.length, k.speed);
+        let turning_square = 0.5 * data.acting_density();
+        let rate_square = if data.inertia == CableInertia::Paper { turning_square } else { 0.0 };
+        let mass_slope = data.density * data.axial_share();
+        let tension = self.evaluation.tension[self.cable];
+        let strain_rate = data.damper == CableDamper::StrainRate;
+        let [length, rate] = [self.own[0], self.own[1]];
+        match data.model {
+            CableModel::LumpedMass => {
+                let inverse = 1.0 / length;
+                let share = data.paid_out_share(chord, length);
+                let damping = data.damping * inverse;
+                let t = &mut d.tension_by;
+                if !self.slack {
+                    t[0] = data.axial_stiffness * inverse;
+                    t[1] = damping;
+                    t[OUTSIDE] = -(data.axial_stiffness * chord * inverse + damping * (speed - rate * share)) * inverse;
+                    t[OUTSIDE + 1] = -damping * share;
+                    if strain_rate {
+                        t[0] -= damping * rate * inverse;
+                        t[OUTSIDE] += damping * rate * share * inverse;
+                    }
+                }
+                let mass = 1.0 / data.axial_mass(length);
+                let acceleration = self.evaluation.unstretched_acceleration[self.cable];
+                let across = 2.0 * turning_square * length * k.angular_rate;
+                d.rates_by[0][OUTSIDE + 1] = 1.0;
+                let r = &mut d.rates_by[1];
+                r[0] = t[0] * mass;
+                r[1] = t[1] * mass;
+                r[2] = across * length * mass;
+                r[4] = -mass;
+                r[OUTSIDE] = (t[OUTSIDE] + across * k.angular_rate - acceleration * mass_slope) * mass;
+                r[OUTSIDE + 1] = (t[OUTSIDE + 1] - 2.0 * rate_square * rate) * mass;
+            }
+            CableModel::Rigid | CableModel::MasslessSpring => {
+                let t = &mut d.tension_by;
+                if !self.slack {
+                    let across = 2.0 * turning_square * chord;
+                    t[0] = mass_slope * self.acceleration - across * k.angular_rate * k.angular_rate;
+                    t[1] = 2.0 * rate_square * speed;
+                    t[2] = -across * chord * k.angular_rate;
+                    t[3] = data.axial_mass(chord);
+                    t[4] = 1.0;
+                }
+                if data.model == CableModel::MasslessSpring {
+                    let stiffness = data.axial_stiffness / length;
+                    let lag = length / data.damping;
+                    let share = data.paid_out_share(chord, length);
+                    let pull = stiffness * (chord - length) - tension;
+                    let r = &mut d.rates_by[0];
+                    r[0] = (stiffness - t[0]) * lag;
+                    r[1] = 1.0 - t[1] * lag;
+                    for c in 2..OUTSIDE {
+                        r[c] = -t[c] * lag;
+                    }
+                    r[OUTSIDE] = (pull - stiffness * chord) / data.damping;
+                    if strain_rate {
+                        // The rate is over the share L/l.
+                        let rate = (speed + pull * lag) / share;
+                        r[0] -= rate / length;
+                        r[OUTSIDE] += rate * share / length;
+                        r.iter_mut().for_each(|v| *v /= share);
+                    }
+                }
+            }
+        }
+        d
+    }
+
+    /// The derivatives of a cable with effects, which are theirs by dual numbers.
+    fn with_effects(&self) -> Derivatives {
+        let size = self.size();
+        let k = &self.evaluation.kinematics[self.cable];
+        let outside = [k.length, k.speed, k.angular_rate, self.acceleration, self.u.winch_force[self.cable]];
+        let nothing = [0.0; OUTSIDE + BLOCK];
+        let mut d =
+            Derivatives { transverse: 0.0, tension_by: nothing, transverse_by: nothing, rates_by: [nothing; BLOCK] };
+        let columns = OUTSIDE + size;
+        for first in (0..columns).step_by(AT_ONCE) {
+            let outside = std::array::from_fn(|c| seeded(outside[c], c, first));
+            let own = std::array::from_fn(|c| seeded(self.own[c], OUTSIDE + c, first));
+            let by = self.rates(&outside, &own);
+            let count = AT_ONCE.min(columns - first);
+            let copy =
+                |from: &Gradient, to: &mut Row| to[first..first + count].copy_from_slice(&derivatives(from)[..count]);
+            d.transverse = by.transverse.re;
+            copy(&by.tension, &mut d.tension_by);
+            copy(&by.transverse, &mut d.transverse_by);
+            for (from, to) in by.rates.iter().zip(&mut d.rates_by).take(size) {
+                copy(from, to);
+            }
+        }
+        d
+    }
+
+    fn rates<S: Real>(
+        &self,
+        &[length, speed, turning, acceleration, command]: &[S; OUTSIDE],
+        own: &[S; BLOCK],
+    ) -> LocalRates<S> {
+        let zero = S::from(0.0);
+        let i = self.cable;
+        let data = &self.plant.data.cables[i];
+        let effects = &self.plant.cable[i];
+        let axial = axial_states(data.model);
+        let mut states = [zero; MAX_EFFECT_STATES];
+        states[..effects.states].copy_from_slice(&own[axial..axial + effects.states]);
+        let mut rates = [zero; BLOCK];
+        let mut effect_rates = [zero; MAX_EFFECT_STATES];
+        let (unstretched, unstretched_rate) = match data.model {
+            CableModel::Rigid => (length, speed),
+            CableModel::MasslessSpring => (own[0], speed),
+            CableModel::LumpedMass => (own[0], own[1]),
+        };
+        let time = S::from(self.time);
+        let mut added = zero;
+        if !effects.pull.is_empty() {
+            let e = self.evaluation;
+            let replaced = |values: PerCable<f64>, own: S| {
+                let mut values = values.map(S::from);
+                values[i] = own;
+                values
+            };
+            let context = PlatformContext {
+                time,
+                pose: &self.pose.map(S::from),
+                twist: &self.twist.map(S::from),
+                inputs: &self.u.lift(),
+                cable_length: &replaced(e.kinematics.map(|k| k.length), length),
+                cable_speed: &replaced(e.kinematics.map(|k| k.speed), speed),
+                unstretched_length: &replaced(e.unstretched, unstretched),
+                unstretched_rate: &replaced(e.unstretched_rate, unstretched_rate),
+            };
+            added = effects.pull.iter().fold(added, |sum, kind| sum + kind.pull(&context));
+        }
+        let winch = WinchContext { time, speed: unstretched_rate };
+        let pull = winch_pull(self.plant, i, command, added, &winch, &states, &mut effect_rates);
+        let elastic = |unstretched| elastic::tension(data, &effects.law, time, length, unstretched, &states);
+        let mut tension = match data.model {
+            CableModel::LumpedMass => {
+                elastic(unstretched) + data.damper_force(length, speed, unstretched, unstretched_rate)
+            }
+            CableModel::Rigid | CableModel::MasslessSpring => {
+                pull + data.axial_bias(length, speed, turning) + data.axial_mass(length) * acceleration
+            }
+        };
+        if self.slack {
+            tension = zero;
+        }
+        match data.model {
+            CableModel::Rigid => {}
+            CableModel::MasslessSpring => {
+                let opening = (elastic(unstretched) - tension) * unstretched / data.damping;
+                rates[0] = (speed + opening) / data.paid_out_share(length, unstretched);
+            }
+            CableModel::LumpedMass => {
+                rates[0] = unstretched_rate;
+                rates[1] = (tension - pull - data.axial_bias(unstretched, unstretched_rate, turning))
+                    / data.axial_mass(unstretched);
+            }
+        }
+        for (kind, at) in &effects.law {
+            kind.strain_rates(tension, &states[*at..], &mut effect_rates[*at..]);
+        }
+        let mut transverse =
+            effects.transverse.iter().fold(zero, |sum, kind| sum + kind.transverse_force(length, turning));
+        let carried = swing_tension(data.model, tension, pull, self.slack);
+        let swing = SwingContext { length, angular_rate: turning, tension: carried };
+        for (kind, at) in &effects.swing {
+            transverse += kind.swing(&swing, &states[*at..], &mut effect_rates[*at..]);
+        }
+        rates[axial..axial + effects.states].copy_from_slice(&effect_rates[..effects.states]);
+        LocalRates { tension, transverse, rates }
+    }
+}
