@@ -42,6 +42,13 @@ pub(super) const T_INVERSE_SUM: [f64; 3] = [
     T_INVERSE[2][0] + T_INVERSE[2][1] + T_INVERSE[2][2],
 ];
 
+/// `T⁻¹ C`: what a value that grows in proportion to time becomes.
+pub(super) const T_INVERSE_C: [f64; 3] = [
+    T_INVERSE[0][0] * C[0] + T_INVERSE[0][1] * C[1] + T_INVERSE[0][2],
+    T_INVERSE[1][0] * C[0] + T_INVERSE[1][1] * C[1] + T_INVERSE[1][2],
+    T_INVERSE[2][0] * C[0] + T_INVERSE[2][1] * C[1] + T_INVERSE[2][2],
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;

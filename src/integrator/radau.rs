@@ -5,6 +5,12 @@ use super::coefficients::END_RATES;
 use super::step::Outcome;
 use super::{Complex64, RadauError, Statistics, System};
 
+/// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with less
+/// than that, errors stay where they were.
+const ESTIMATE_FACTOR: f64 = 0.06;
+/// Share of the tolerance that Newton's method may leave in a step.
+const NEWTON_SHARE: f64 = 0.1;
+
 /// What must be kept between calls for a continuation to be bit for bit the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory {
@@ -16,8 +22,10 @@ pub struct Memory {
     pub jacobian_time: f64,
     /// See `jacobian_time`.
     pub jacobian_state: Vec<f64>,
-    /// Steps made with the Jacobian.
-    pub jacobian_age: u32,
+    /// Fewest Newton iterations that a step took with the Jacobian; 0 before the first.
+    pub jacobian_least: u32,
+    /// Iterations beyond that, of all steps with it.
+    pub jacobian_excess: u32,
     /// Last step size and error, for predictive control.
     pub last: (f64, f64),
 }
@@ -32,10 +40,9 @@ pub struct Radau {
     pub(super) jacobian_time: f64,
     pub(super) jacobian_state: Vec<f64>,
     pub(super) has_jacobian: bool,
-    /// Steps made with the Jacobian.
-    pub(super) jacobian_age: u32,
-    /// The last Newton iteration contracted too slowly.
-    pub(super) stale: bool,
+    /// As in [`Memory`].
+    pub(super) jacobian_least: u32,
+    pub(super) jacobian_excess: u32,
     pub(super) last: (f64, f64),
     /// What an error in each state weighs: one over its scale and the tolerance.
     pub(super) weight: Vec<f64>,
@@ -58,7 +65,7 @@ impl Radau {
     /// An integrator for `dimension` states and `switches` switching functions.
     ///
     /// `relative_tolerance` is that of the solution over one step; the embedded estimate is of order 3, so it is held to
-    /// `0.1 tol^(2/3)` as in RADAU5.
+    /// [`ESTIMATE_FACTOR`]` tol^(2/3)`.
     pub fn new(dimension: usize, switches: usize, relative_tolerance: f64) -> Self {
         let zeros = || vec![0.0; dimension];
         let mut radau = Self {
@@ -69,8 +76,8 @@ impl Radau {
             jacobian_time: 0.0,
             jacobian_state: zeros(),
             has_jacobian: false,
-            jacobian_age: 0,
-            stale: false,
+            jacobian_least: 0,
+            jacobian_excess: 0,
             last: (0.0, 0.0),
             weight: zeros(),
             rates: zeros(),
@@ -91,11 +98,11 @@ impl Radau {
 
     /// Changes the relative tolerance, see [`Radau::new`].
     pub fn set_tolerance(&mut self, relative_tolerance: f64) {
-        self.tolerance = 0.1 * relative_tolerance.powf(2.0 / 3.0);
+        self.tolerance = ESTIMATE_FACTOR * relative_tolerance.powf(2.0 / 3.0);
         // The iteration error must stay below the discretisation error that the tolerance asks for, not only below the
         // estimate's coarser one, and short steps add up their errors.
         self.newton_tolerance =
-            (0.01 * relative_tolerance / self.tolerance).max(10.0 * f64::EPSILON / self.tolerance).min(0.03);
+            (NEWTON_SHARE * relative_tolerance / self.tolerance).max(10.0 * f64::EPSILON / self.tolerance).min(0.03);
     }
 
     /// What it has cost so far.
@@ -108,7 +115,6 @@ impl Radau {
         self.next_step = 0.0;
         self.factored_step = 0.0;
         self.has_jacobian = false;
-        self.stale = false;
         self.last = (0.0, 0.0);
     }
 
@@ -119,7 +125,8 @@ impl Radau {
             factored_step: self.factored_step,
             jacobian_time: self.jacobian_time,
             jacobian_state: if self.has_jacobian { self.jacobian_state.clone() } else { Vec::new() },
-            jacobian_age: self.jacobian_age,
+            jacobian_least: self.jacobian_least,
+            jacobian_excess: self.jacobian_excess,
             last: self.last,
         }
     }
@@ -129,8 +136,8 @@ impl Radau {
         let n = self.jacobian_state.len();
         self.next_step = memory.next_step;
         self.last = memory.last;
-        self.jacobian_age = memory.jacobian_age;
-        self.stale = false;
+        self.jacobian_least = memory.jacobian_least;
+        self.jacobian_excess = memory.jacobian_excess;
         self.factored_step = memory.factored_step;
         self.jacobian_time = memory.jacobian_time;
         self.has_jacobian = memory.jacobian_state.len() == n && n > 0;
@@ -179,7 +186,6 @@ impl Radau {
         let mut t = time;
         let mut remaining = duration;
         let smallest = 1e-13 * duration.max(1e-3) + 4.0 * f64::EPSILON * end.abs();
-        self.stale = false;
         self.weigh(system, y);
         let mut rates_known = false;
         let mut rejected = false;
@@ -233,7 +239,6 @@ impl Radau {
                         continue;
                     }
                     self.statistics.steps += 1;
-                    self.jacobian_age = self.jacobian_age.saturating_add(1);
                     if h < 0.1 * planned && !rejected {
                         // Cut very short by the end or a switch, which says little of the steps to come.
                         self.next_step = self.next_step.max(planned);
@@ -263,9 +268,6 @@ impl Radau {
                         remaining = if h == remaining { 0.0 } else { remaining - h };
                         t = if remaining == 0.0 { end } else { end - remaining };
                         self.allowance.earn(h, t);
-                    }
-                    if std::mem::take(&mut self.stale) {
-                        self.has_jacobian = false;
                     }
                     if remaining > 0.0 {
                         self.weigh(system, y);

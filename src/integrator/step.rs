@@ -1,6 +1,6 @@
 //! One step: simplified Newton in the transformed stages, error estimate, step size.
 
-use super::coefficients::{ALPHA, BETA, C, E, GAMMA, T, T_INVERSE, T_INVERSE_SUM};
+use super::coefficients::{ALPHA, BETA, C, E, GAMMA, T, T_INVERSE, T_INVERSE_C, T_INVERSE_SUM};
 use super::{Complex64, Radau, System};
 
 /// Most Newton iterations of one step.
@@ -12,14 +12,11 @@ const NEWTON_LIMIT: u32 = 8;
 const DEFECT: f64 = 0.01;
 /// From one iteration to the next, the contraction of a larger defect that shows that the Jacobian is right.
 const DEFECT_CONTRACTION: f64 = 0.1;
-/// Contraction above which a step that took several iterations has the Jacobian taken anew.
-const FRESH_CONTRACTION: f64 = 0.02;
 /// Contraction that is taken for granted after a single iteration.
 const LEAST_CONTRACTION: f64 = 1e-3;
-/// Iterations from which on a Jacobian of some age is taken anew: it costs as much as several iterations.
-const SLOW: u32 = 3;
-/// Steps that such a Jacobian has served at least.
-const AGE: u32 = 10;
+/// What a new Jacobian and its factors cost, in Newton iterations. When an old one has cost that much more than it did at its
+/// best, it is taken anew: then neither choice would have saved more than half.
+const JACOBIAN_PRICE: u32 = 1;
 /// Relative change of step size up to which the factors are kept.
 const SAME_STEP: f64 = 1e-6;
 
@@ -86,13 +83,14 @@ fn settles(defect: f64, before: f64) -> bool {
 
 impl Radau {
     fn prepare(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
-        if !self.has_jacobian {
+        if !self.has_jacobian || self.jacobian_excess >= JACOBIAN_PRICE {
             system.linearise(t, y);
             self.statistics.jacobians += 1;
             self.jacobian_time = t;
             self.jacobian_state.copy_from_slice(y);
             self.has_jacobian = true;
-            self.jacobian_age = 0;
+            self.jacobian_least = 0;
+            self.jacobian_excess = 0;
             self.factored_step = 0.0;
         }
         if (h - self.factored_step).abs() > SAME_STEP * h {
@@ -106,7 +104,8 @@ impl Radau {
     pub(super) fn step(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64, rejected: bool) -> Outcome {
         self.prepare(system, t, y, h);
         self.guess(system);
-        let mut last_change = self.apply_correction();
+        let mut last_change = self.curved(h);
+        self.apply_correction();
         let mut last_defect = f64::NAN;
         let mut iterations = 0;
         loop {
@@ -132,13 +131,6 @@ impl Radau {
                 || iterations > 1 && defect <= DEFECT_CONTRACTION * last_defect;
             last_defect = defect;
             if small && solved {
-                let old = self.jacobian_age >= AGE;
-                self.stale = if theta > FRESH_CONTRACTION {
-                    // A single iteration may only show that the guess does not know how inputs change in time.
-                    iterations > 1 || old
-                } else {
-                    iterations >= SLOW && old
-                };
                 break;
             }
             if iterations > 1 {
@@ -155,8 +147,17 @@ impl Radau {
                 }
             }
         }
+        self.charge(iterations);
         let error = self.estimate(system, t, y, h, rejected);
         self.control(h, error, iterations, rejected)
+    }
+
+    /// Counts what a step has cost beyond the cheapest one with this Jacobian.
+    fn charge(&mut self, iterations: u32) {
+        if self.jacobian_least == 0 || iterations < self.jacobian_least {
+            self.jacobian_least = iterations;
+        }
+        self.jacobian_excess = self.jacobian_excess.saturating_add(iterations - self.jacobian_least);
     }
 
     /// The correction of stages that all stand at the start of the step, where the rates are known: the answer, were the
@@ -171,6 +172,20 @@ impl Radau {
         }
         system.solve_real(&mut self.error);
         system.solve_complex(&mut self.complex);
+    }
+
+    /// Size of the guess beside steady rates: the part of it that the Jacobian made, by which its error is to be judged. A large
+    /// steady motion would hide how slowly a small rest converges.
+    fn curved(&self, h: f64) -> f64 {
+        let mut sum = 0.0;
+        for (k, rate) in self.rates.iter().enumerate() {
+            let steady = h * rate;
+            let real = self.error[k] - T_INVERSE_C[0] * steady;
+            let re = self.complex[k].re - T_INVERSE_C[1] * steady;
+            let im = self.complex[k].im - T_INVERSE_C[2] * steady;
+            sum += (real * real + re * re + im * im) * (self.weight[k] * self.weight[k]);
+        }
+        (sum / (3 * self.rates.len()) as f64).sqrt()
     }
 
     /// Size of the [`defect`] of stages that all stand at the start of the step.
@@ -241,20 +256,29 @@ impl Radau {
     fn control(&mut self, h: f64, error: f64, iterations: u32, rejected: bool) -> Outcome {
         let limit = f64::from(NEWTON_LIMIT);
         let safety = 0.8 * (2.0 * limit + 1.0) / (2.0 * limit + f64::from(iterations));
-        let bound = |quotient: f64| quotient.clamp(0.125, 5.0);
-        let fourth_root = |value: f64| value.sqrt().sqrt();
-        let mut quotient = bound(fourth_root(error) / safety);
+        // The fourth root of the error over the safety factor, its bounds without a root.
+        let bounded = |fourth: f64| {
+            let over = fourth / safety.powi(4);
+            let bounds = (0.125_f64.powi(4), 5.0_f64.powi(4));
+            if over <= bounds.0 {
+                0.125
+            } else if over >= bounds.1 {
+                5.0
+            } else {
+                over.sqrt().sqrt()
+            }
+        };
+        let mut quotient = bounded(error);
         if error >= 1.0 || !error.is_finite() {
             return Outcome::TooInaccurate(if error.is_finite() { h / quotient } else { 0.1 * h });
         }
         let (last_step, last_error) = self.last;
         if last_step > 0.0 {
-            let predicted = (last_step / h) * fourth_root(error * error / last_error) / safety;
-            quotient = quotient.max(bound(predicted));
+            quotient = quotient.max(bounded((last_step / h).powi(4) * (error * error / last_error)));
         }
         self.last = (h, error.max(1e-2));
         // A step a little longer is not worth new factors.
-        let keep = !self.stale && (1.0..1.2).contains(&(1.0 / quotient));
+        let keep = (1.0..1.2).contains(&(1.0 / quotient));
         let next = if keep { h } else { h / quotient };
         self.next_step = if rejected { next.min(h) } else { next };
         Outcome::Accepted

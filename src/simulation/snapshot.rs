@@ -114,7 +114,7 @@ impl Simulation {
         put(out, &[memory.last.0, memory.last.1]);
         out.extend(count(memory.jacobian_state.len()));
         put(out, &memory.jacobian_state);
-        put(out, &[f64::from(memory.jacobian_age)]);
+        put(out, &[memory.jacobian_least, memory.jacobian_excess].map(f64::from));
         put_inputs(out, &self.work.linearised_inputs);
         put_flags(out, &self.work.linearised_slack);
     }
@@ -158,7 +158,7 @@ impl Simulation {
         for value in &mut jacobian_state {
             *value = reader.number()?;
         }
-        let jacobian_age = reader.number()?;
+        let jacobian_use: [f64; 2] = reader.numbers()?;
         let linearised_inputs = reader.inputs()?;
         let mut linearised_slack = reader.flags()?;
         if !reader.0.is_empty() {
@@ -178,8 +178,8 @@ impl Simulation {
         if self.plant.wound_in(&y) || jacobian_count > 0 && self.plant.wound_in(&jacobian_state) {
             return Err(SnapshotError("an unstretched length is not positive"));
         }
-        let sizes = [next_step, factored_step, last_step, last_error, jacobian_age];
-        let counts = jacobian_age.fract() == 0.0 && jacobian_age <= f64::from(u32::MAX);
+        let sizes = [next_step, factored_step, last_step, last_error, jacobian_use[0], jacobian_use[1]];
+        let counts = jacobian_use.iter().all(|count| count.fract() == 0.0 && *count <= f64::from(u32::MAX));
         if ![0, n].contains(&jacobian_count) || sizes.iter().any(|size| *size < 0.0) || !counts {
             return Err(SnapshotError("its integrator is in no possible state"));
         }
@@ -200,7 +200,8 @@ impl Simulation {
             factored_step,
             jacobian_time,
             jacobian_state,
-            jacobian_age: jacobian_age as u32,
+            jacobian_least: jacobian_use[0] as u32,
+            jacobian_excess: jacobian_use[1] as u32,
             last: (last_step, last_error),
         };
         self.work.linearised_inputs = linearised_inputs;

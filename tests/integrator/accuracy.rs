@@ -5,6 +5,7 @@ use cdpr::integrator::Radau;
 use crate::problems::{
     Dense, Dragged, Oscillator, Problem, ProtheroRobinson, Robertson, TwoPulls, Unweighed, VanDerPol,
 };
+use crate::scenarios::scenarios;
 
 fn run(problem: impl Problem, y: &mut [f64], tolerance: f64, stops: &[f64]) {
     let switches = problem.switches();
@@ -111,6 +112,26 @@ fn switches_are_located_to_rounding() {
         let exact = TwoPulls::at(10.0);
         for k in 0..2 {
             assert!((y[k] - exact[k]).abs() < 1e-10, "{} stops: {y:?}, {exact:?}", stops.len());
+        }
+    }
+}
+
+/// Whatever the step, and with one Newton iteration as with many: the error in metres is at most twenty times the tolerance, over
+/// all steps together.
+#[test]
+fn the_plant_keeps_its_tolerance_at_every_step() {
+    for scenario in scenarios() {
+        for step in [1e-3, 1e-2, 1e-1] {
+            let (exact, _) = scenario.run(1e-13, step);
+            for tolerance in [1e-6, 1e-8, 1e-10] {
+                let (found, _) = scenario.run(tolerance, step);
+                let error = scenario.difference(&found, &exact);
+                assert!(
+                    error < 20.0 * tolerance,
+                    "{}, step {step} s, tolerance {tolerance:e}: {error:e} m",
+                    scenario.name
+                );
+            }
         }
     }
 }

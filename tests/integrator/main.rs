@@ -4,3 +4,4 @@ mod accuracy;
 mod cost;
 mod failures;
 mod problems;
+mod scenarios;
