@@ -3,7 +3,7 @@
 use nalgebra::{DVector, MatrixXx3};
 
 use crate::geometry::Geometry;
-use crate::per_cable::PerCable;
+use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::scalar::Real;
 
 /// One cable at one instant: vectors, length, and their first derivatives.
@@ -96,6 +96,31 @@ impl<S: Real> CableKinematics<S> {
     }
 }
 
+/// Where the cables begin and end, one array per coordinate; places beyond the last cable repeat the first.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CableEnds {
+    anchor: [[f64; MAX_CABLES]; 2],
+    attachment: [[f64; MAX_CABLES]; 2],
+}
+
+impl CableEnds {
+    pub(crate) fn new(geometry: &Geometry) -> Self {
+        let arrays =
+            |points: &[[f64; 2]]| [0, 1].map(|axis| std::array::from_fn(|i| points.get(i).unwrap_or(&points[0])[axis]));
+        Self { anchor: arrays(&geometry.anchor), attachment: arrays(&geometry.attachment) }
+    }
+
+    #[inline(always)]
+    fn anchor(&self, i: usize) -> [f64; 2] {
+        [self.anchor[0][i], self.anchor[1][i]]
+    }
+
+    #[inline(always)]
+    fn attachment(&self, i: usize) -> [f64; 2] {
+        [self.attachment[0][i], self.attachment[1][i]]
+    }
+}
+
 /// The same for all cables, one array per quantity, so that the processor works on several cables at once. Places beyond
 /// the last cable repeat some cable.
 ///
@@ -115,8 +140,8 @@ pub(crate) struct CableArrays<S, const LANES: usize> {
 
 impl<S: Real, const LANES: usize> CableArrays<S, LANES> {
     /// Kinematics of the cables at `pose` `[x, y, φ]` with `rotation = [cos φ, sin φ]` and `twist` `[vx, vy, φ̇]`.
-    #[inline]
-    pub(crate) fn new(geometry: &Geometry, pose: &[S; 3], rotation: [S; 2], twist: &[S; 3]) -> Self {
+    #[inline(always)]
+    pub(crate) fn new(ends: &CableEnds, pose: &[S; 3], rotation: [S; 2], twist: &[S; 3]) -> Self {
         let zeros = [S::from(0.0); LANES];
         let mut k = Self {
             arm_x: zeros,
@@ -129,9 +154,8 @@ impl<S: Real, const LANES: usize> CableArrays<S, LANES> {
             arm_cross_direction: zeros,
             arm_dot_direction: zeros,
         };
-        let (anchor, attachment) = (geometry.anchor.padded::<LANES>(), geometry.attachment.padded::<LANES>());
         for i in 0..LANES {
-            let one = CableKinematics::new(anchor[i], attachment[i], pose, rotation, twist);
+            let one = CableKinematics::new(ends.anchor(i), ends.attachment(i), pose, rotation, twist);
             [k.arm_x[i], k.arm_y[i]] = one.arm;
             [k.direction_x[i], k.direction_y[i]] = one.direction;
             k.length[i] = one.length;

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use crate::dynamics::{CableConstants, Inputs, MAX_EFFECT_STATES, PlantData};
 use crate::effect::{EffectKind, EffectSpec, PlatformContext, SpecError, Stage, WinchContext, acts_on};
+use crate::kinematics::CableEnds;
 use crate::parameters::{CableModel, ParameterError, Parameters};
 use crate::per_cable::PerCable;
 use crate::{dynamics, geometry, kinematics};
@@ -97,6 +98,7 @@ pub struct Plant {
     pub(crate) offset: Vec<usize>,
     dimension: usize,
     pub(crate) constants: CableConstants,
+    pub(crate) ends: CableEnds,
     pub(crate) has: Has,
     fingerprint: OnceLock<u64>,
 }
@@ -114,6 +116,8 @@ pub(crate) struct Has {
     pub(crate) end_mass: bool,
     /// Cables whose tension depends on the platform's acceleration (rigid, massless spring).
     pub(crate) platform_side: bool,
+    /// Effects with states of their own.
+    pub(crate) states: bool,
 }
 
 impl Plant {
@@ -222,9 +226,11 @@ impl Plant {
             law: cable.iter().any(|c| !c.law.is_empty()),
             swing: cable.iter().any(|c| !c.swing.is_empty()),
             end_mass: data.cables.iter().any(|c| c.end_density != 0.0),
+            states: cable.iter().any(|c| c.states > 0),
             platform_side: data.cables.iter().any(|c| c.model != CableModel::LumpedMass),
         };
         let constants = CableConstants::new(&data.cables);
+        let ends = CableEnds::new(&data.geometry);
         Ok(Self {
             parameters,
             effects,
@@ -237,6 +243,7 @@ impl Plant {
             offset,
             dimension,
             constants,
+            ends,
             has,
             fingerprint: OnceLock::new(),
         })

@@ -66,6 +66,8 @@ pub struct Simulation {
     /// Inputs at `input_time` and their slopes, as commanded.
     inputs: Inputs,
     input_slopes: Inputs,
+    /// Whether all slopes are zero.
+    held: bool,
     input_time: f64,
     /// Force added to each winch command after its dead time.
     winch_disturbance: PerCable<f64>,
@@ -100,6 +102,7 @@ impl Simulation {
             slack: PerCable::filled(cables, false),
             inputs,
             input_slopes: Inputs::none(cables),
+            held: true,
             input_time: time,
             winch_disturbance: PerCable::filled(cables, 0.0),
             commands,
@@ -139,6 +142,9 @@ impl Simulation {
 
     /// Inputs as commanded now.
     pub fn inputs(&self) -> Inputs {
+        if self.held {
+            return self.inputs;
+        }
         let at = |value: f64, slope: f64| value + slope * (self.time - self.input_time);
         let zip = |a: &[f64], b: &[f64], k: usize| at(a[k], b[k]);
         Inputs {
@@ -156,7 +162,9 @@ impl Simulation {
 
     /// Sets the inputs from now on, held constant.
     pub fn set_inputs(&mut self, inputs: Inputs) {
-        self.set_inputs_with_slopes(inputs, Inputs::none(self.plant.cables()));
+        if !self.held || inputs != self.inputs {
+            self.set_inputs_with_slopes(inputs, Inputs::none(self.plant.cables()));
+        }
     }
 
     /// Sets the inputs from now on, changing at `slopes` (per second).
@@ -166,6 +174,7 @@ impl Simulation {
         }
         self.inputs = inputs;
         self.input_slopes = slopes;
+        self.held = slopes.is_zero();
         self.input_time = self.time;
         self.commands.push(self.time, inputs.winch_force, slopes.winch_force);
     }
@@ -255,12 +264,12 @@ impl Simulation {
 
     /// The inputs as the plant feels them from now to the next change: winch forces after their dead time.
     fn inputs_felt(&self) -> InputSegment {
-        let mut segment = InputSegment { start: self.time, value: self.inputs(), slope: self.input_slopes };
-        self.commands.delay(self.time, &mut segment.value.winch_force, &mut segment.slope.winch_force);
-        for (force, added) in segment.value.winch_force.iter_mut().zip(self.winch_disturbance) {
+        let (mut value, mut slope) = (self.inputs(), self.input_slopes);
+        self.commands.delay(self.time, &mut value.winch_force, &mut slope.winch_force);
+        for (force, added) in value.winch_force.iter_mut().zip(&self.winch_disturbance) {
             *force += added;
         }
-        segment
+        InputSegment::new(self.time, value, slope)
     }
 
     /// The inputs as the plant feels them now: winch forces after their dead time.

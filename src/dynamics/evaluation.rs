@@ -83,22 +83,21 @@ impl Plant {
         });
     }
 
-    /// As [`Plant::rates`], and the tensions (N) before they are cut off at zero.
+    /// As [`Plant::rates`], for the integrator; says whether a cable that counts as taut pushes, or one that counts as slack pulls.
     #[inline]
-    pub(crate) fn rates_and_tensions(
+    pub(crate) fn rates_and_doubt(
         &self,
         time: f64,
         y: &[f64],
         u: &Inputs,
         slack: &PerCable<bool>,
         rates: &mut [f64],
-        tension: &mut [f64],
-    ) {
+    ) -> bool {
         with_lanes!(self, LANES => {
-            let e = self.instant::<f64, LANES>(time, y, u, slack);
+            let e = self.instant_here::<f64, LANES>(time, y, u, slack);
             self.write_instant(y, &e, rates);
-            tension.copy_from_slice(&e.tension_uncut[..tension.len()]);
-        });
+            (0..slack.len()).fold(false, |doubt, i| doubt | ((e.tension_uncut[i] < 0.0) != slack[i]))
+        })
     }
 
     /// Tensions (N) before they are cut off at zero.

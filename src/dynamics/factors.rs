@@ -163,10 +163,18 @@ impl<F: Field> CableFactors<F> {
     }
 }
 
-/// Inverse of `σ I - C` by Gauss-Jordan. No pivoting: the diagonal is `σ` plus decay rates, and the spring's entry has
+/// Inverse of `σ I - C` by Gauss-Jordan, two states in closed form. No pivoting: the diagonal is `σ` plus decay rates, and the spring's entry has
 /// the sign that adds to it.
 fn invert<F: Field>(block: &CableBlock, sigma: F, inverse: &mut [[F; BLOCK]; BLOCK]) {
     let n = block.size;
+    if n == 2 {
+        let [[a, b], [c, d]] = [0, 1].map(|r| [0, 1].map(|c| F::from(-block.rates_by_state[r][c])));
+        let (a, d) = (a + sigma, d + sigma);
+        let scale = F::one() / (a * d - b * c);
+        inverse[0][..2].copy_from_slice(&[d * scale, -b * scale]);
+        inverse[1][..2].copy_from_slice(&[-c * scale, a * scale]);
+        return;
+    }
     let mut m = [[F::zero(); BLOCK]; BLOCK];
     for r in 0..n {
         for c in 0..n {

@@ -114,6 +114,18 @@ impl Plant {
         u: &Inputs<S>,
         slack: &PerCable<bool>,
     ) -> Instant<S, LANES> {
+        self.instant_here(time, y, u, slack)
+    }
+
+    /// [`Plant::instant`] made part of the caller, who then computes only what he reads.
+    #[inline(always)]
+    pub(crate) fn instant_here<S: Real, const LANES: usize>(
+        &self,
+        time: S,
+        y: &[S],
+        u: &Inputs<S>,
+        slack: &PerCable<bool>,
+    ) -> Instant<S, LANES> {
         let zero = S::from(0.0);
         let zeros = [zero; LANES];
         let pose = [y[0], y[1], y[2]];
@@ -123,11 +135,16 @@ impl Plant {
         let rotation = [cos, sin];
         let data = &self.data;
         let constants = &self.constants;
-        let (cables, slack) = (data.cables.len(), slack.padded::<LANES>());
-        let k = CableArrays::new(&data.geometry, &pose, rotation, &twist);
+        let cables = data.cables.len();
+        let any_slack = slack.iter().any(|slack| *slack);
+        let slack = slack.padded::<LANES>();
+        let k = CableArrays::<S, LANES>::new(&self.ends, &pose, rotation, &twist);
         let (mut unstretched, mut unstretched_rate) = (k.length, k.speed);
-        for i in 0..cables {
-            let at = self.offset[i];
+        for (i, &at) in self.offset.iter().enumerate().take(LANES) {
+            if !self.has.platform_side {
+                (unstretched[i], unstretched_rate[i]) = (y[at], y[at + 1]);
+                continue;
+            }
             match data.cables[i].model {
                 CableModel::Rigid => {}
                 CableModel::MasslessSpring => unstretched[i] = y[at],
@@ -249,7 +266,10 @@ impl Plant {
                 }
             }
         }
-        let mut pulled: [S; LANES] = std::array::from_fn(|i| if slack[i] { zero } else { tension_uncut[i] });
+        let let_go = |tension: [S; LANES]| -> [S; LANES] {
+            if any_slack { std::array::from_fn(|i| if slack[i] { zero } else { tension[i] }) } else { tension }
+        };
+        let mut pulled = let_go(tension_uncut);
         if self.has.end_mass {
             for i in 0..cables {
                 let end = k.length[i] * data.cables[i].end_density;
@@ -271,12 +291,9 @@ impl Plant {
                 tension_uncut[i] += platform_axial_mass[i] * along;
             }
         }
-        let mut tension = tension_uncut;
+        let tension = let_go(tension_uncut);
         let mut unstretched_acceleration = zeros;
         for i in 0..LANES {
-            if slack[i] {
-                tension[i] = zero;
-            }
             let moving = constants.axial_mass(i, unstretched[i]);
             let bias = constants.axial_bias(i, unstretched_rate[i], unstretched[i] * k.angular_rate[i]);
             unstretched_acceleration[i] = (tension[i] - pull[i] - bias) / moving;
@@ -351,7 +368,7 @@ impl Plant {
     }
 
     /// Writes the rates of all states out of an instant.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn write_instant<S: Real, const LANES: usize>(&self, y: &[S], e: &Instant<S, LANES>, rates: &mut [S]) {
         let cables = (&e.unstretched_rate[..], &e.unstretched_acceleration[..], &e.effect_rate[..]);
         self.write(y, &e.acceleration, cables, rates);
@@ -364,7 +381,7 @@ impl Plant {
         self.write(y, &e.acceleration, cables, rates);
     }
 
-    #[inline]
+    #[inline(always)]
     fn write<S: Real>(
         &self,
         y: &[S],
@@ -374,18 +391,15 @@ impl Plant {
     ) {
         rates[..3].copy_from_slice(&y[3..6]);
         rates[3..6].copy_from_slice(acceleration);
-        for i in 0..self.cables() {
-            let at = self.offset[i];
-            match self.data.cables[i].model {
+        for (i, &at) in self.offset.iter().enumerate().take(first.len()) {
+            let model = if self.has.platform_side { self.data.cables[i].model } else { CableModel::LumpedMass };
+            match model {
                 CableModel::Rigid => {}
                 CableModel::MasslessSpring => rates[at] = first[i],
-                CableModel::LumpedMass => {
-                    rates[at] = first[i];
-                    rates[at + 1] = second[i];
-                }
+                CableModel::LumpedMass => rates[at..at + 2].copy_from_slice(&[first[i], second[i]]),
             }
-            let range = self.effect_states(i);
-            if !range.is_empty() {
+            if self.has.states {
+                let range = self.effect_states(i);
                 let n = range.len();
                 rates[range].copy_from_slice(&effect[i][..n]);
             }

@@ -1,11 +1,13 @@
 //! Three by three linear algebra over any field, without pivoting loops or allocation.
 
+use std::ops::Neg;
+
 use num_complex::Complex64;
 use num_traits::NumAssign;
 
 /// `f64`, complex or dual numbers.
-pub(crate) trait Arithmetic: NumAssign + Copy {}
-impl<T: NumAssign + Copy> Arithmetic for T {}
+pub(crate) trait Arithmetic: NumAssign + Neg<Output = Self> + Copy {}
+impl<T: NumAssign + Neg<Output = Self> + Copy> Arithmetic for T {}
 
 /// The real or complex numbers, with a product by a real number that costs no more than it must.
 pub(crate) trait Field: Arithmetic + From<f64> {

@@ -46,6 +46,12 @@ impl Inputs {
         Self { winch_force: PerCable::filled(cables, force), disturbance: [0.0; 3] }
     }
 
+    /// Whether every force is zero.
+    #[inline]
+    pub(crate) fn is_zero(&self) -> bool {
+        self.winch_force.iter().chain(&self.disturbance).all(|force| *force == 0.0)
+    }
+
     /// The same values as another number type, without derivatives.
     pub fn lift<S: Real>(&self) -> Inputs<S> {
         Inputs { winch_force: self.winch_force.map(S::from), disturbance: self.disturbance.map(S::from) }

@@ -189,6 +189,7 @@ impl Simulation {
         self.slack = slack;
         self.inputs = inputs;
         self.input_slopes = input_slopes;
+        self.held = input_slopes.is_zero();
         self.input_time = input_time;
         self.winch_disturbance = winch_disturbance;
         self.commands.stretches.clear();
@@ -206,7 +207,7 @@ impl Simulation {
         };
         self.work.linearised_inputs = linearised_inputs;
         self.work.linearised_slack = linearised_slack;
-        let segment = InputSegment { start: jacobian_time, value: linearised_inputs, slope: Inputs::none(cables) };
+        let segment = InputSegment::new(jacobian_time, linearised_inputs, Inputs::none(cables));
         let mut system =
             PlantSystem { plant: &self.plant, inputs: segment, slack: &mut linearised_slack, work: &mut self.work };
         self.radau.restore(&memory, &mut system);

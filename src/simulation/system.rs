@@ -2,7 +2,7 @@
 
 use crate::dynamics::{Factors, Inputs, Linearisation};
 use crate::integrator::{Complex64, System};
-use crate::per_cable::{MAX_CABLES, PerCable};
+use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
 /// Inputs linear in time from `start` on.
@@ -11,11 +11,21 @@ pub(super) struct InputSegment {
     pub(super) start: f64,
     pub(super) value: Inputs,
     pub(super) slope: Inputs,
+    /// Whether all slopes are zero.
+    held: bool,
 }
 
 impl InputSegment {
     #[inline]
+    pub(super) fn new(start: f64, value: Inputs, slope: Inputs) -> Self {
+        Self { start, value, slope, held: slope.is_zero() }
+    }
+
+    #[inline]
     pub(super) fn at(&self, time: f64) -> Inputs {
+        if self.held {
+            return self.value;
+        }
         let s = time - self.start;
         Inputs {
             winch_force: PerCable::from_fn(self.value.winch_force.len(), |i| {
@@ -69,12 +79,14 @@ impl System for PlantSystem<'_> {
     }
 
     fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]) {
-        let mut tension = [0.0; MAX_CABLES];
-        let tension = &mut tension[..self.slack.len()];
-        self.plant.rates_and_tensions(time, y, &self.inputs.at(time), self.slack, rates, tension);
-        for (tension, slack) in tension.iter().zip(&*self.slack) {
-            self.work.suspect |= (*tension < 0.0) != *slack;
-        }
+        let moved;
+        let inputs = if self.inputs.held {
+            &self.inputs.value
+        } else {
+            moved = self.inputs.at(time);
+            &moved
+        };
+        self.work.suspect |= self.plant.rates_and_doubt(time, y, inputs, self.slack, rates);
     }
 
     fn scale(&self, _y: &[f64], scale: &mut [f64]) {
