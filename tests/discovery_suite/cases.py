@@ -7,6 +7,7 @@ case says otherwise, plainly visible against the noise (see `strength`).
 import zlib
 from dataclasses import dataclass
 
+from .robot import TELESCOPE
 from .trial import Settings
 
 
@@ -31,6 +32,12 @@ class Case:
     rivals: tuple = ()  # (rival effect, its free parameters), for `measure`
     acceptable: tuple = ()  # ids that may be named though none is hidden (a model-form error)
     note: str = ""
+
+    def toml(self):
+        """The model file that the workflow starts from; the telescope's robot is the default."""
+        robot = self.holdout.robot
+        known = "" if robot is TELESCOPE else robot.toml()
+        return f'cable_model = "{self.model}"\n' + known
 
 
 def effect(kind, cable=None, law=None, compare=None, extra=None, **values):

@@ -10,42 +10,36 @@ import math
 import numpy as np
 from numba import njit
 
-from .plant import STATES, at_rest, derivative, interval, split_delay
-
-# What a control engineer would feed forward: platform plus the share of four cables (kg, kg m2).
-FEED_MASS = 2820.0
-FEED_INERTIA = 3.7e5
+from .plant import at_rest, derivative, interval, split_delay
 
 
 @njit(cache=True, error_model="numpy")
 def distribute(p, pose, force_x, force_y, torque, mean, out):
-    """Four tensions (N) of this mean that give a wrench at a pose; rounded to 1 mN as a drive does.
+    """The tensions (N) nearest to each other, of this mean, that give a wrench at a pose beside
+    the weight; rounded to 1 mN as a drive does.
 
-    The structure matrix has one null direction; the minimum-norm answer is moved along it.
+    Three cables have no choice, and then no mean.
     """
+    cables = int(p.cables)
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    a = np.empty((3, 4))
-    for i in range(4):
+    rows = 3 if cables == 3 else 4
+    a = np.ones((rows, cables))
+    for i in range(cables):
         ex = cos * p.body_x[i] - sin * p.body_y[i]
         ey = sin * p.body_x[i] + cos * p.body_y[i]
         dx, dz = pose[0] + ex - p.anchor_x[i], pose[1] + ey - p.anchor_y[i]
         chord = math.sqrt(dx * dx + dz * dz)
         a[0, i], a[1, i] = -dx / chord, -dz / chord
-        a[2, i] = (ex * a[1, i] - ey * a[0, i]) / 10.0
-    wanted = np.array([force_x, force_y, torque / 10.0])
-    base = a.T @ np.linalg.solve(a @ a.T, wanted)
-    null = np.empty(4)
-    for i in range(4):
-        minor = np.empty((3, 3))
-        column = 0
-        for j in range(4):
-            if j != i:
-                minor[:, column] = a[:, j]
-                column += 1
-        null[i] = (-1.0) ** i * np.linalg.det(minor)
-    share = (mean - base.mean()) / null.mean()
-    for i in range(4):
-        tension = min(max(base[i] + share * null[i], 200.0), 1.2e5)
+        a[2, i] = (ex * a[1, i] - ey * a[0, i]) / p.lever
+    wanted = np.empty(rows)
+    wanted[0] = force_x - p.mass * p.gravity_x
+    wanted[1] = force_y - p.mass * p.gravity_y
+    wanted[2] = torque / p.lever
+    if rows > 3:
+        wanted[3] = mean * cables
+    tensions = a.T @ np.linalg.solve(a @ a.T, wanted)
+    for i in range(cables):
+        tension = min(max(tensions[i], p.least), p.most)
         out[i] = round(tension * 1000.0) / 1000.0
 
 
@@ -55,13 +49,13 @@ MEMORY = 9
 
 @njit(cache=True, error_model="numpy")
 def control_step(model, memory, measured, wanted, pretension, dt, gains, out):
-    """One sample of the controller: `out` gets the four winch forces (N).
+    """One sample of the controller: `out` gets the winch forces (N).
 
     `measured` is the pose read now, `wanted` (3, 3) the reference pose, rate and acceleration,
     `gains` the loop's frequency (rad/s), its damping and the observer's frequency (rad/s).
     `memory` is updated.
     """
-    inertia = np.array([FEED_MASS, FEED_MASS, FEED_INERTIA])
+    inertia = np.array([model.feed_mass, model.feed_mass, model.feed_inertia])
     omega, zeta, watch = gains[0], gains[1], gains[2]
     seen, speed, wrench = memory[:3], memory[3:6], memory[6:]
     for a in range(3):
@@ -83,24 +77,24 @@ def closed_loop(
 
     `reference` (n, 3, 3) holds pose, its rate and acceleration; `pretension` (n) the mean tension;
     `noise` (n, 3), `bias` (3) and `delay` (s) act on the pose sensor; `recorded` (n, 3) and
-    `hidden` (n + 1, 3) are disturbances; `dither` (n, 4) is added to the forces. `p` is the plant,
-    `model` what the controller believes. Returns states (n, 26), winch forces (n, 4), tensions
-    (n, 4) and measured poses (n, 3).
+    `hidden` (n + 1, 3) are disturbances; `dither` (n, cables) is added to the forces. `p` is the
+    plant, `model` what the controller believes. Returns states, winch forces, tensions, a row a
+    sample, and measured poses (n, 3).
     """
-    n = len(reference)
-    states = np.empty((n, STATES))
-    forces = np.zeros((n, 4))
-    tensions = np.empty((n, 4))
+    n, cables = len(reference), int(p.cables)
+    forces = np.zeros((n, cables))
+    tensions = np.empty((n, cables))
     measured = np.empty((n, 3))
     taps = np.empty((n, 3))
-    work = np.zeros((7, STATES))
-    rate = np.zeros(STATES)
     memory = np.zeros(MEMORY)
     memory[:3] = reference[0, 0]
     whole, rest = split_delay(delay, dt)
     tap_at = dt - rest if rest > 0.0 else 0.0
     distribute(model, reference[0, 0], 0.0, 0.0, 0.0, pretension[0], forces[0])
     y = at_rest(p, t0, reference[0, 0], forces[0])
+    states = np.empty((n, len(y)))
+    work = np.zeros((7, len(y)))
+    rate = np.zeros(len(y))
     for k in range(n):
         # Sensor: the pose now, or the one tapped `delay` ago (the pose at rest before the start).
         pose = y[:3]
@@ -113,7 +107,7 @@ def closed_loop(
             control_step(
                 model, memory, measured[k], reference[k], pretension[k], dt, gains, forces[k]
             )
-            for i in range(4):
+            for i in range(cables):
                 forces[k, i] = round((forces[k, i] + dither[k, i]) * 1000.0) / 1000.0
         states[k] = y
         t = t0 + k * dt

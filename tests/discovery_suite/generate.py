@@ -37,33 +37,38 @@ PLACES = {
 }
 
 
-def places(effect):
+def places(effect, all_cables):
     """The `where` strings under which finding this effect counts as located."""
     if effect["id"] == "outside":
         targets = OUTSIDE[effect["law"]][2]
         return [t.replace("[cable]", f"[{effect['cable']}]") for t in targets]
     default = _ON_CABLE if effect["id"].startswith("cable") else _ON_WINCH
     patterns = PLACES.get(effect["id"], default)
-    cables = range(1, 5) if effect["cable"] is None else [effect["cable"]]
+    cables = range(1, all_cables + 1) if effect["cable"] is None else [effect["cable"]]
     channel = effect.get("channel", "unstretched_length")
     return sorted({p.format(i=i, channel=channel) for p in patterns for i in cables})
 
 
 def truth(case, strengths, noise):
     """What is hidden in a case, and what a good answer looks like."""
-    effects, terms = [], []
+    effects, terms, cables = [], [], case.holdout.robot.cables
     for item in case.effects:
         if item["id"] == "outside":
             _, _, _targets, expression = OUTSIDE[item["law"]]
             terms.append(
-                {"targets": places(item), "expression": expression, "values": item["parameters"]}
+                {
+                    "targets": places(item, cables),
+                    "expression": expression,
+                    "values": item["parameters"],
+                }
             )
         else:
-            effects.append(dict(item, located=places(item)))
+            effects.append(dict(item, located=places(item, cables)))
     return {
         "case": case.name,
         "group": case.group,
         "model": case.model,
+        "cables": cables,
         "effects": effects,
         "terms": terms,
         "ambiguous": case.ambiguous,
@@ -94,7 +99,7 @@ def write_case(case, folder):
         noise[name] = record.noise
         if case.group != "null":
             strengths[name] = strength(record, case.model)
-    (folder / "model.toml").write_text(f'cable_model = "{case.model}"\n', encoding="utf-8")
+    (folder / "model.toml").write_text(case.toml(), encoding="utf-8")
     text = json.dumps(truth(case, strengths, noise), indent=1)
     (folder / "truth.json").write_text(text + "\n", encoding="utf-8")
     return case.name, strengths

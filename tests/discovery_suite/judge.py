@@ -6,13 +6,13 @@ from itertools import permutations
 ANGLES = {"phase", "direction"}
 
 
-def names(effects):
-    """Effects as a set of (id, cable); the same id on all four cables is (id, None)."""
+def names(effects, cables):
+    """Effects as a set of (id, cable); the same id on all cables is (id, None)."""
     found = {(item["id"], item.get("cable")) for item in effects}
     for kind in {kind for kind, _ in found}:
-        four = {(kind, i) for i in range(1, 5)}
-        if four <= found:
-            found = (found - four) | {(kind, None)}
+        every = {(kind, i) for i in range(1, cables + 1)}
+        if every <= found:
+            found = (found - every) | {(kind, None)}
     return found
 
 
@@ -22,7 +22,7 @@ def listed(answer, truth):
     for item in answer["effects"]:
         rivals = item.get("indistinguishable_from", [])
         options.append({(e["id"], e.get("cable")) for e in [item, *rivals]})
-    wanted = sorted(names(truth["effects"]), key=str)
+    wanted = sorted(names(truth["effects"], truth["cables"]), key=str)
     if len(options) != len(wanted):
         return False
     return any(
@@ -85,7 +85,7 @@ def parameter_errors(answer, truth):
 
 def judge(answer, truth, seconds):
     """One row of the score."""
-    found, wanted = names(answer["effects"]), names(truth["effects"])
+    found, wanted = (names(all_["effects"], truth["cables"]) for all_ in (answer, truth))
     terms = answer.get("terms", [])
     verdict = answer["verdict"]
     exact = found == wanted and bool(terms) == bool(truth["terms"])
@@ -132,7 +132,7 @@ def failed(truth, seconds, reason):
         "case": truth["case"],
         "group": truth["group"],
         "verdict": f"failed: {reason}",
-        "truth": sorted(_text(name) for name in names(truth["effects"])),
+        "truth": sorted(_text(name) for name in names(truth["effects"], truth["cables"])),
         "found": [],
         "terms": [],
         "exact": False,

@@ -40,14 +40,15 @@ import numpy as np
 
 from . import parameters
 from .control import MEMORY, control_step, distribute
-from .plant import STATES, at_rest
+from .plant import at_rest, layout, state_count
+from .robot import TELESCOPE
 from .trial import finish, plan
 
 SEGMENTS = 10
 DEPTH = 500.0  # m under MoorDyn's free surface, far from it and from the ground
 DIAMETER = math.sqrt(4.0 * 4e-4 / math.pi)  # m, of the cable's area
 STEP = 1e-3  # s
-WINCH_MASS = 0.5 * parameters.CABLE_DENSITY * 900.0  # kg
+WINCH_MASS = 0.5 * TELESCOPE.density * 900.0  # kg
 
 _INPUT = """Planar cable robot
 ---------------------- LINE TYPES ----------------------
@@ -107,7 +108,7 @@ class Cables:
     """Four MoorDyn lines between the anchors and the platform."""
 
     def __init__(self, params, pose, unstretched, step):
-        self.anchors = np.column_stack([params.anchor_x, params.anchor_y])
+        self.anchors = np.array(TELESCOPE.anchors)
         ends = attachments(params, pose)
         points = [f"{i + 1} Fixed {a[0]:.17g} {a[1]:.17g}" for i, a in enumerate(self.anchors)]
         points += [f"{i + 5} Coupled {b[0]:.17g} {b[1]:.17g}" for i, b in enumerate(ends)]
@@ -117,9 +118,9 @@ class Cables:
         ]
         text = _INPUT.format(
             diameter=DIAMETER,
-            density=parameters.CABLE_DENSITY,
-            stiffness=parameters.AXIAL_STIFFNESS,
-            damping=parameters.CABLE_DAMPING,
+            density=TELESCOPE.density,
+            stiffness=TELESCOPE.stiffness,
+            damping=TELESCOPE.damping,
             points="\n".join(f"{p} {-DEPTH} 0 0 0 0" for p in points),
             lines="\n".join(lines),
             step=step,
@@ -133,7 +134,7 @@ class Cables:
                 failed = moordyn.Init(self.system, _spatial(ends, -DEPTH), [0.0] * 12)
             if failed:
                 raise RuntimeError("MoorDyn: the lines could not be initialised")
-        self.lines = [moordyn.GetLine(self.system, i + 1) for i in range(4)]
+        self.lines = [moordyn.GetLine(self.system, i + 1) for i in range(TELESCOPE.cables)]
 
     def step(self, t, step, ends, rates, unstretched, unstretched_rates):
         """Move the ends from `ends` at `rates` over one step; the forces on them, (4, 2).
@@ -168,8 +169,9 @@ def _spatial(plane, z):
 def _arms(params, phi):
     """Attachments relative to the platform's centre, (4, 2)."""
     cos, sin = math.cos(phi), math.sin(phi)
-    x = cos * params.body_x - sin * params.body_y
-    y = sin * params.body_x + cos * params.body_y
+    body_x, body_y = np.array(TELESCOPE.attachments).T
+    x = cos * body_x - sin * body_y
+    y = sin * body_x + cos * body_y
     return np.column_stack([x, y])
 
 
@@ -187,18 +189,19 @@ def run(settings, step=STEP):
     params = parameters.build()
     asked = plan(settings)
     n = len(asked.t)
-    states, forces = np.zeros((n, STATES)), np.zeros((n, 4))
-    tensions, poses = np.zeros((n, 4)), np.zeros((n, 3))
+    states, forces = np.zeros((n, state_count(params))), np.zeros((n, TELESCOPE.cables))
+    tensions, poses = np.zeros_like(forces), np.zeros((n, 3))
     start = asked.reference[0, 0]
     distribute(params, start, 0.0, 0.0, 0.0, asked.pretension[0], forces[0])
     y = at_rest(params, 0.0, start, forces[0])
     pose, rate = y[:3].copy(), np.zeros(3)
-    length, payout = y[6:10].copy(), np.zeros(4)
+    _, own, payouts, lagged, *_ = layout(params)
+    length, payout = y[own:payouts].copy(), np.zeros(TELESCOPE.cables)
     memory = np.zeros(MEMORY)
     memory[:3] = start
     gains = np.array(settings.loop)
     # The outermost half segment of each cable hangs on the platform and is not in MoorDyn's force.
-    end_mass = 0.5 * parameters.CABLE_DENSITY * 900.0 / SEGMENTS
+    end_mass = 0.5 * TELESCOPE.density * 900.0 / SEGMENTS
     mass = params.mass + 4.0 * end_mass
     inertia = np.array([mass, mass, params.inertia + 4.0 * end_mass * 100.0])
     substeps = round(asked.dt / step)
@@ -223,7 +226,7 @@ def run(settings, step=STEP):
                 )
                 forces[k] = np.round(forces[k] + asked.dither[k], 3)
             states[k, :3], states[k, 3:6] = pose, rate
-            states[k, 6:10], states[k, 10:14] = length, payout
+            states[k, own:payouts], states[k, payouts:lagged] = length, payout
             tensions[k] = np.hypot(pull[:, 0], pull[:, 1])
             for j in range(substeps):
                 wrench = asked.recorded[k] + asked.hidden[k]
@@ -238,7 +241,7 @@ def run(settings, step=STEP):
                 length = length + step * payout
                 # MoorDyn damps the rate of a segment's length, also where that is cable paid out.
                 # What it adds so is the same all along the cable, and is taken off at both ends.
-                surplus = parameters.CABLE_DAMPING / length * payout
+                surplus = TELESCOPE.damping / length * payout
                 pull += surplus[:, None] * _unit(params, cables.anchors, pose)
                 at_winch = cables.anchor_tensions() - surplus
                 rate = rate + 0.5 * step * _platform(params, pose, pull, wrench) / inertia

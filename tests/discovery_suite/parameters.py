@@ -1,6 +1,6 @@
 """What the plant is made of, and how each effect changes it.
 
-An effect is a dictionary `{"id": ..., "cable": 1..4 or None, "parameters": {...}}` with the
+An effect is a dictionary `{"id": ..., "cable": 1..n or None, "parameters": {...}}` with the
 names and units of the catalogue. Two more keys belong to this generator only: `law`, which
 smoothing of a friction law is used, and, for `outside`, which law outside the catalogue acts.
 """
@@ -9,15 +9,8 @@ import math
 
 import numpy as np
 
-ANCHOR_RADIUS = 900.0  # m
-ATTACHMENT_RADIUS = 10.0  # m
-ANCHOR_ANGLES = np.radians([-135.0, -45.0, 45.0, 135.0])
-ATTACHMENT_ANGLES = np.radians([-45.0, -135.0, 135.0, 45.0])
-PLATFORM_MASS = 2500.0  # kg
-PLATFORM_INERTIA = 3.5e5  # kg m2, about the centre of mass
-CABLE_DENSITY = 0.215  # kg/m
-AXIAL_STIFFNESS = 38e9 * 4e-4  # N
-CABLE_DAMPING = 20000.0  # N s, the product b l
+from .robot import MOST_CABLES, TELESCOPE
+
 AIR_DENSITY = 1.225  # kg/m3
 
 # Friction laws: how sign(v) is smoothed.
@@ -42,10 +35,11 @@ OUTSIDE = {
 }
 
 _SCALARS = (
-    "rigid mass inertia com_x com_y rho thermal_amplitude thermal_period thermal_phase "
+    "cables rigid mass inertia com_x com_y rho gravity_x gravity_y "
+    "thermal_amplitude thermal_period thermal_phase "
     "linear_drag quadratic_drag wind_x wind_y rotational_damping steady_x steady_y steady_torque "
     "gust_amplitude gust_frequency gust_phase gust_direction umbilical_k umbilical_d umbilical_x "
-    "umbilical_y outside"
+    "umbilical_y outside feed_mass feed_inertia lever winch_mass usual_length least most"
 )
 _CABLES = (
     "anchor_x anchor_y body_x body_y ea bl beta creep_ea creep_tau sag_weight sag_tension "
@@ -57,37 +51,49 @@ PARAMS = np.dtype(
     (
         np.record,
         [(name, float) for name in _SCALARS.split()]
-        + [(name, float, 4) for name in _CABLES.split()]
+        + [(name, float, MOST_CABLES) for name in _CABLES.split()]
         + [("outside_coefficients", float, 4)],
     )
 )
 
 
-def nominal(cable_model="lumped_mass"):
+def nominal(cable_model="lumped_mass", robot=TELESCOPE):
     """The plant without any effect, as a dictionary that `freeze` turns into a record."""
     if cable_model not in ("lumped_mass", "rigid"):
         raise ValueError(f"cable_model: found {cable_model!r}, expected lumped_mass or rigid")
+    n = robot.cables
     values = {name: 0.0 for name in _SCALARS.split()}
-    values.update({name: np.zeros(4) for name in _CABLES.split()})
+    values.update({name: np.zeros(n) for name in _CABLES.split()})
+    anchors, attachments = np.array(robot.anchors), np.array(robot.attachments)
     values.update(
+        cables=float(n),
         rigid=1.0 if cable_model == "rigid" else 0.0,
-        mass=PLATFORM_MASS,
-        inertia=PLATFORM_INERTIA,
-        rho=CABLE_DENSITY,
+        mass=robot.mass,
+        inertia=robot.inertia,
+        rho=robot.density,
+        gravity_x=robot.gravity[0],
+        gravity_y=robot.gravity[1],
         thermal_period=1.0,
-        anchor_x=ANCHOR_RADIUS * np.cos(ANCHOR_ANGLES),
-        anchor_y=ANCHOR_RADIUS * np.sin(ANCHOR_ANGLES),
-        body_x=ATTACHMENT_RADIUS * np.cos(ATTACHMENT_ANGLES),
-        body_y=ATTACHMENT_RADIUS * np.sin(ATTACHMENT_ANGLES),
-        ea=np.full(4, AXIAL_STIFFNESS),
-        bl=np.full(4, CABLE_DAMPING),
-        lower=np.full(4, -math.inf),
-        upper=np.full(4, math.inf),
-        smoothing=np.ones(4),
-        stribeck_speed=np.ones(4),
-        capstan_speed=np.ones(4),
-        sag_tension=np.ones(4),
-        creep_tau=np.ones(4),
+        anchor_x=anchors[:, 0].copy(),
+        anchor_y=anchors[:, 1].copy(),
+        body_x=attachments[:, 0].copy(),
+        body_y=attachments[:, 1].copy(),
+        ea=np.full(n, robot.stiffness),
+        bl=np.full(n, robot.damping),
+        lower=np.full(n, -math.inf),
+        upper=np.full(n, math.inf),
+        smoothing=np.ones(n),
+        stribeck_speed=np.ones(n),
+        capstan_speed=np.ones(n),
+        sag_tension=np.ones(n),
+        creep_tau=np.ones(n),
+        feed_mass=robot.feed_mass,
+        feed_inertia=robot.feed_inertia,
+        lever=robot.lever,
+        winch_mass=robot.winch_mass,
+        usual_length=robot.usual_length,
+        least=robot.least,
+        most=robot.most,
         outside_coefficients=np.zeros(4),
     )
     return values
@@ -97,7 +103,10 @@ def freeze(values):
     """Turn the dictionary into the record that compiled code takes."""
     record = np.zeros(1, PARAMS)
     for name, value in values.items():
-        record[name][0] = value
+        if np.ndim(value):
+            record[name][0, : len(value)] = value
+        else:
+            record[name][0] = value
     return record[0]
 
 
@@ -117,14 +126,14 @@ def _friction(values, cables, law, coulomb, static, stribeck_speed, smoothing, v
             # is damped about half critically on the cable's own lumped mass.
             stiffness = coulomb / smoothing
             values["bristle_stiffness"][i] = stiffness
-            values["bristle_damping"][i] = math.sqrt(stiffness * 97.0)
+            values["bristle_damping"][i] = math.sqrt(stiffness * values["winch_mass"])
 
 
 def apply_effect(values, effect):
     """Change `values` by one effect. Sensor effects act on the readings, so they pass here."""
     kind, p = effect["id"], effect["parameters"]
     cable = effect.get("cable")
-    cables = range(4) if cable is None else [cable - 1]
+    cables = range(int(values["cables"])) if cable is None else [cable - 1]
     law = effect.get("law", "tanh")
 
     def each(name, value):
@@ -136,9 +145,11 @@ def apply_effect(values, effect):
             each("ea", p["axial_stiffness"])
             each("bl", p["damping"])
         case "cable_stiffness":
-            each("ea", AXIAL_STIFFNESS * (1.0 + p["factor"]))
+            for i in cables:
+                values["ea"][i] *= 1.0 + p["factor"]
         case "cable_damping":
-            each("bl", CABLE_DAMPING * (1.0 + p["factor"]))
+            for i in cables:
+                values["bl"][i] *= 1.0 + p["factor"]
         case "cable_creep":
             each("creep_ea", p["axial_stiffness"])
             each("creep_tau", p["time_constant"])
@@ -229,9 +240,9 @@ def apply_effect(values, effect):
             raise ValueError(f"effect id: found {kind!r}, expected an id of the catalogue")
 
 
-def build(effects=(), cable_model="lumped_mass"):
+def build(effects=(), cable_model="lumped_mass", robot=TELESCOPE):
     """The plant's parameters with these effects in place."""
-    values = nominal(cable_model)
+    values = nominal(cable_model, robot)
     for effect in effects:
         apply_effect(values, effect)
     return freeze(values)
@@ -240,16 +251,21 @@ def build(effects=(), cable_model="lumped_mass"):
 def step_size(params):
     """A Runge-Kutta step (s) well inside the fastest rate of the plant.
 
-    Without friction the fastest motion is the cable mode near 13 rad/s. Smoothed friction on the
-    lumped mass adds a real rate of slope over mass; a bristle adds the rate of its own yielding.
+    Without friction the fastest motion is that of the winches' masses on their cables (near
+    13 rad/s at the telescope), and its damping. Smoothed friction on the lumped mass adds a real
+    rate of slope over mass; a bristle adds the rate of its own yielding.
     """
-    mass = 0.5 * CABLE_DENSITY * 890.0
+    mass, length = params.winch_mass, params.usual_length
     rate = 0.0
-    for i in range(4):
-        inertia = mass + params.drum[i] + (1000.0 if params.rigid else 0.0)
+    for i in range(int(params.cables)):
+        inertia = mass + params.drum[i] + (0.4 * params.mass if params.rigid else 0.0)
         slope = max(params.coulomb[i], params.static[i]) / params.smoothing[i]
-        slope += params.capstan[i] * 40e3 / params.capstan_speed[i]
+        slope += params.capstan[i] * params.most / 3.0 / params.capstan_speed[i]
         rate = max(rate, slope / inertia + params.viscous[i] / inertia)
+        if not params.rigid:
+            rate = max(
+                rate, math.sqrt(params.ea[i] / length / inertia), params.bl[i] / length / inertia
+            )
         if params.friction_law[i] == LAWS["lugre"]:
             rate = max(rate, params.bristle_damping[i] / inertia + 2.0 / params.smoothing[i])
         if params.lag[i] > 0.0:

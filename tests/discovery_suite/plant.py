@@ -13,7 +13,9 @@ Applied forces (wind, drag, umbilical, disturbances) act at `G`; the moment of i
 centre of mass. Winch side, pull positive, in this order: command, delay, saturation, lag, gain,
 bias, losses (capstan, then friction); a loss adds to the pull while the cable is paid out.
 
-State: `x y phi vx vy omega | l(4) | l'(4) | lagged force(4) | creep strain(4) | bristle(4)`.
+State: `x y phi vx vy omega | l | l' | lagged force | creep strain | bristle`, one of each for a
+cable.
+Gravity acts on the platform at its centre of mass.
 """
 
 import math
@@ -23,8 +25,18 @@ from numba import njit
 
 from .parameters import AIR_DENSITY
 
-STATES = 26
-L, RATE, LAGGED, CREEP, BRISTLE = 6, 10, 14, 18, 22
+
+@njit(cache=True, error_model="numpy")
+def state_count(p):
+    """Number of states of this robot."""
+    return 6 + 5 * int(p.cables)
+
+
+@njit(cache=True, error_model="numpy")
+def layout(p):
+    """Number of cables, and the first states of l, l', lagged force, creep strain and bristle."""
+    n = int(p.cables)
+    return n, 6, 6 + n, 6 + 2 * n, 6 + 3 * n, 6 + 4 * n
 
 
 @njit(cache=True, error_model="numpy")
@@ -175,10 +187,11 @@ def platform_wrench(p, t, y, wrench):
 
 @njit(cache=True, error_model="numpy")
 def derivative(p, t, y, command, disturbance, dy, tension):
-    """Write the state's time derivative to `dy` and the four tensions (N) to `tension`.
+    """Write the state's time derivative to `dy` and the tensions (N) to `tension`.
 
-    `command` are the four winch forces after their delay, `disturbance` the wrench at G.
+    `command` are the winch forces after their delay, `disturbance` the wrench at G.
     """
+    cables, own, payouts, lagged, creep, bristles = layout(p)
     phi, vx, vy, omega = y[2], y[3], y[4], y[5]
     cos, sin = math.cos(phi), math.sin(phi)
     com_x = cos * p.com_x - sin * p.com_y
@@ -189,14 +202,15 @@ def derivative(p, t, y, command, disturbance, dy, tension):
     m[1, 2] = m[2, 1] = p.mass * com_x
     m[2, 2] = p.inertia + p.mass * (com_x * com_x + com_y * com_y)
     r = np.empty(3)
-    r[0] = disturbance[0] + p.mass * omega * omega * com_x
-    r[1] = disturbance[1] + p.mass * omega * omega * com_y
-    r[2] = disturbance[2]
+    weight_x, weight_y = p.mass * p.gravity_x, p.mass * p.gravity_y
+    r[0] = disturbance[0] + p.mass * omega * omega * com_x + weight_x
+    r[1] = disturbance[1] + p.mass * omega * omega * com_y + weight_y
+    r[2] = disturbance[2] + com_x * weight_y - com_y * weight_x
     platform_wrench(p, t, y, r)
 
     stretch = 1.0 + thermal_strain(p, t)
     n, s, c = np.empty(3), np.empty(3), p.outside_coefficients
-    for i in range(4):
+    for i in range(cables):
         ex = cos * p.body_x[i] - sin * p.body_y[i]
         ey = sin * p.body_x[i] + cos * p.body_y[i]
         dx, dz = y[0] + ex - p.anchor_x[i], y[1] + ey - p.anchor_y[i]
@@ -212,45 +226,45 @@ def derivative(p, t, y, command, disturbance, dy, tension):
         bend = chord * turn * turn - omega * omega * n[2]
 
         pull = min(max(command[i], p.lower[i]), p.upper[i])
-        dy[LAGGED + i] = 0.0
+        dy[lagged + i] = 0.0
         if p.lag[i] > 0.0:
-            dy[LAGGED + i] = (pull - y[LAGGED + i]) / p.lag[i]
-            pull = y[LAGGED + i]
+            dy[lagged + i] = (pull - y[lagged + i]) / p.lag[i]
+            pull = y[lagged + i]
         pull = pull * (1.0 + p.gain[i]) + p.bias[i]
         if p.outside == 6.0 and i == int(c[2]) - 1:
-            pull += c[0] * math.sin((chord if p.rigid else y[L + i]) / c[1])
+            pull += c[0] * math.sin((chord if p.rigid else y[own + i]) / c[1])
         if p.outside == 9.0 and i == int(c[2]) - 1:
             pull += c[0] * command[int(c[1]) - 1]
-        speed = rate if p.rigid else y[RATE + i]
-        loss, dy[BRISTLE + i] = winch_loss(p, i, speed, pull, y[BRISTLE + i])
+        speed = rate if p.rigid else y[payouts + i]
+        loss, dy[bristles + i] = winch_loss(p, i, speed, pull, y[bristles + i])
         pull += loss
 
         inertia = p.rho * chord / 3.0
         quiet = inertia * (omega * omega * e_n + 2.0 * rate * turn) - p.rho * chord * rate * turn
         quiet -= 0.125 * AIR_DENSITY * p.drag_area[i] * chord**3 * abs(turn) * turn
-        dy[CREEP + i] = 0.0
+        dy[creep + i] = 0.0
         if p.rigid:
             axial = 0.5 * p.rho * chord + p.drum[i]
             known = pull + axial * bend
             known += 0.5 * p.rho * (rate * rate - chord * chord * turn * turn)
             tension[i] = known
-            dy[L + i] = dy[RATE + i] = 0.0
+            dy[own + i] = dy[payouts + i] = 0.0
         else:
             axial = 0.0
-            length, payout = y[L + i], y[RATE + i]
+            length, payout = y[own + i], y[payouts + i]
             warm = length * stretch
             strain = (chord - warm) / warm
-            elastic = elastic_tension(p, i, chord, strain - y[CREEP + i])
+            elastic = elastic_tension(p, i, chord, strain - y[creep + i])
             known = 0.0
             if elastic > 0.0:
                 known = max(elastic + p.bl[i] / length * (rate - payout), 0.0)
             if p.creep_ea[i] > 0.0:
-                dy[CREEP + i] = (elastic / p.creep_ea[i] - y[CREEP + i]) / p.creep_tau[i]
+                dy[creep + i] = (elastic / p.creep_ea[i] - y[creep + i]) / p.creep_tau[i]
             tension[i] = known
             lumped = 0.5 * p.rho * length + p.drum[i]
             gyro = 0.5 * p.rho * (length * length * turn * turn - payout * payout)
-            dy[L + i] = payout
-            dy[RATE + i] = (known - pull + gyro) / lumped
+            dy[own + i] = payout
+            dy[payouts + i] = (known - pull + gyro) / lumped
         for a in range(3):
             r[a] += n[a] * quiet - s[a] * known
             for b in range(3):
@@ -259,7 +273,7 @@ def derivative(p, t, y, command, disturbance, dy, tension):
     dy[0], dy[1], dy[2] = vx, vy, omega
     dy[3], dy[4], dy[5] = r[0], r[1], r[2]
     if p.rigid:
-        for i in range(4):
+        for i in range(cables):
             ex = cos * p.body_x[i] - sin * p.body_y[i]
             ey = sin * p.body_x[i] + cos * p.body_y[i]
             dx, dz = y[0] + ex - p.anchor_x[i], y[1] + ey - p.anchor_y[i]
@@ -274,7 +288,8 @@ def advance(p, t, span, steps, y, command, d0, d1, s0, s1, work):
 
     The disturbance runs linearly from `d0 + s0 (d1 - d0)` to `d0 + s1 (d1 - d0)`.
     """
-    k, tension, d = work[:4], work[4, :4], work[5, :3]
+    states = len(y)
+    k, tension, d = work[:4], work[4], work[5, :3]
     z = work[6]
     h = span / steps
     for step in range(steps):
@@ -283,10 +298,10 @@ def advance(p, t, span, steps, y, command, d0, d1, s0, s1, work):
             s = s0 + (s1 - s0) * (step + frac) / steps
             for a in range(3):
                 d[a] = d0[a] + s * (d1[a] - d0[a])
-            for j in range(STATES):
+            for j in range(states):
                 z[j] = y[j] if stage == 0 else y[j] + frac * h * k[stage - 1, j]
             derivative(p, t + (step + frac) * h, z, command, d, k[stage], tension)
-        for j in range(STATES):
+        for j in range(states):
             y[j] += h / 6.0 * (k[0, j] + 2.0 * k[1, j] + 2.0 * k[2, j] + k[3, j])
 
 
@@ -302,14 +317,15 @@ def split_delay(delay, dt):
 def interval(p, k, t, dt, h, y, commands, recorded, hidden, tap_at, tap, work):
     """Integrate `y` in place over sample interval `k`, from `t` to `t + dt`.
 
-    `commands` (n, 4) and `recorded` (n, 3) are held over the interval; `hidden` (n + 1, 3) is
+    `commands` (n, cables) and `recorded` (n, 3) are held over the interval; `hidden` (n + 1, 3) is
     interpolated linearly. Delayed commands switch inside the interval, so it is cut there; it is
     cut at `t + tap_at` as well, where the pose is copied to `tap` (for a delayed pose sensor).
     """
-    cuts = np.empty(6)
+    cables = int(p.cables)
+    cuts = np.empty(cables + 2)
     count = 0
-    for i in range(5):
-        rest = tap_at if i == 4 else split_delay(p.delay[i], dt)[1]
+    for i in range(cables + 1):
+        rest = tap_at if i == cables else split_delay(p.delay[i], dt)[1]
         if rest > 0.0:
             j = count
             while j > 0 and cuts[j - 1] > rest:
@@ -318,7 +334,7 @@ def interval(p, k, t, dt, h, y, commands, recorded, hidden, tap_at, tap, work):
             cuts[j] = rest
             count += 1
     cuts[count] = dt
-    command = np.empty(4)
+    command = np.empty(cables)
     d0, d1 = np.empty(3), np.empty(3)
     for a in range(3):
         d0[a] = recorded[k, a] + hidden[k, a]
@@ -330,7 +346,7 @@ def interval(p, k, t, dt, h, y, commands, recorded, hidden, tap_at, tap, work):
         end = cuts[piece]
         if end - start > 1e-12:
             middle = 0.5 * (start + end)
-            for i in range(4):
+            for i in range(cables):
                 whole, rest = split_delay(p.delay[i], dt)
                 source = k - whole - (1 if middle < rest else 0)
                 command[i] = commands[max(source, 0), i]
@@ -346,8 +362,8 @@ def interval(p, k, t, dt, h, y, commands, recorded, hidden, tap_at, tap, work):
 @njit(cache=True, error_model="numpy")
 def replay(p, t0, dt, h, y0, first, last, commands, recorded, hidden):
     """Integrate open loop from sample `first` to `last`; states at samples first..last."""
-    work = np.zeros((7, STATES))
-    out = np.empty((last - first + 1, STATES))
+    work = np.zeros((7, len(y0)))
+    out = np.empty((last - first + 1, len(y0)))
     y, tap = y0.copy(), np.empty(3)
     out[0] = y
     for k in range(first, last):
@@ -360,7 +376,7 @@ def replay(p, t0, dt, h, y0, first, last, commands, recorded, hidden):
 def lengths(p, pose, out):
     """Geometric cable lengths (m) at a pose."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    for i in range(4):
+    for i in range(int(p.cables)):
         dx = pose[0] + cos * p.body_x[i] - sin * p.body_y[i] - p.anchor_x[i]
         dz = pose[1] + sin * p.body_x[i] + cos * p.body_y[i] - p.anchor_y[i]
         out[i] = math.sqrt(dx * dx + dz * dz)
@@ -369,16 +385,17 @@ def lengths(p, pose, out):
 @njit(cache=True, error_model="numpy")
 def at_rest(p, t, pose, command):
     """State at rest at `pose`, every spring carrying its winch's pull, creep fully settled."""
-    y = np.zeros(STATES)
+    cables, own, _, lagged, creep, _ = layout(p)
+    y = np.zeros(state_count(p))
     y[:3] = pose
-    chord = np.empty(4)
+    chord = np.empty(cables)
     lengths(p, pose, chord)
-    for i in range(4):
+    for i in range(cables):
         pull = min(max(command[i], p.lower[i]), p.upper[i])
-        y[LAGGED + i] = pull
+        y[lagged + i] = pull
         pull = pull * (1.0 + p.gain[i]) + p.bias[i]
         if p.creep_ea[i] > 0.0:
-            y[CREEP + i] = pull / p.creep_ea[i]
-        strain = chord_strain(p, i, chord[i], pull) + y[CREEP + i]
-        y[L + i] = chord[i] / (1.0 + strain) / (1.0 + thermal_strain(p, t))
+            y[creep + i] = pull / p.creep_ea[i]
+        strain = chord_strain(p, i, chord[i], pull) + y[creep + i]
+        y[own + i] = chord[i] / (1.0 + strain) / (1.0 + thermal_strain(p, t))
     return y

@@ -25,11 +25,11 @@ def _command(binary, case, folder, model, out):
     return command
 
 
-def truth_model(truth):
-    """The model file with what is hidden; None where no model file says it."""
+def truth_model(truth, given):
+    """The model file `given` with what is hidden; None where no model file says it."""
     if not truth["effects"] or truth["terms"]:
         return None
-    lines = [f'cable_model = "{truth["model"]}"']
+    lines = [given.rstrip()]
     for effect in truth["effects"]:
         lines += ["[[effect]]", f'id = "{effect["id"]}"']
         lines += [f"cable = {effect['cable']}"] if effect["cable"] else []
@@ -40,7 +40,7 @@ def truth_model(truth):
 
 def gap_of_truth(case, binary, folder, out, truth, timeout):
     """The held-out gap with the true model: what is random and not recorded keeps it above 1."""
-    text = truth_model(truth)
+    text = truth_model(truth, (folder / "model.toml").read_text(encoding="utf-8"))
     if text is None:
         return None
     out.mkdir(parents=True, exist_ok=True)

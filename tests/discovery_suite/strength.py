@@ -16,29 +16,38 @@ import numpy as np
 from numba import njit
 
 from . import parameters
-from .plant import CREEP, LAGGED, derivative, lengths, replay
+from .plant import derivative, layout, lengths, replay
 
-COLUMNS = ["x", "y", "phi"] + [
-    f"{name}[{i}]"
-    for name in ("cable_length", "unstretched_length", "tension")
-    for i in range(1, 5)
-]
-# State entries that a workflow estimates, and steps for their sensitivities (m, rad, s).
-FREE = np.arange(14)
-STEPS = np.array([1e-3, 1e-3, 1e-5, 1e-4, 1e-4, 1e-6] + [1e-3] * 4 + [1e-3] * 4)
+# Steps for sensitivities to the state entries that a workflow estimates (m, rad, s): the
+# platform's, and of each cable.
+STEPS, OF_CABLE = [1e-3, 1e-3, 1e-5, 1e-4, 1e-4, 1e-6], [1e-3, 1e-3]
+
+
+def columns(cables):
+    """All sensors of a robot with so many cables."""
+    kinds = ("cable_length", "unstretched_length", "tension")
+    return ["x", "y", "phi"] + [f"{kind}[{i}]" for kind in kinds for i in range(1, cables + 1)]
+
+
+def steps(record):
+    """Steps of all entries of the state that a workflow estimates."""
+    return np.array(STEPS + OF_CABLE * record.settings.robot.cables)
 
 
 @njit(cache=True, error_model="numpy")
 def observe(p, states, forces, wrench):
-    """Noise-free readings (n, 15) of all sensors, in the order of `COLUMNS`."""
+    """Noise-free readings of all sensors, a row a sample in the order of `columns`."""
     n = len(states)
-    out = np.empty((n, 15))
+    cables, own, payouts, _, _, _ = layout(p)
+    chords, paid_out = 3 + cables, 3 + 2 * cables
+    out = np.empty((n, 3 + 3 * cables))
     rate = np.zeros(states.shape[1])
     for k in range(n):
         out[k, :3] = states[k, :3]
-        lengths(p, states[k], out[k, 3:7])
-        out[k, 7:11] = out[k, 3:7] if p.rigid else states[k, 6:10]
-        derivative(p, 0.0, states[k], forces[k], wrench[k], rate, out[k, 11:15])
+        lengths(p, states[k], out[k, 3:chords])
+        shown = out[k, 3:chords] if p.rigid else states[k, own:payouts]
+        out[k, chords:paid_out] = shown
+        derivative(p, 0.0, states[k], forces[k], wrench[k], rate, out[k, paid_out:])
     return out
 
 
@@ -52,10 +61,11 @@ def _windows(record, span):
 def _start(record, candidate, first):
     """True state at a sample, without memory that the candidate does not have."""
     state = record.states[first].copy()
+    cables, _, _, lagged, creep, _ = layout(record.params)
     if not candidate.creep_ea.any():
-        state[CREEP : CREEP + 4] = 0.0
+        state[creep : creep + cables] = 0.0
     if not record.params.lag.any():
-        state[LAGGED : LAGGED + 4] = record.forces[first]
+        state[lagged : lagged + cables] = record.forces[first]
     return state
 
 
@@ -67,17 +77,18 @@ def _residual(record, candidate, sensor_error, start, first, last):
     window = slice(first, last + 1)
     wrench = record.recorded[window] + record.hidden[window]
     found = observe(candidate, states, record.forces[window], wrench)
-    columns = []
+    order = columns(record.settings.robot.cables)
+    gaps = []
     for name in record.columns:
         scale, bias = sensor_error.get(name, (0.0, 0.0))
-        reading = found[:, COLUMNS.index(name)] * (1.0 + scale) + bias
-        columns.append((reading - record.clean[name][window]) / record.noise[name])
-    return np.column_stack(columns)
+        reading = found[:, order.index(name)] * (1.0 + scale) + bias
+        gaps.append((reading - record.clean[name][window]) / record.noise[name])
+    return np.column_stack(gaps)
 
 
 def strength(record, cable_model="lumped_mass", horizon=5.0):
     """Root mean square distance of the plant without effects, in noise units (see above)."""
-    nominal = parameters.build((), cable_model)
+    nominal = parameters.build((), cable_model, record.settings.robot)
     pieces = [
         _residual(record, nominal, {}, _start(record, nominal, first), first, last)
         for first, last in _windows(record, horizon)
@@ -85,10 +96,10 @@ def strength(record, cable_model="lumped_mass", horizon=5.0):
     return float(np.sqrt(np.mean(np.concatenate(pieces) ** 2)))
 
 
-def _candidate(rival, free, values, cable_model):
+def _candidate(rival, free, values, cable_model, robot):
     """Plant and sensor errors of the rival with these values of its free parameters."""
     if rival is None:
-        return parameters.build((), cable_model), {}
+        return parameters.build((), cable_model, robot), {}
     made = copy.deepcopy(rival)
     made["parameters"].update(zip(free, map(float, values), strict=True))
     errors = {}
@@ -96,7 +107,7 @@ def _candidate(rival, free, values, cable_model):
         p = made["parameters"]
         name = f"{made.get('channel', 'unstretched_length')}[{made['cable']}]"
         errors[name] = (p.get("factor", 0.0), p.get("bias", 0.0))
-    return parameters.build([made], cable_model), errors
+    return parameters.build([made], cable_model, robot), errors
 
 
 def evidence(record, rival=None, free=(), cable_model="lumped_mass", window=20.0, rounds=3):
@@ -106,19 +117,19 @@ def evidence(record, rival=None, free=(), cable_model="lumped_mass", window=20.0
     states are projected out window by window.
     """
     values = np.array([rival["parameters"][name] for name in free]) if rival else np.empty(0)
-    scale = np.abs(values)
+    scale, robot, sizes = np.abs(values), record.settings.robot, steps(record)
     windows = _windows(record, window)
-    base, _ = _candidate(rival, free, values, cable_model)
+    base, _ = _candidate(rival, free, values, cable_model, robot)
     starts = [_start(record, base, first) for first, _ in windows]
     best = np.inf
     for _ in range(rounds):
-        plant, errors = _candidate(rival, free, values, cable_model)
+        plant, errors = _candidate(rival, free, values, cable_model, robot)
         count = len(values)
         normal, right, total, parts = np.zeros((count, count)), np.zeros(count), 0.0, []
         for (first, last), start in zip(windows, starts, strict=True):
             r = _residual(record, plant, errors, start, first, last).ravel()
-            by_state = np.empty((r.size, FREE.size))
-            for j, step in zip(FREE, STEPS, strict=True):
+            by_state = np.empty((r.size, sizes.size))
+            for j, step in enumerate(sizes):
                 moved = start.copy()
                 moved[j] += step
                 shifted = _residual(record, plant, errors, moved, first, last).ravel()
@@ -127,7 +138,7 @@ def evidence(record, rival=None, free=(), cable_model="lumped_mass", window=20.0
             for j in range(count):
                 nudged = values.copy()
                 nudged[j] += 1e-3 * scale[j]
-                other = _candidate(rival, free, nudged, cable_model)
+                other = _candidate(rival, free, nudged, cable_model, robot)
                 shifted = _residual(record, *other, start, first, last).ravel()
                 by_value[:, j] = (shifted - r) / 1e-3
             q, upper = np.linalg.qr(by_state)
@@ -141,14 +152,14 @@ def evidence(record, rival=None, free=(), cable_model="lumped_mass", window=20.0
         best = min(best, total - right @ step)
         values = values + step * scale
         starts = [
-            _moved(start, np.linalg.solve(upper, -q.T @ (r + by_value @ step)))
+            _moved(start, sizes * np.linalg.solve(upper, -q.T @ (r + by_value @ step)))
             for start, (q, upper, r, by_value) in zip(starts, parts, strict=True)
         ]
     return float(best)
 
 
-def _moved(start, steps):
-    """A start state moved by these multiples of `STEPS`."""
+def _moved(start, by):
+    """A start state with its first entries moved by so much."""
     state = start.copy()
-    state[FREE] += steps * STEPS
+    state[: by.size] += by
     return state

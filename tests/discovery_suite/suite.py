@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from .cases_cables import CABLES
 from .cases_hard import ELASTICITY, LOOK_ALIKES, MOORDYN, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
 from .cases_pair import PAIRS, TRIPLES
 from .cases_realistic import REALISTIC
@@ -18,8 +19,8 @@ SUITE = [
     *MOORDYN,
     *NULLS,
 ]
-_BY_NAME = {case.name: case for case in [*SUITE, *REALISTIC]}
-if len(_BY_NAME) != len(SUITE) + len(REALISTIC):
+_BY_NAME = {case.name: case for case in [*SUITE, *REALISTIC, *CABLES]}
+if len(_BY_NAME) != len(SUITE) + len(REALISTIC) + len(CABLES):
     raise ValueError("the suite holds two cases of one name")
 
 
@@ -50,7 +51,8 @@ def _selected(names, small):
     return [_BY_NAME[name] for name in names]
 
 
-# Two singles, a pair, a null, one outside the catalogue, and the paper's own story.
+# Two singles, a pair, a null, one outside the catalogue, the paper's own story, and one each of
+# three, six and eight cables.
 SMALL = (
     "quadratic_drag",
     "coulomb_1_tanh",
@@ -58,4 +60,7 @@ SMALL = (
     "null_00",
     "outside_skew_stiffness",
     "elasticity_plain",
+    "three_drag_gain",
+    "six_mass",
+    "eight_mass_bias_3",
 )

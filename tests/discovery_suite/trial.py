@@ -9,7 +9,8 @@ from scipy.signal import bilinear, lfilter
 from . import imperfections, parameters
 from .control import closed_loop
 from .imperfections import NONE, Imperfections
-from .plant import lengths
+from .plant import layout, lengths
+from .robot import TELESCOPE, Robot
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,9 @@ class Settings:
     outliers: float = 0.0  # share of readings thrown far off
     loop: tuple = (0.5, 0.8, 2.5)  # loop frequency (rad/s), damping, observer frequency (rad/s)
     imperfections: Imperfections = NONE  # of what is written, beside white noise
+    robot: Robot = TELESCOPE
+    settling: float = 8.0  # s, in which the reference begins to move
+    tones: tuple = ((0.2, 2.0), (0.02, 0.07))  # Hz, slowest and fastest of dither and pretension
 
     def but(self, **changes):
         """The same trial with these settings changed."""
@@ -89,7 +93,7 @@ def fade_in(t, span):
 
 def reference(rng, settings, t):
     """Reference pose, rate and acceleration, (n, 3, 3), at rest at the start."""
-    gate = fade_in(t - t[0], 8.0)
+    gate = fade_in(t - t[0], settings.settling)
     out = np.empty((t.size, 3, 3))
     for axis in range(3):
         peak = settings.rotation if axis == 2 else settings.amplitude
@@ -136,8 +140,8 @@ def _pretension(rng, settings, t):
     """Mean tension over time."""
     mean = np.full(t.size, settings.pretension)
     if settings.pretension_swing:
-        wave = multisine(rng, t, 0.02, 0.07, 2, settings.pretension_swing)[:, 0]
-        mean += fade_in(t - t[0], 8.0)[:, 0] * wave
+        wave = multisine(rng, t, *settings.tones[1], 2, settings.pretension_swing)[:, 0]
+        mean += fade_in(t - t[0], settings.settling)[:, 0] * wave
     if settings.pretension_step:
         start = t[0] + 0.4 * (t[-1] - t[0])
         mean += settings.pretension_step * fade_in(t - start, 5.0)[:, 0]
@@ -173,11 +177,12 @@ def plan(settings):
     recorded, hidden = disturbances(r_dist, settings, t, dt)
     pose_sigma = np.array([settings.pose_noise, settings.pose_noise, settings.angle_noise])
     pose_errors = r_noise.standard_normal((n, 3)) * pose_sigma
-    dither = np.zeros((n, 4))
+    cables = settings.robot.cables
+    dither = np.zeros((n, cables))
     if settings.dither > 0.0:
         gate = fade_in(t - t[0], 5.0)[:, 0]
-        for i in range(4):
-            wave = multisine(r_dither, t, 0.2, 2.0, 8, settings.dither)[:, 0]
+        for i in range(cables):
+            wave = multisine(r_dither, t, *settings.tones[0], 8, settings.dither)[:, 0]
             dither[:, i] = gate * wave
     wanted = reference(r_ref, settings, t)
     mean = _pretension(r_pre, settings, t)
@@ -186,7 +191,7 @@ def plan(settings):
 
 def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
     """Run one trial and read its sensors. `step_scale` < 1 refines the integration (for tests)."""
-    params = parameters.build(effects, cable_model)
+    params = parameters.build(effects, cable_model, settings.robot)
     asked = plan(settings)
     bias, delay = np.zeros(3), 0.0
     for effect in effects:
@@ -197,7 +202,7 @@ def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
     h = min(parameters.step_size(params), 1e-3) * step_scale
     states, forces, tensions, poses = closed_loop(
         params,
-        parameters.build((), cable_model),
+        parameters.build((), cable_model, settings.robot),
         asked.t[0],
         asked.dt,
         h,
@@ -216,7 +221,10 @@ def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
 
 def finish(settings, params, asked, h, states, forces, tensions, poses, effects=()):
     """Check a trial, drop what came before the record, and read the sensors."""
-    if not np.isfinite(states).all() or np.abs(states[:, 0]).max() > 100.0:
+    if (
+        not np.isfinite(states).all()
+        or np.abs(states[:, 0]).max() > 0.3 * settings.robot.usual_length
+    ):
         raise ArithmeticError(f"trial with seed {settings.seed}: the closed loop ran away")
     if tensions.min() <= 0.0:
         raise ArithmeticError(f"trial with seed {settings.seed}: a cable went slack")
@@ -240,11 +248,12 @@ def _read_sensors(record, poses, pose_errors, effects, asked):
     """Fill the record's columns and noise levels from its states and the measured poses."""
     settings, n = record.settings, len(record.states)
     rng, loss_rng = asked.sensor_rng, asked.loss_rng
-    chords = np.empty((n, 4))
+    cables, own, payouts, *_ = layout(record.params)
+    chords = np.empty((n, cables))
     for k in range(n):
         lengths(record.params, record.states[k], chords[k])
     truth = {"cable_length": chords, "tension": record.tensions}
-    truth["unstretched_length"] = chords if record.params.rigid else record.states[:, 6:10]
+    truth["unstretched_length"] = chords if record.params.rigid else record.states[:, own:payouts]
     columns, clean, noise = {}, {}, {}
     for channel in settings.channels:
         if channel in ("x", "y", "phi"):
@@ -253,7 +262,7 @@ def _read_sensors(record, poses, pose_errors, effects, asked):
             noise[channel] = settings.angle_noise if channel == "phi" else settings.pose_noise
             continue
         sigma = settings.tension_noise if channel == "tension" else settings.length_noise
-        for i in range(4):
+        for i in range(cables):
             reading = truth[channel][:, i].copy()
             for effect in effects:
                 if not effect["id"].startswith("length_sensor"):
@@ -283,7 +292,7 @@ def write_csv(record, path):
     """Write the record as measured data: time, inputs as applied, readings; a gap is empty."""
     written = imperfections.apply(record, record.settings.imperfections)
     names, cells = ["time"], [[f"{t:.6g}" for t in written.time]]
-    for i in range(4):
+    for i in range(record.settings.robot.cables):
         names.append(f"winch_force[{i + 1}]")
         cells.append([f"{v:.3f}" for v in written.forces[:, i]])
     if record.settings.wind > 0.0:
