@@ -14,6 +14,7 @@ mod alike;
 mod candidates;
 mod check;
 mod discover;
+mod entrance;
 mod estimate;
 mod extension;
 mod fitted;

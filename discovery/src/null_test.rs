@@ -1,18 +1,19 @@
-//! What chance would explain: candidates weighed against innovations that are shifted in time.
+//! What chance would explain: candidates weighed against innovations that are shifted.
 //!
-//! If a candidate has nothing to do with the innovations, moving them in time against its signature changes nothing, so
-//! the gain of the best candidate over many shifts is what chance gives. Shifted innovations keep their spectrum, their
-//! tails and what one channel has to do with another. Innovations that still hold the work of a missing effect are not
-//! white, and by chance they agree better with slow signatures than white ones: the test then errs on the safe side.
+//! If a candidate has nothing to do with the innovations, moving them against its signature changes nothing, so the gain of
+//! the best candidate over many shifts is what chance gives. What depends on the state is out of phase once the innovations
+//! are shifted in time; a law of time alone, a mean or a wave, is not: its power stays where it was, and only a shift in
+//! frequency moves it. So each control run shifts both, the time in a circle and the frequency by some of the slowest waves
+//! of the trial: what is smooth in time and in frequency is as likely at the one place as at the other. Shifted innovations
+//! keep their spectrum but for those waves, their tails and what one channel has to do with another. Innovations that still
+//! hold the work of a missing effect are not white, and by chance they agree better with slow signatures than white ones: the
+//! test then errs on the safe side.
 //!
-//! A shift moves neither a mean nor a law of time alone, which shifted in time is itself again. The mean of the innovations
-//! is therefore replaced by what their slowest waves say that it would be by chance, and laws of time alone are left out.
-//! The test repeats the weighing only; what it counts as a false alarm would still have to survive refinement and the
-//! held-out data. Neighbouring shifts are not independent: one in 99 tells no more than the order of magnitude.
+//! The test repeats the weighing only. Neighbouring shifts are not independent: one in 99 tells no more than the order of
+//! magnitude.
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use cdpr::effect::DependsOn;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -28,7 +29,7 @@ use crate::whiten::{Forcing, whitened_rows};
 const SHIFTS: usize = 99;
 /// Smallest shift, either way round (s): longer than the memory of the filter and of the latent disturbances.
 const SMALLEST: f64 = 5.0;
-/// Slowest waves of the innovations from which the chance of a mean is taken.
+/// Waves over a trial by which frequencies are shifted, from one on: few, for a spectrum is smooth over few.
 const WAVES: usize = 5;
 /// The golden ratio's fraction: its multiples fill a circle evenly.
 const PHASE: f64 = 0.618_033_988_749_894_9;
@@ -51,44 +52,40 @@ impl Weighing<'_> {
     /// Repeats the weighing with shifted innovations; `threshold` is the gain from which a candidate would be looked at.
     /// `None` where a trial is too short.
     pub(crate) fn null_test(&self, threshold: f64) -> Option<NullTest> {
-        let shifts: Vec<Vec<usize>> = self.trials.iter().map(shifts).collect::<Option<_>>()?;
+        Some(self.chance()?.against(self.gain(self.level), threshold))
+    }
+
+    /// What the best candidate gains from innovations that are shifted. `None` where a trial is too short.
+    pub(crate) fn chance(&self) -> Option<Chance> {
+        let shifts: Vec<Vec<Shift>> =
+            (0..self.trials.len()).map(|t| shifts(&self.trials[t], t)).collect::<Option<_>>()?;
         let parts: Vec<Shifted> = (0..self.trials.len()).into_par_iter().map(|t| self.shifted(t, &shifts[t])).collect();
         let mut level = Level { normal: self.level.normal.clone() };
-        let found = self.gain(&level);
-        let by_chance: Vec<f64> = (0..SHIFTS)
-            .map(|i| {
-                let pairs: usize = parts.iter().map(|p| p.pairs[i]).sum();
-                // Where a gap meets a measurement nothing is added: the others stand for it.
-                let scale = (level.normal.count as f64 / pairs.max(1) as f64).sqrt();
-                for (c, slot) in level.normal.right.iter_mut().enumerate() {
-                    *slot = scale * parts.iter().map(|p| f64::from(p.right[(c, i)])).sum::<f64>();
-                }
-                self.gain(&level)
-            })
-            .collect();
-        Some(NullTest {
-            shifts: SHIFTS,
-            found,
-            as_strong: by_chance.iter().filter(|gain| **gain >= found).count(),
-            over_threshold: by_chance.iter().filter(|gain| **gain >= threshold).count(),
-            largest: by_chance.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-        })
+        let gains = (0..SHIFTS).map(|i| {
+            let pairs: usize = parts.iter().map(|p| p.pairs[i]).sum();
+            // Where a gap meets a measurement nothing is added: the others stand for it.
+            let scale = (level.normal.count as f64 / pairs.max(1) as f64).sqrt();
+            for (c, slot) in level.normal.right.iter_mut().enumerate() {
+                *slot = scale * parts.iter().map(|p| f64::from(p.right[(c, i)])).sum::<f64>();
+            }
+            self.gain(&level)
+        });
+        Some(Chance { gains: gains.collect() })
     }
 
     /// Gain of the best candidate.
     fn gain(&self, level: &Level) -> f64 {
         let ranked = rank(self.library, std::slice::from_ref(level), self.penalty);
-        let best = ranked.iter().find(|scored| !of_time_alone(self.library, scored.candidate));
-        best.map_or(f64::NEG_INFINITY, |best| level.normal.minus_two_log_likelihood - best.score)
+        ranked.first().map_or(f64::NEG_INFINITY, |best| level.normal.minus_two_log_likelihood - best.score)
     }
 
-    /// One trial's innovations, shifted in a circle and the same in all channels, on its whitened signatures.
-    fn shifted(&self, t: usize, shifts: &[usize]) -> Shifted {
+    /// One trial's innovations, shifted the same in all channels, on its whitened signatures.
+    fn shifted(&self, t: usize, shifts: &[Shift]) -> Shifted {
         let (linear, forcing) = (&self.fit.linear[t], &self.forcing[t]);
         let randomness = for_trial(self.randomness, &self.trials[t]);
         let filtered = filter(linear, &randomness, Keep::Innovations);
-        let centred = centred(&filtered.whitened, linear.channels);
-        let means = chance_means(&centred, linear.channels, t);
+        let whitened: Vec<f32> = filtered.whitened.iter().map(|v| *v as f32).collect();
+        let wave = wave(linear.len);
         let mut out = Shifted { right: DMatrix::zeros(forcing.columns, shifts.len()), pairs: vec![0; shifts.len()] };
         // A column a measurement, and a row a measurement, of the block at hand.
         let mut signatures = DMatrix::zeros(forcing.columns, BLOCK);
@@ -99,10 +96,10 @@ impl Weighing<'_> {
                 *slot = *value as f32;
             }
             for (i, shift) in shifts.iter().enumerate() {
-                let innovation = centred[(at + shift * linear.channels) % centred.len()];
-                let mean = means[i][at % linear.channels];
+                let innovation = whitened[(at + shift.samples * linear.channels) % whitened.len()];
+                let factor = wave[shift.phase(at / linear.channels, linear.len)];
                 out.pairs[i] += usize::from(innovation.is_finite());
-                innovations[(filled, i)] = if innovation.is_finite() { innovation + mean } else { 0.0 };
+                innovations[(filled, i)] = if innovation.is_finite() { factor * innovation } else { 0.0 };
             }
             filled += 1;
             if filled == BLOCK {
@@ -115,58 +112,58 @@ impl Weighing<'_> {
     }
 }
 
-/// Whether a candidate is a law of time alone, in phase with any shift.
-pub(crate) fn of_time_alone(library: &Library, candidate: usize) -> bool {
-    let variations = library.candidates[candidate].columns.iter().flat_map(|c| &library.columns[*c]);
-    variations
-        .map(|(at, _)| &library.variations[*at])
-        .any(|spec| spec.depends_on().is_ok_and(|on| on == [DependsOn::Time]))
+/// What the best candidate gains by chance, in every control run.
+pub(crate) struct Chance {
+    pub(crate) gains: Vec<f64>,
 }
 
-/// Innovations without the mean of their channel.
-fn centred(whitened: &[f64], channels: usize) -> Vec<f32> {
-    let mut out: Vec<f32> = whitened.iter().map(|v| *v as f32).collect();
-    for j in 0..channels {
-        let of_channel = || whitened.iter().skip(j).step_by(channels).filter(|v| v.is_finite());
-        let mean = of_channel().sum::<f64>() / of_channel().count().max(1) as f64;
-        out.iter_mut().skip(j).step_by(channels).for_each(|v| *v -= mean as f32);
+impl Chance {
+    /// What was `found`, as a fall of the information criterion, beside it; `threshold` as in [`NullTest`].
+    pub(crate) fn against(&self, found: f64, threshold: f64) -> NullTest {
+        NullTest {
+            shifts: self.gains.len(),
+            found,
+            as_strong: self.gains.iter().filter(|gain| **gain >= found).count(),
+            over_threshold: self.gains.iter().filter(|gain| **gain >= threshold).count(),
+            largest: self.gains.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+        }
     }
-    out
 }
 
-/// For each shift a mean of every channel as it may come by chance: for white noise, and for whatever is smooth in
-/// frequency, the mean is exchangeable with `√2` times the real part of a slow wave's amplitude at any phase.
-fn chance_means(centred: &[f32], channels: usize, trial: usize) -> Vec<Vec<f32>> {
-    let len = centred.len() / channels;
-    let waves: Vec<Vec<[f64; 2]>> = (1..=WAVES)
-        .map(|wave| {
-            let mut sums = vec![[0.0; 2]; channels];
-            let mut counts = vec![0; channels];
-            for (k, row) in centred.chunks_exact(channels).enumerate() {
-                let (sin, cos) = (TAU * (wave * k) as f64 / len as f64).sin_cos();
-                for (j, value) in row.iter().enumerate().filter(|(_, value)| value.is_finite()) {
-                    sums[j][0] += f64::from(*value) * cos;
-                    sums[j][1] += f64::from(*value) * sin;
-                    counts[j] += 1;
-                }
-            }
-            sums.iter().zip(counts).map(|(s, n)| s.map(|v| SQRT_2 * v / f64::from(n.max(1)))).collect()
-        })
-        .collect();
-    (0..SHIFTS)
-        .map(|i| {
-            // Phases that fill the circle evenly, other ones for each trial.
-            let (sin, cos) = (TAU * (PHASE * (i + 1) as f64 * (trial + 1) as f64).fract()).sin_cos();
-            waves[(i + trial) % WAVES].iter().map(|[a, b]| (cos * a + sin * b) as f32).collect()
-        })
-        .collect()
+/// How the innovations of a trial are moved in one control run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Shift {
+    /// In time.
+    samples: usize,
+    /// In frequency, in waves over the trial.
+    waves: usize,
+    /// Phase of that wave at the start, as a share of a turn.
+    start: f64,
 }
 
-/// Shifts of a trial in samples, evenly spread over it; `None` where it has no room for them.
-fn shifts(trial: &Trial) -> Option<Vec<usize>> {
+impl Shift {
+    /// The place in a turn of `len` at sample `k`.
+    fn phase(&self, k: usize, len: usize) -> usize {
+        (self.waves * k + (self.start * len as f64) as usize) % len
+    }
+}
+
+/// A turn of `√2 cos`, which shifts frequencies up and down and keeps the mean square.
+fn wave(len: usize) -> Vec<f32> {
+    (0..len).map(|k| (SQRT_2 * (TAU * k as f64 / len as f64).cos()) as f32).collect()
+}
+
+/// Shifts of the trial of number `t`, in time evenly spread over it; `None` where it has no room for them.
+fn shifts(trial: &Trial, t: usize) -> Option<Vec<Shift>> {
     let smallest = (SMALLEST / trial.interval()).ceil() as usize;
     let room = trial.len().checked_sub(2 * smallest).filter(|room| *room >= SHIFTS)?;
-    Some((0..SHIFTS).map(|i| smallest + (2 * i + 1) * room / (2 * SHIFTS)).collect())
+    let shift = |i: usize| Shift {
+        samples: smallest + (2 * i + 1) * room / (2 * SHIFTS),
+        waves: 1 + (i + t) % WAVES,
+        // Phases that fill the circle evenly, other ones for each trial.
+        start: (PHASE * ((i + 1) * (t + 1)) as f64).fract(),
+    };
+    Some((0..SHIFTS).map(shift).collect())
 }
 
 /// The right side of the normal equations at every shift.
@@ -223,11 +220,42 @@ mod tests {
     /// Of white noise of unit size the mean of `n` numbers has the variance `1/n`.
     #[test]
     fn means_by_chance_are_as_large_as_those_of_noise() {
-        let noise: Vec<f32> = noise(7 * 1000, 31).map(|v| v as f32).collect();
-        let means = chance_means(&noise, 7, 1);
-        let square: f32 = means.iter().flatten().map(|m| m * m).sum::<f32>() / (7 * SHIFTS) as f32;
-        let expected = 7.0 / noise.len() as f32;
-        assert!((0.5..2.0).contains(&(square / expected)), "{square} {expected}");
+        let (trial, wave) = (record(&[], 30.0, 1), wave(301));
+        let shifts = shifts(&trial, 0).expect("shifts");
+        let mut square = 0.0;
+        for seed in 0..20 {
+            let noise: Vec<f64> = noise(trial.len(), seed).collect();
+            for shift in &shifts {
+                let moved =
+                    |k: usize| noise[(k + shift.samples) % noise.len()] * f64::from(wave[shift.phase(k, noise.len())]);
+                let mean = (0..noise.len()).map(moved).sum::<f64>() / noise.len() as f64;
+                square += mean * mean / (20 * SHIFTS) as f64;
+            }
+        }
+        let ratio = square * trial.len() as f64;
+        assert!((0.8..1.25).contains(&ratio), "{ratio}");
+    }
+
+    /// Shifted in time alone a mean and a wave are again themselves, and chance would explain all of them.
+    #[test]
+    fn a_shift_in_frequency_moves_a_law_of_time_alone() {
+        let trial = record(&[], 30.0, 1);
+        let (len, wave) = (trial.len(), wave(trial.len()));
+        let power = |values: &dyn Fn(usize) -> f64, waves: f64| {
+            let turn = |k: usize| TAU * waves * k as f64 / len as f64;
+            let sum =
+                (0..len).fold([0.0; 2], |[c, s], k| [c + values(k) * turn(k).cos(), s + values(k) * turn(k).sin()]);
+            sum[0].hypot(sum[1]) / len as f64
+        };
+        for waves in [0.0, 7.0] {
+            let law = |k: usize| (TAU * waves * (k % len) as f64 / len as f64).cos();
+            for shift in shifts(&trial, 0).expect("shifts") {
+                let in_time = power(&|k| law(k + shift.samples), waves);
+                let in_both = power(&|k| law(k + shift.samples) * f64::from(wave[shift.phase(k, len)]), waves);
+                assert!(in_time > 0.2, "{waves} {shift:?}: {in_time}");
+                assert!(in_both < 1e-3, "{waves} {shift:?}: {in_both}");
+            }
+        }
     }
 
     /// A shift cannot move a constant; its own mean is no chance.
@@ -241,11 +269,12 @@ mod tests {
     #[test]
     fn shifts_are_spread_over_the_trial_and_short_trials_have_none() {
         let trial = record(&[], 30.0, 1);
-        let all = shifts(&trial).expect("shifts");
+        let all = shifts(&trial, 0).expect("shifts");
         assert_eq!(all.len(), SHIFTS);
-        assert!(all[0] >= 50 && all[SHIFTS - 1] <= trial.len() - 50, "{all:?}");
-        assert!(all.windows(2).all(|pair| pair[1] > pair[0]), "{all:?}");
-        assert_eq!(shifts(&trial.part(0..190, String::new())), None);
+        assert!(all[0].samples >= 50 && all[SHIFTS - 1].samples <= trial.len() - 50, "{all:?}");
+        assert!(all.windows(2).all(|pair| pair[1].samples > pair[0].samples), "{all:?}");
+        assert!((1..=WAVES).all(|waves| all.iter().any(|shift| shift.waves == waves)), "{all:?}");
+        assert_eq!(shifts(&trial.part(0..190, String::new()), 0), None);
     }
 
     /// Blocks, gaps and the end of the circle, against the sum as it is written.
@@ -261,19 +290,21 @@ mod tests {
         }
         let trials = [trial];
         weigh(&trials, |weighing| {
-            let shifts = [0, 77, 250];
+            let shift = |samples, waves, start| Shift { samples, waves, start };
+            let shifts = [shift(0, 0, 0.0), shift(77, 1, 0.3), shift(250, 5, 0.9)];
             let sums = weighing.shifted(0, &shifts);
             let randomness = for_trial(weighing.randomness, &trials[0]);
             let filtered = filter(&weighing.fit.linear[0], &randomness, Keep::Innovations);
-            let centred = centred(&filtered.whitened, 7);
-            let means = chance_means(&centred, 7, 0);
+            let wave = wave(trials[0].len());
             let columns = weighing.forcing[0].columns;
             let mut expected = vec![vec![0.0; columns]; 3];
             let mut pairs = [0; 3];
             whitened_rows(&weighing.fit.linear[0], &randomness, &filtered, &weighing.forcing[0], |at, e| {
                 let (k, j) = (at / 7, at % 7);
                 for (i, shift) in shifts.iter().enumerate() {
-                    let innovation = f64::from(centred[(k + shift) % trials[0].len() * 7 + j] + means[i][j]);
+                    let place = (k + shift.samples) % trials[0].len() * 7 + j;
+                    let factor = f64::from(wave[shift.phase(k, trials[0].len())]);
+                    let innovation = filtered.whitened[place] * factor;
                     if innovation.is_finite() {
                         pairs[i] += 1;
                         expected[i].iter_mut().zip(e).for_each(|(slot, e)| *slot += e * innovation);

@@ -51,19 +51,19 @@ pub struct Found {
     pub holdout_gap_without: Option<f64>,
     /// Explanations nearly as good, the nearest first.
     pub alternatives: Vec<Alternative>,
-    /// What chance did in the weighing that brought it up; `None` where it came up in another way.
+    /// What chance did beside it when it came in; `None` where the data are too short to tell.
     pub null_test: Option<NullTest>,
     /// Its size in blocks of time; `None` where the data have no room for two.
     pub stability: Option<Stability>,
 }
 
-/// The weighing of all candidates repeated against innovations shifted in time, where only chance can explain anything.
-/// A gain is the fall of the information criterion by the best candidate, its penalty taken off.
+/// The weighing of all candidates repeated against innovations shifted in time and frequency, where only chance can explain
+/// anything. A gain is the fall of the information criterion by the best candidate, its penalty taken off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NullTest {
     /// Number of shifts.
     pub shifts: usize,
-    /// Gain without a shift.
+    /// Gain without a shift; of an effect that came in, how far the criterion rises without it.
     pub found: f64,
     /// Shifts with a gain as large.
     pub as_strong: usize,

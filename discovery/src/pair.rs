@@ -10,13 +10,14 @@ use rayon::prelude::*;
 
 use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
+use crate::entrance::Source;
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::extension::is_friction_law;
 use crate::fitted::Fitted;
 use crate::kalman::{Keep, filter};
 use crate::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
 use crate::round::{MOST_RIVALS, Signatures, effect_of, is_rival};
-use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search, Taken};
+use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search};
 use crate::signature::picked;
 use crate::whiten::{Forcing, Normal, whiten};
 
@@ -56,12 +57,13 @@ impl Search<'_> {
         if next.gap[0] > NOTHING_LEFT || !Self::helps(found, &next) {
             return Ok(None);
         }
-        let gain = next.score - base.score;
-        self.taken = (0..2).map(|k| Taken::new(rivals(library, &pairs, k), 0.5 * gain, None)).collect();
-        for effect in &next.train.model.effects[self.given..] {
-            self.note(effect, "added", gain, "as one of a pair");
+        let rivals = (0..2).map(|k| rivals(library, &pairs, k)).collect();
+        let alone = std::mem::take(&mut self.taken);
+        if self.enter(base, &next, rivals, Source::Catalogue, "as one of a pair")? {
+            return Ok(Some(next));
         }
-        Ok(Some(next))
+        self.taken = alone;
+        Ok(None)
     }
 }
 

@@ -2,14 +2,14 @@
 
 use crate::candidates::{Candidate, Library, Situation};
 use crate::data::Trial;
+use crate::entrance::Source;
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::fitted::Fitted;
 use crate::kalman::{Keep, Randomness, filter};
-use crate::null_test::{Weighing, of_time_alone};
+use crate::null_test::Weighing;
 use crate::regression::{Scored, baseline, ladder, levels, rank};
-use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
+use crate::search::{EVIDENCE, ROUNDS, Search};
 use crate::signature;
-use crate::verdict::POLICY;
 use crate::whiten::{Forcing, whiten};
 use cdpr::effect::EffectSpec;
 
@@ -39,15 +39,16 @@ impl Search<'_> {
         situation
     }
 
-    /// One round over a library: the best candidate, refined, if it earns its place. Over the catalogue, where the
-    /// instruments explain more, there is none, but a better fit to go on from.
+    /// One round over a library: the best candidate, refined and taken up, if it earns its place. Over the catalogue, where
+    /// the instruments explain more, there is none, but a better fit to go on from.
     pub(crate) fn round(
         &mut self,
         fitted: &Fitted,
         Signatures { library, forcing }: &Signatures,
-        parsimony: bool,
+        source: Source,
         most_refusals: usize,
-    ) -> Result<Option<(Fitted, Taken)>, FitError> {
+    ) -> Result<Option<Fitted>, FitError> {
+        let parsimony = source == Source::Catalogue;
         let e = self.evidence;
         let fit = &fitted.train;
         self.tried.extend(library.candidates.iter().map(|candidate| library.name(candidate)));
@@ -111,23 +112,17 @@ impl Search<'_> {
             };
             match self.verified(trained, fitted) {
                 Ok(next) if Self::helps(fitted, &next) => {
-                    let tested = !of_time_alone(library, chosen.candidate);
-                    let null_test = tested.then(|| weighing.null_test(EVIDENCE)).flatten();
-                    if let Some(test) = null_test.filter(|test| test.as_strong > POLICY.by_chance) {
-                        let reason =
-                            format!("chance explains as much in {} of {} control runs", test.as_strong, test.shifts);
-                        self.note(&effect, "refused", next.score - fitted.score, &reason);
-                        break;
-                    }
-                    let mut rivals = rivals(library, &ranked, chosen, base);
-                    let next = match parsimony {
-                        true => self.or_rival(fitted, next.clone(), &mut rivals).unwrap_or(next),
-                        false => next,
+                    let (next, rivals) = match source {
+                        Source::Catalogue => {
+                            let mut rivals = rivals(library, &ranked, chosen, base);
+                            (self.or_rival(fitted, next.clone(), &mut rivals).unwrap_or(next), rivals)
+                        }
+                        Source::Terms => (next, Vec::new()),
                     };
-                    let delta_bic = next.score - fitted.score;
-                    let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
-                    self.note(&refined, "added", delta_bic, "");
-                    return Ok(Some((next, Taken::new(rivals, delta_bic, null_test))));
+                    if self.enter(fitted, &next, vec![rivals], source, "")? {
+                        return Ok(Some(next));
+                    }
+                    break;
                 }
                 Ok(next) => {
                     let change = next.score - fitted.score;
@@ -138,7 +133,7 @@ impl Search<'_> {
         }
         if parsimony {
             self.null_test = weighing.null_test(EVIDENCE);
-            if gain > 0.0 {
+            if gain > 0.0 && !self.may_hide(fitted) {
                 self.better = self.better_instruments(fitted, 0.0)?;
             }
         }

@@ -7,6 +7,7 @@ use cdpr::effect::EffectSpec;
 
 use crate::candidates::{catalogue, dictionary};
 use crate::data::{Channel, Trial};
+use crate::entrance::Source;
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::fitted::{Evidence, Fitted};
 use crate::kalman::Randomness;
@@ -57,7 +58,7 @@ enum Look {
 pub(crate) struct Taken {
     pub(crate) rivals: Vec<EffectSpec>,
     pub(crate) delta_bic: f64,
-    /// What chance did in the weighing that brought it up.
+    /// What chance did beside it when it came in.
     pub(crate) null_test: Option<NullTest>,
     /// The model with all effects but this, where it was fitted since the last change of them.
     pub(crate) without: Option<Arc<Fitted>>,
@@ -88,6 +89,10 @@ pub(crate) struct Search<'a> {
     pub(crate) tried: HashSet<String>,
     /// What chance did in the last weighing of the catalogue.
     pub(crate) null_test: Option<NullTest>,
+    /// The signatures along the fit that was let in last, known by its score.
+    pub(crate) weighed: Option<(Source, f64, Signatures)>,
+    /// Whether the second look was had.
+    pub(crate) looked: bool,
     pub(crate) progress: Progress<'a>,
     /// Random parts with the model as given.
     pub(crate) base_randomness: Option<Randomness>,
@@ -112,6 +117,8 @@ impl<'a> Search<'a> {
             steps: Vec::new(),
             tried: HashSet::new(),
             null_test: None,
+            weighed: None,
+            looked: false,
             progress,
             base_randomness: None,
             reaches: Reaches::default(),
@@ -135,16 +142,15 @@ impl<'a> Search<'a> {
     /// Where the instruments ask for more than white noise, `base` gets it too.
     pub(crate) fn catalogue_rounds(&mut self, base: &mut Fitted) -> Result<Fitted, FitError> {
         let mut fitted = base.clone();
-        let mut looked = false;
         if fitted.train.examined.plant.unstretched_index(0).is_none() {
             fitted = self.elasticity(fitted)?;
         }
         if self.taken.is_empty() {
-            let mut signatures = self.signatures(&fitted.train);
+            let mut signatures = self.signatures(&fitted, Source::Catalogue);
             let mut next = self.one_more(&fitted, &signatures)?;
             while let Some(better) = self.better.take() {
                 (*base, fitted) = (better.clone(), better);
-                signatures = self.signatures(&fitted.train);
+                signatures = self.signatures(&fitted, Source::Catalogue);
                 next = self.one_more(&fitted, &signatures)?;
             }
             fitted = next.unwrap_or(fitted);
@@ -156,14 +162,9 @@ impl<'a> Search<'a> {
                 fitted = self.pair(base, &signatures, &fitted)?.unwrap_or(fitted);
             }
         }
-        // Where nothing was taken up, a force at random may be all there is, unless chance comes nowhere near the best
-        // candidate: then something is there, which one round could not make out.
-        let no_chance = self.null_test.is_some_and(|test| test.as_strong == 0);
-        let hidden = base.gap[0] > STRONG
-            && (!self.taken.is_empty() || no_chance || self.something_left(&base.train, &self.evidence.train));
+        let hidden = self.may_hide(base);
         if !self.taken.is_empty() {
             if hidden && self.explained(base, &fitted) < HIDDEN {
-                looked = true;
                 fitted = match self.look_again(base, &fitted)? {
                     Look::Explained(explained) => return Ok(explained),
                     Look::Better(better) => better,
@@ -172,14 +173,27 @@ impl<'a> Search<'a> {
             }
             fitted = self.rounds(base, fitted)?;
         }
-        if !looked && hidden && (fitted.explains_little(base) || fitted.gap[0] > STRONG) {
+        if !self.looked && hidden && (fitted.explains_little(base) || fitted.gap[0] > STRONG) {
             fitted = match self.look_again(base, &fitted)? {
                 Look::Explained(explained) => return Ok(explained),
                 Look::Better(better) => self.rounds(base, better)?,
                 Look::Nothing => fitted,
             };
+            // Of what no law explains the instruments may have some.
+            if self.taken.is_empty()
+                && let Some(better) = self.better_instruments(base, 0.0)?
+            {
+                *base = better;
+                return self.catalogue_rounds(base);
+            }
         }
         Ok(if self.taken.len() > 1 { self.settle_extensions(fitted) } else { fitted })
+    }
+
+    /// Whether a law may be missing from a fit that is so strong that it hides itself, and was not looked for yet.
+    pub(crate) fn may_hide(&self, fitted: &Fitted) -> bool {
+        let something_left = || self.something_left(&fitted.train, &self.evidence.train);
+        !self.looked && may_hide(fitted.gap[0], !self.taken.is_empty(), self.null_test, something_left)
     }
 
     /// Whether a fit to `trials` leaves innovations that are not white: more than a force at random explains.
@@ -209,6 +223,7 @@ impl<'a> Search<'a> {
     /// Where what was found explains little: a term that explains it all, which says more than a law that might hide, or
     /// such a law.
     fn look_again(&mut self, base: &Fitted, fitted: &Fitted) -> Result<Look, FitError> {
+        self.looked = true;
         if let Some(explained) = self.single_term(base)? {
             return Ok(Look::Explained(explained));
         }
@@ -223,7 +238,7 @@ impl<'a> Search<'a> {
     /// What the instruments have beside white noise is taken up where it explains more than the next effect.
     fn rounds(&mut self, base: &mut Fitted, mut fitted: Fitted) -> Result<Fitted, FitError> {
         while self.taken.len() < MOST_EFFECTS {
-            let signatures = self.signatures(&fitted.train);
+            let signatures = self.signatures(&fitted, Source::Catalogue);
             let next = self.one_more(&fitted, &signatures)?;
             if let Some(better) = self.better.take() {
                 *base = match self.with_instruments(base, 0.0)? {
@@ -256,34 +271,38 @@ impl<'a> Search<'a> {
         Ok(Some(self.finish(better.train, better.holdout, better.estimate)))
     }
 
-    /// The signatures of the catalogue along a fit.
-    fn signatures(&self, fit: &Fit) -> Signatures {
-        (self.progress)("weighing the catalogue", 0.1 + 0.12 * self.taken.len() as f64);
-        let library = catalogue(&fit.model, &self.situation(fit));
+    /// The signatures of the catalogue, or of terms outside it, along a fit.
+    pub(crate) fn signatures(&mut self, fitted: &Fitted, source: Source) -> Signatures {
+        if let Some((known, score, signatures)) = self.weighed.take()
+            && known == source
+            && score == fitted.score
+        {
+            return signatures;
+        }
+        let fit = &fitted.train;
+        let library = match source {
+            Source::Catalogue => {
+                (self.progress)("weighing the catalogue", 0.1 + 0.12 * self.taken.len() as f64);
+                catalogue(&fit.model, &self.situation(fit))
+            }
+            Source::Terms => dictionary(&self.situation(fit)),
+        };
         Signatures::new(fit, &self.evidence.train, library)
-    }
-
-    /// The signatures of terms outside the catalogue along a fit.
-    fn terms(&self, fit: &Fit) -> Signatures {
-        Signatures::new(fit, &self.evidence.train, dictionary(&self.situation(fit)))
     }
 
     /// `fitted` with one more effect of the catalogue, if one earns its place.
     fn one_more(&mut self, fitted: &Fitted, signatures: &Signatures) -> Result<Option<Fitted>, FitError> {
-        let Some((next, taken)) = self.round(fitted, signatures, true, MOST_REFUSALS)? else { return Ok(None) };
-        self.taken.push(taken);
-        Ok(Some(self.both_limits(next)))
+        let next = self.round(fitted, signatures, Source::Catalogue, MOST_REFUSALS)?;
+        Ok(next.map(|next| self.both_limits(next)))
     }
 
     /// Whether a single term outside the catalogue explains the data from `base` on; in place of all found.
     pub(crate) fn single_term(&mut self, base: &Fitted) -> Result<Option<Fitted>, FitError> {
         (self.progress)("looking for a term that explains it all", 0.45);
         let found = std::mem::take(&mut self.taken);
-        let signatures = self.terms(&base.train);
-        if let Some((next, mut term)) = self.round(base, &signatures, false, 1)? {
+        let signatures = self.signatures(base, Source::Terms);
+        if let Some(next) = self.round(base, &signatures, Source::Terms, 1)? {
             if next.gap[0] <= NOTHING_LEFT {
-                term.rivals.clear();
-                self.taken.push(term);
                 return Ok(Some(next));
             }
             if let Some(step) = self.steps.last_mut() {
@@ -310,11 +329,8 @@ impl<'a> Search<'a> {
             return Ok(fitted);
         };
         if next.score < fitted.score - EVIDENCE && Self::helps(&fitted, &next) {
-            let delta_bic = next.score - fitted.score;
-            let refined = next.train.model.effects.last().cloned().unwrap_or(effect);
-            self.note(&refined, "added", delta_bic, "");
-            self.taken.push(Taken::new(Vec::new(), delta_bic, None));
-            return Ok(next);
+            let enters = self.enter(&fitted, &next, vec![Vec::new()], Source::Catalogue, "")?;
+            return Ok(if enters { next } else { fitted });
         }
         self.note(&effect, "refused", next.score - fitted.score, "rigid cables explain the data as well");
         Ok(fitted)
@@ -349,10 +365,8 @@ impl<'a> Search<'a> {
         let mut current = fitted.clone();
         for round in 0..MOST_TERMS {
             (self.progress)("looking for terms outside the catalogue", 0.7 + 0.05 * round as f64);
-            let signatures = self.terms(&current.train);
-            let Some((next, mut term)) = self.round(&current, &signatures, false, MOST_REFUSALS)? else { break };
-            term.rivals.clear();
-            self.taken.push(term);
+            let signatures = self.signatures(&current, Source::Terms);
+            let Some(next) = self.round(&current, &signatures, Source::Terms, MOST_REFUSALS)? else { break };
             current = next;
             let too_little = |aim: f64| (fitted.score - current.score) * (MOST_TERMS as f64) < fitted.score - aim;
             if current.gap[0] < 1.05 || round == 0 && aim.is_some_and(too_little) {
@@ -426,8 +440,35 @@ impl<'a> Search<'a> {
     }
 }
 
+/// Whether a law may be missing that is so strong that it hides itself, by the gap of the model as given, whether anything
+/// was taken up, what chance did where nothing was, and whether the innovations are not white.
+///
+/// Where nothing was taken up and they are white, a force at random may be all there is, unless chance comes nowhere near
+/// the best candidate: then something is there, which one round could not make out.
+fn may_hide(gap: f64, taken: bool, chance: Option<NullTest>, something_left: impl FnOnce() -> bool) -> bool {
+    gap > STRONG && (taken || chance.is_some_and(|test| test.as_strong == 0) || something_left())
+}
+
 /// The first part of a trial.
 fn beginning(trial: &Trial) -> Trial {
     let end = trial.time.iter().take_while(|t| **t - trial.time[0] <= BEGINNING).count();
     trial.part(0..end, trial.name.clone())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_look_needs_a_gap_and_more_than_a_force_at_random() {
+        let chance =
+            |as_strong| Some(NullTest { shifts: 99, found: 300.0, as_strong, over_threshold: 9, largest: 200.0 });
+        let may_hide = |gap, taken, chance, left| may_hide(gap, taken, chance, || left);
+        assert!(!may_hide(STRONG, true, chance(0), true), "a small gap hides nothing");
+        assert!(may_hide(STRONG + 0.1, true, chance(60), false), "what was found may only do some of it");
+        assert!(!may_hide(400.0, false, chance(1), false), "white, and chance does as well: a force at random");
+        assert!(!may_hide(400.0, false, None, false));
+        assert!(may_hide(400.0, false, chance(0), false), "chance comes nowhere near");
+        assert!(may_hide(400.0, false, chance(60), true), "a force at random leaves white innovations");
+    }
 }

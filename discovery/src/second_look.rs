@@ -13,11 +13,12 @@ use rayon::prelude::*;
 
 use crate::candidates::Situation;
 use crate::data::Trial;
+use crate::entrance::Source;
 use crate::estimate::{Fit, FitError};
 use crate::extension::is_friction;
 use crate::fitted::{Fitted, Trained};
 use crate::refine::refine;
-use crate::search::{EVIDENCE, FAR_OFF, ROUNDS, Search, Taken};
+use crate::search::{EVIDENCE, FAR_OFF, ROUNDS, Search};
 
 /// Laws that go on to the whole.
 const FINALISTS: usize = 3;
@@ -86,12 +87,13 @@ impl Search<'_> {
         if next.left() > 0.5 * base.left() || !better || !Self::helps(base, &next) {
             return Ok(None);
         }
-        let delta_bic = next.score - base.score;
-        for effect in &next.train.model.effects[self.given..] {
-            self.note(effect, "added", delta_bic, "refined from a typical size");
+        let rivals = best.law.into_iter().map(|(_, rivals)| rivals).collect();
+        let before = std::mem::take(&mut self.taken);
+        if self.enter(base, &next, rivals, Source::Catalogue, "refined from a typical size")? {
+            return Ok(Some(next));
         }
-        self.taken = best.law.into_iter().map(|(_, rivals)| Taken::new(rivals, delta_bic, None)).collect();
-        Ok(Some(next))
+        self.taken = before;
+        Ok(None)
     }
 
     /// A law of friction in the form that the beginnings of the trials ask for.

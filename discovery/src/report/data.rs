@@ -416,7 +416,7 @@ pub struct Method {
     pub steps: Vec<Step>,
 }
 
-/// The weighing of all explanations repeated on data shifted in time, where only chance can explain anything.
+/// The weighing of all explanations repeated on data shifted in time and frequency, where only chance can explain anything.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NullTest {
     /// Shifts.

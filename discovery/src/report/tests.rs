@@ -168,7 +168,7 @@ fn named_says_what_where_how_large_how_sure_and_the_gap() {
         "Its size: force 251.2 ± 1.9 N.",
         "83 % of the gap sits on winch 3, from 12 to 31.5 s, and depends on speed and direction.",
         "The evidence is very strong (ΔBIC −812).",
-        "In 99 control runs on data shifted in time, chance never explained as much.",
+        "In 99 control runs on data shifted in time and frequency, chance never explained as much.",
         "(trial c.csv), the error of the model's prediction over 5 s falls from 39.5 to 1.04 times",
         "Unexplained are 1.9 N and 14 N m (root mean square on the platform), and what remains looks like pure noise in every channel.",
     ] {
@@ -353,8 +353,7 @@ fn control_runs_say_how_often_chance_did_as_well() {
     let (none, method) = said(None, Some(2));
     assert_eq!(none, "");
     assert!(
-        method.contains("cannot be tested so")
-            && method.contains("chance reached what the search would follow 2 times"),
+        method.contains("too short to tell") && method.contains("chance reached what the search would follow 2 times"),
         "{method}"
     );
     report.verdict = Verdict::NoMissingEffect;
@@ -362,7 +361,10 @@ fn control_runs_say_how_often_chance_did_as_well() {
     report.located.clear();
     report.method.null_test = Some(NullTest { runs: 99, exceeded: Some(40), followed: Some(0) });
     let text = top(&report).1;
-    assert!(text.contains("In 40 of 99 control runs on data shifted in time, chance explains as much"), "{text}");
+    assert!(
+        text.contains("In 40 of 99 control runs on data shifted in time and frequency, chance explains as much"),
+        "{text}"
+    );
     assert!(render(&report).expect("a page").contains("weighed again 99 times"));
 }
 

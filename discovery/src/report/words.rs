@@ -342,7 +342,7 @@ pub fn control_runs(report: &Report) -> Option<String> {
     let (n, runs) = (test.exceeded?, test.runs);
     Some(if report.effects.is_empty() && report.terms.is_empty() {
         format!(
-            "In {n} of {runs} control runs on data shifted in time, chance explains as much as the best candidate does."
+            "In {n} of {runs} control runs on data shifted in time and frequency, chance explains as much as the best candidate does."
         )
     } else {
         let times = match n {
@@ -350,7 +350,7 @@ pub fn control_runs(report: &Report) -> Option<String> {
             1 => "explained as much once".to_owned(),
             n => format!("explained as much {n} times"),
         };
-        format!("In {runs} control runs on data shifted in time, chance {times}.")
+        format!("In {runs} control runs on data shifted in time and frequency, chance {times}.")
     })
 }
 
@@ -358,15 +358,13 @@ pub fn control_runs(report: &Report) -> Option<String> {
 pub(super) fn control_method(report: &Report) -> Option<String> {
     let test = report.method.null_test?;
     let mut text = format!(
-        "As a check on false alarms, all explanations are weighed again {} times on data shifted in time against their \
-         signatures, where only chance can make the two agree.",
+        "As a check on false alarms, all explanations are weighed again {} times on data shifted in time and frequency \
+         against their signatures, where only chance can make the two agree.",
         test.runs
     );
     match control_runs(report) {
         Some(runs) => text.push_str(&format!(" {runs}")),
-        None => text.push_str(
-            " What was found cannot be tested so: it depends on time alone, or came up in another way than by weighing.",
-        ),
+        None => text.push_str(" The recordings are too short to tell."),
     }
     if let Some(followed) = test.followed.filter(|_| !report.effects.is_empty() || !report.terms.is_empty()) {
         text.push_str(&match followed {

@@ -124,7 +124,7 @@ struct EffectEntry<'a> {
     stability: Option<StabilityEntry>,
 }
 
-/// Candidates weighed against innovations shifted in time. Gains are falls of the information criterion by the best.
+/// Candidates weighed against innovations shifted in time and frequency. Gains are falls of the information criterion by the best.
 #[derive(Serialize)]
 struct NullTestEntry {
     shifts: usize,
