@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import shutil
+import subprocess
+import sys
 from collections import defaultdict
 from itertools import pairwise
 
@@ -298,3 +302,28 @@ def test_wrong_use_is_told(cdpr, nothing_hidden, tmp_path):
     ]:
         done = cdpr("discover", *arguments, ok=False, cwd=tmp_path)
         assert (done.returncode, word in done.stderr) == (2, True), done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="mounts a file system as Linux does")
+def test_a_temporary_folder_mounted_noexec_is_named_before_the_search(
+    cdpr_bin, nothing_hidden, tmp_path
+):
+    folder = tmp_path / "noexec"
+    folder.mkdir()
+    alone = ["unshare", "--mount"] + (["--user", "--map-root-user"] if os.geteuid() else [])
+    mounted = [*alone, "sh", "-c", 'mount -t tmpfs -o noexec tmpfs "$TMPDIR" && exec "$@"', "sh"]
+
+    def run(*command):
+        environment = os.environ | {"TMPDIR": str(folder)}
+        done = [*mounted, *map(str, command)]
+        return subprocess.run(done, capture_output=True, text=True, cwd=tmp_path, env=environment)
+
+    if shutil.which("unshare") is None or run("true").returncode:
+        pytest.skip("NOT TESTED: a folder mounted noexec; mounting one of our own is not allowed here")
+    done = run(cdpr_bin, "discover", "--data", nothing_hidden, "--out", "found")
+    assert done.returncode == 2, done.stderr
+    for word in (str(folder), "noexec", "TMPDIR names another"):
+        assert word in done.stderr, done.stderr
+    # Before the search: nothing was begun and nothing is left.
+    assert done.stdout == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["noexec"]
