@@ -21,6 +21,13 @@ pub(super) struct CommandHistory {
     pub(super) stretches: VecDeque<Stretch>,
 }
 
+/// How much two instants that are meant to be the same may differ (s): what thousands of sums leave, but no more than a
+/// thousandth of the dead time, which at the times of Unix stamps would else be lost in it, and no less than a sum leaves.
+fn rounding(time: f64, delay: f64) -> f64 {
+    let size = time.abs().max(1e-3);
+    (1e-12 * size).min(1e-3 * delay).max(4.0 * f64::EPSILON * size)
+}
+
 /// Room for commands at 1 ms over 1 s of dead time before the queue grows.
 const CAPACITY: usize = 1024;
 
@@ -57,7 +64,7 @@ impl CommandHistory {
         let mut next: Option<f64> = None;
         for delay in self.delay.iter().filter(|d| **d > 0.0) {
             // A change counts as past within rounding, so that no stretch of no length is taken.
-            let late = time + 1e-12 * time.abs().max(1e-3);
+            let late = time + rounding(time, *delay);
             let change = self.stretches.iter().map(|s| s.start + delay).find(|t| *t > late);
             next = match (next, change) {
                 (Some(a), Some(b)) => Some(a.min(b)),
@@ -74,7 +81,7 @@ impl CommandHistory {
         }
         for i in (0..value.len()).filter(|i| self.delay[*i] > 0.0) {
             let then = time - self.delay[i];
-            let late = then + 1e-12 * time.abs().max(1e-3);
+            let late = then + rounding(time, self.delay[i]);
             match self.stretches.iter().rev().find(|s| s.start <= late) {
                 Some(s) => {
                     value[i] = s.value[i] + s.slope[i] * (then - s.start);
@@ -85,6 +92,36 @@ impl CommandHistory {
                     slope[i] = 0.0;
                 }
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A command that rises from 1 to 2 N at `begin`, seen through a dead time.
+    fn history(begin: f64, delay: f64) -> CommandHistory {
+        let of_all = |value: f64| PerCable::from_fn(4, |_| value);
+        let stretch = |start: f64, value: f64| Stretch { start, value: of_all(value), slope: of_all(0.0) };
+        let stretches = VecDeque::from([stretch(begin - 1.0, 1.0), stretch(begin, 2.0)]);
+        CommandHistory { delay: of_all(delay), longest: delay, stretches }
+    }
+
+    #[test]
+    fn short_dead_times_are_kept_at_unix_time_stamps() {
+        for (begin, delay) in [(0.5, 1e-3), (1.7e9, 1e-3), (1.7e9, 0.05)] {
+            let history = history(begin, delay);
+            let seen = |time: f64| {
+                let (mut value, mut slope) = (PerCable::from_fn(4, |_| 0.0), PerCable::from_fn(4, |_| 0.0));
+                history.delay(time, &mut value, &mut slope);
+                value[0]
+            };
+            assert_eq!(history.next_change(begin), Some(begin + delay), "{begin} {delay}");
+            assert_eq!(seen(begin + 0.9 * delay), 1.0, "{begin} {delay}");
+            // The change itself is past, rounding or not.
+            assert_eq!(seen(begin + delay), 2.0, "{begin} {delay}");
+            assert_eq!(history.next_change(begin + delay), None, "{begin} {delay}");
         }
     }
 }

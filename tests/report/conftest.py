@@ -16,7 +16,7 @@ import pytest
 from report import chromium
 
 ROOT = Path(__file__).resolve().parents[2]
-VERDICTS = ("named", "ambiguous", "unnamed", "no_missing_effect")
+VERDICTS = ("named", "ambiguous", "partly_named", "unnamed", "no_missing_effect")
 NO_BROWSER = (
     "THE REPORT WAS NOT TESTED IN A BROWSER: no Chromium found "
     f"({', '.join(chromium.NAMES)}); Debian: apt-get install chromium"
