@@ -47,10 +47,23 @@ pub struct Outputs<S = f64> {
     pub tension: PerCable<S>,
     /// Strains `(L - l)/l`.
     pub strain: PerCable<S>,
-    /// Cable angles `α`, equation (5).
-    pub cable_angle: PerCable<S>,
+    /// Directions of the cables, from the anchor: unit vectors.
+    pub cable_direction: PerCable<[S; 2]>,
     /// Whether each cable is slack.
     pub slack: PerCable<bool>,
+}
+
+impl<S: Real> Outputs<S> {
+    /// Angle `α` (rad) of a cable (from 0), equation (5).
+    pub fn cable_angle(&self, cable: usize) -> S {
+        let [x, y] = self.cable_direction[cable];
+        y.atan2(x)
+    }
+
+    /// Angles (rad) of all cables.
+    pub fn cable_angles(&self) -> PerCable<S> {
+        PerCable::from_fn(self.cable_direction.len(), |i| self.cable_angle(i))
+    }
 }
 
 /// A plant in motion. Everything a simulation is: set inputs, advance, read outputs, save and restore.
@@ -131,7 +144,7 @@ impl Simulation {
 
     /// Which cables carry nothing.
     pub fn slack(&self) -> PerCable<bool> {
-        self.slack_under(&self.inputs_felt().at(self.time))
+        if self.plant.has.platform_side { self.slack_under(&self.inputs_felt().at(self.time)) } else { self.slack }
     }
 
     /// Which cables carry nothing under these inputs. Where tension follows the inputs directly, it may have changed with
@@ -153,6 +166,11 @@ impl Simulation {
             }),
             disturbance: std::array::from_fn(|k| zip(&self.inputs.disturbance, &self.input_slopes.disturbance, k)),
         }
+    }
+
+    /// Whether the inputs are held: no slope is set.
+    pub fn holds_inputs(&self) -> bool {
+        self.held
     }
 
     /// Slopes of the inputs as commanded (per second).
@@ -308,16 +326,18 @@ impl Simulation {
         let plant = &*self.plant;
         let scaled = |value: S, (factor, bias): (f64, f64)| value * factor + bias;
         let cable = |i: usize| &plant.cable[i];
-        let over_cables = |of: &dyn Fn(usize) -> S| PerCable::from_fn(plant.cables(), of);
+        let cables = plant.cables();
         Outputs {
             pose: std::array::from_fn(|k| pose[k] + plant.pose_bias[k]),
             twist,
-            cable_length: over_cables(&|i| scaled(e.kinematics[i].length, cable(i).length_sensor)),
-            unstretched_length: over_cables(&|i| scaled(e.unstretched[i], cable(i).unstretched_sensor)),
-            unstretched_length_rate: over_cables(&|i| e.unstretched_rate[i] * cable(i).unstretched_sensor.0),
+            cable_length: PerCable::from_fn(cables, |i| scaled(e.kinematics[i].length, cable(i).length_sensor)),
+            unstretched_length: PerCable::from_fn(cables, |i| scaled(e.unstretched[i], cable(i).unstretched_sensor)),
+            unstretched_length_rate: PerCable::from_fn(cables, |i| {
+                e.unstretched_rate[i] * cable(i).unstretched_sensor.0
+            }),
             tension: e.tension,
-            strain: over_cables(&|i| (e.kinematics[i].length - e.unstretched[i]) / e.unstretched[i]),
-            cable_angle: over_cables(&|i| e.kinematics[i].angle()),
+            strain: PerCable::from_fn(cables, |i| (e.kinematics[i].length - e.unstretched[i]) / e.unstretched[i]),
+            cable_direction: PerCable::from_fn(cables, |i| e.kinematics[i].direction),
             slack: e.slack,
         }
     }

@@ -96,7 +96,7 @@ pub(crate) fn output_values(outputs: &Outputs) -> Vec<f64> {
         outputs.unstretched_length_rate,
         outputs.tension,
         outputs.strain,
-        outputs.cable_angle,
+        outputs.cable_angles(),
     ] {
         values.extend(quantity);
     }

@@ -2,20 +2,45 @@
 
 use crate::description::{BaseType, ModelDescription};
 
-/// Value references of each base type, sorted, with the index of the variable.
+/// Value references below this are looked up by their number.
+const DENSE: usize = 1 << 14;
+/// No variable.
+const NOTHING: u32 = u32::MAX;
+
+/// The variables of each base type by value reference.
 #[derive(Debug)]
 pub(crate) struct Lookup {
-    of_type: [Vec<(u32, usize)>; 4],
+    of_type: [OfType; 4],
+}
+
+#[derive(Debug, Default)]
+struct OfType {
+    /// Index of the variable for each small reference, as far as there are any.
+    dense: Vec<u32>,
+    /// The others, sorted, with the index of the variable.
+    sparse: Vec<(u32, usize)>,
+    count: usize,
 }
 
 impl Lookup {
     pub(crate) fn new(table: &ModelDescription) -> Self {
-        let mut of_type: [Vec<(u32, usize)>; 4] = Default::default();
+        let mut of_type: [OfType; 4] = Default::default();
         for (index, variable) in table.variables.iter().enumerate() {
-            of_type[variable.base_type() as usize].push((variable.value_reference, index));
+            let list = &mut of_type[variable.base_type() as usize];
+            let reference = variable.value_reference;
+            list.count += 1;
+            match (usize::try_from(reference), u32::try_from(index)) {
+                (Ok(place), Ok(index)) if place < DENSE && index != NOTHING => {
+                    if list.dense.len() <= place {
+                        list.dense.resize(place + 1, NOTHING);
+                    }
+                    list.dense[place] = index;
+                }
+                _ => list.sparse.push((reference, index)),
+            }
         }
         for list in &mut of_type {
-            list.sort_unstable();
+            list.sparse.sort_unstable();
         }
         Self { of_type }
     }
@@ -23,21 +48,18 @@ impl Lookup {
     /// Index of the variable with this base type and value reference.
     pub(crate) fn index(&self, base: BaseType, reference: u32) -> Option<usize> {
         let list = &self.of_type[base as usize];
-        let first = list.first()?.0;
-        // References are mostly numbered without gaps, so the place is known before searching.
-        let guess = reference.checked_sub(first)? as usize;
-        if let Some(&(found, index)) = list.get(guess)
-            && found == reference
-        {
-            return Some(index);
+        match list.dense.get(reference as usize) {
+            Some(&index) if index != NOTHING => Some(index as usize),
+            _ => {
+                let place = list.sparse.binary_search_by_key(&reference, |entry| entry.0).ok()?;
+                Some(list.sparse[place].1)
+            }
         }
-        let place = list.binary_search_by_key(&reference, |entry| entry.0).ok()?;
-        Some(list[place].1)
     }
 
     /// How many variables of this base type there are.
     pub(crate) fn count(&self, base: BaseType) -> usize {
-        self.of_type[base as usize].len()
+        self.of_type[base as usize].count
     }
 }
 

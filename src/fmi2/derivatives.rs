@@ -77,7 +77,7 @@ fn derivatives(
         outputs: &tangent.outputs,
         states: &tangent.states,
         rates: &tangent.rates,
-        acceleration: tangent.unstretched_acceleration,
+        acceleration: &tangent.unstretched_acceleration,
         plant,
     };
     for (role, out) in unknowns.iter().zip(out) {

@@ -342,6 +342,7 @@ impl FmiModel for CablePlatform {
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), StepError> {
         let stopped = |reached: f64, message: String, terminate: bool| StepError { reached, message, terminate };
+        let told = self.blocked;
         let simulation = self.running().map_err(|e| stopped(time, e.message, false))?;
         let end = time + step;
         let advanced = simulation.advance_to(end);
@@ -349,11 +350,12 @@ impl FmiModel for CablePlatform {
         let y = simulation.states();
         let pose = [y[0], y[1], y[2]];
         let geometry = simulation.plant().geometry();
-        let (inside, blocked) = (geometry.holds(&pose), geometry.blocked_cable(&pose));
+        let inside = geometry.holds(&pose);
+        let blocked = if told { None } else { geometry.blocked_cable(&pose) };
         self.now = None;
         self.steps += 1;
         self.log_slack(after, reached);
-        if let (Some(i), false) = (blocked, self.blocked) {
+        if let Some(i) = blocked {
             self.blocked = true;
             self.warn(format!(
                 "cable {} runs through the platform from t = {reached} s on, which the equations take no notice of",

@@ -68,7 +68,7 @@ pub(super) struct Instant<'a, S> {
     pub(super) states: &'a [S],
     pub(super) rates: &'a [S],
     /// Of the true unstretched lengths.
-    pub(super) acceleration: PerCable<S>,
+    pub(super) acceleration: &'a PerCable<S>,
     pub(super) plant: &'a Plant,
 }
 
@@ -91,7 +91,7 @@ impl<S: Real> Instant<'_, S> {
             Role::CableLength(i) => out.cable_length[i],
             Role::Tension(i) => out.tension[i],
             Role::Strain(i) => out.strain[i],
-            Role::CableAngle(i) => out.cable_angle[i],
+            Role::CableAngle(i) => out.cable_angle(i),
             Role::Time
             | Role::WinchForce(_)
             | Role::Disturbance(_)

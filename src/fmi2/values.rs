@@ -108,10 +108,15 @@ impl CablePlatform {
         };
         match (self.phase, &mut self.simulation) {
             (Phase::Running { .. }, Some(simulation)) => {
-                let (mut inputs, mut slopes) = (simulation.inputs(), simulation.input_slopes());
+                let mut inputs = simulation.inputs();
                 put(&mut inputs, value);
-                put(&mut slopes, slope);
-                simulation.set_inputs_with_slopes(inputs, slopes);
+                if slope == 0.0 && simulation.holds_inputs() {
+                    simulation.set_inputs(inputs);
+                } else {
+                    let mut slopes = simulation.input_slopes();
+                    put(&mut slopes, slope);
+                    simulation.set_inputs_with_slopes(inputs, slopes);
+                }
             }
             _ => {
                 put(&mut self.settings.model.start.inputs, value);
@@ -134,9 +139,13 @@ impl Now {
 
 /// A real variable that follows from the states.
 pub(super) fn read(simulation: &Simulation, now: &Now, rates: &[f64], role: Role) -> Result<f64, ModelError> {
+    let along_motion;
     let acceleration = match role {
-        Role::Rate(State::UnstretchedRate(_)) => simulation.unstretched_accelerations(&now.evaluation),
-        _ => now.evaluation.unstretched_acceleration,
+        Role::Rate(State::UnstretchedRate(_)) => {
+            along_motion = simulation.unstretched_accelerations(&now.evaluation);
+            &along_motion
+        }
+        _ => &now.evaluation.unstretched_acceleration,
     };
     let plant = simulation.plant();
     let instant = Instant { outputs: &now.outputs, states: simulation.states(), rates, acceleration, plant };

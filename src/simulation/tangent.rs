@@ -53,7 +53,7 @@ impl Simulation {
         let slack = self.slack_under(&value);
         let e = self.plant.evaluate(time, &y, &inputs, &slack);
         let mut rates = vec![Dual64::from(0.0); y.len()];
-        self.plant.rates(time, &y, &inputs, &slack, &mut rates);
+        self.plant.write_rates(&y, &e, &mut rates);
         let then = self.time - self.plant.pose_delay;
         let pose = match (self.poses.at(then), self.poses.rate_at(then)) {
             (Some(pose), Some(rate)) => std::array::from_fn(|k| Dual64::new(pose[k], direction.time * rate[k])),

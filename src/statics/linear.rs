@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::dynamics::Inputs;
 use crate::plant::Plant;
+use crate::scalar::Real;
 use crate::simulation::{Direction, Outputs, Simulation};
 
 /// A plant linearised about an instant, exact by dual numbers, with each cable slack or taut as it is.
@@ -78,9 +79,10 @@ fn output_names(cables: usize) -> Vec<String> {
     names
 }
 
-fn flat<S: Copy>(o: &Outputs<S>) -> Vec<S> {
+fn flat<S: Real>(o: &Outputs<S>) -> Vec<S> {
     let mut values = [o.pose, o.twist].concat();
-    for row in [o.cable_length, o.unstretched_length, o.unstretched_length_rate, o.tension, o.strain, o.cable_angle] {
+    for row in [o.cable_length, o.unstretched_length, o.unstretched_length_rate, o.tension, o.strain, o.cable_angles()]
+    {
         values.extend(row);
     }
     values

@@ -14,7 +14,7 @@ use std::ffi::CString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use crate::description::LAYER_LOG_CATEGORIES;
+use crate::description::{Causality, LAYER_LOG_CATEGORIES};
 use crate::failure::{Failure, Outcome};
 use crate::log::{Filter, Message};
 use crate::lookup::Lookup;
@@ -27,6 +27,8 @@ pub(crate) struct Instance<M> {
     model: M,
     guid: String,
     lookup: Lookup,
+    /// Time, where the table has it.
+    independent: Option<usize>,
     /// For each variable: is it a continuous state?
     is_state: Vec<bool>,
     /// For each variable: is it an unknown of initialisation mode?
@@ -82,6 +84,7 @@ impl<M: Model> Instance<M> {
         Ok(Self {
             guid: own_guid,
             lookup: Lookup::new(table),
+            independent: table.variables.iter().position(|v| v.causality == Causality::Independent),
             is_state,
             is_initial_unknown,
             progress: Progress::default(),

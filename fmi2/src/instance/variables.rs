@@ -168,7 +168,7 @@ impl<M: Model> Instance<M> {
     }
 
     fn value(&mut self, index: usize) -> Outcome<Value> {
-        if self.model.description().variables[index].causality == Causality::Independent {
+        if self.independent == Some(index) {
             return Ok(Value::Real(self.progress.time));
         }
         let value =
