@@ -94,50 +94,90 @@ impl<F: Field> Factors<F> {
     /// Solves `(σ I - ∂f/∂y) x = b` in place; `offset` is where each cable's states begin.
     #[inline]
     pub(crate) fn solve(&self, linearisation: &Linearisation, offset: &[usize], b: &mut [F]) {
-        let rq = [b[0], b[1], b[2]];
-        let rv = [b[3], b[4], b[5]];
-        let coupled = matrix3::product(&self.pose_coupling, &rq);
-        let mut rhs: [F; 3] = std::array::from_fn(|r| along(&linearisation.mass[r], &rv) - coupled[r]);
-        for ((block, factors), &first) in linearisation.cables.iter().zip(&self.cables).zip(offset) {
-            let own = &b[first..first + block.size];
+        let size = linearisation.cables.first().map_or(0, |block| block.size);
+        let alike = linearisation.cables.iter().all(|block| block.size == size);
+        match if self.by_acceleration || !alike { 0 } else { size } {
+            1 => self.solve_alike::<1>(linearisation, b),
+            2 => self.solve_alike::<2>(linearisation, b),
+            3 => self.solve_alike::<3>(linearisation, b),
+            4 => self.solve_alike::<4>(linearisation, b),
+            _ => self.solve_any(linearisation, offset, b),
+        }
+    }
+
+    /// The same where every cable has `N` states, on which the platform's acceleration does not act.
+    #[inline]
+    fn solve_alike<const N: usize>(&self, linearisation: &Linearisation, b: &mut [F]) {
+        let (platform, own) = b.split_at_mut(6);
+        let own = own.as_chunks_mut::<N>().0;
+        let rq = [platform[0], platform[1], platform[2]];
+        let mut rhs = self.platform_side(linearisation, &rq, &[platform[3], platform[4], platform[5]]);
+        for ((block, factors), own) in linearisation.cables.iter().zip(&self.cables).zip(&*own) {
             let mut tension = F::zero();
-            for (t, r) in factors.tension.iter().zip(own) {
-                tension += *t * *r;
-            }
-            if self.by_acceleration {
-                tension -= factors.tension_by_acceleration * along(&block.row, &rv);
+            for c in 0..N {
+                tension += factors.tension[c] * own[c];
             }
             for c in 0..3 {
                 rhs[c] -= tension.scale(block.row[c]);
             }
         }
-        let dv = matrix3::product(&self.schur_inverse, &rhs);
-        let dq: [F; 3] = std::array::from_fn(|k| (rq[k] + dv[k]) * self.inverse_sigma);
+        let (dq, dv) = self.motion(&rq, &rhs);
+        for ((block, factors), own) in linearisation.cables.iter().zip(&self.cables).zip(own) {
+            factors.answer::<N>(block, &dq, &dv, own);
+        }
+        platform[..3].copy_from_slice(&dq);
+        platform[3..].copy_from_slice(&dv);
+    }
+
+    fn solve_any(&self, linearisation: &Linearisation, offset: &[usize], b: &mut [F]) {
+        let rq = [b[0], b[1], b[2]];
+        let rv = [b[3], b[4], b[5]];
+        let mut rhs = self.platform_side(linearisation, &rq, &rv);
         for ((block, factors), &first) in linearisation.cables.iter().zip(&self.cables).zip(offset) {
-            let own = &mut b[first..first + block.size];
-            if self.by_acceleration {
-                // The acceleration's own change is σ Δv less its right-hand side.
-                let acceleration = along(&block.row, &dv) * self.sigma - along(&block.row, &rv);
-                for (right, by) in own.iter_mut().zip(&block.rates_by_acceleration) {
-                    *right += acceleration.scale(*by);
-                }
+            let own = &b[first..first + block.size];
+            let mut tension = -(factors.tension_by_acceleration * along(&block.row, &rv));
+            for (t, r) in factors.tension.iter().zip(own) {
+                tension += *t * *r;
             }
-            match own.len() {
+            for c in 0..3 {
+                rhs[c] -= tension.scale(block.row[c]);
+            }
+        }
+        let (dq, dv) = self.motion(&rq, &rhs);
+        for ((block, factors), &first) in linearisation.cables.iter().zip(&self.cables).zip(offset) {
+            let mut own = [F::zero(); BLOCK];
+            own[..block.size].copy_from_slice(&b[first..first + block.size]);
+            // The acceleration's own change is σ Δv less its right-hand side.
+            let acceleration = along(&block.row, &dv) * self.sigma - along(&block.row, &rv);
+            for (right, by) in own.iter_mut().zip(&block.rates_by_acceleration).take(block.size) {
+                *right += acceleration.scale(*by);
+            }
+            match block.size {
                 0 => {}
-                1 => factors.answer::<1>(block, &dq, &dv, own),
-                2 => factors.answer::<2>(block, &dq, &dv, own),
-                3 => factors.answer::<3>(block, &dq, &dv, own),
-                4 => factors.answer::<4>(block, &dq, &dv, own),
-                _ => {
-                    let mut padded = [F::zero(); BLOCK];
-                    padded[..own.len()].copy_from_slice(own);
-                    factors.answer::<BLOCK>(block, &dq, &dv, &mut padded);
-                    own.copy_from_slice(&padded[..own.len()]);
-                }
+                1 => factors.answer::<1>(block, &dq, &dv, &mut own),
+                2 => factors.answer::<2>(block, &dq, &dv, &mut own),
+                3 => factors.answer::<3>(block, &dq, &dv, &mut own),
+                4 => factors.answer::<4>(block, &dq, &dv, &mut own),
+                _ => factors.answer::<BLOCK>(block, &dq, &dv, &mut own),
             }
+            b[first..first + block.size].copy_from_slice(&own[..block.size]);
         }
         b[..3].copy_from_slice(&dq);
         b[3..6].copy_from_slice(&dv);
+    }
+
+    /// The right-hand side of the platform's three equations, the cables' answers aside.
+    #[inline]
+    fn platform_side(&self, linearisation: &Linearisation, rq: &[F; 3], rv: &[F; 3]) -> [F; 3] {
+        let coupled = matrix3::product(&self.pose_coupling, rq);
+        std::array::from_fn(|r| along(&linearisation.mass[r], rv) - coupled[r])
+    }
+
+    /// Change of pose and twist.
+    #[inline]
+    fn motion(&self, rq: &[F; 3], rhs: &[F; 3]) -> ([F; 3], [F; 3]) {
+        let dv = matrix3::product(&self.schur_inverse, rhs);
+        (std::array::from_fn(|k| (rq[k] + dv[k]) * self.inverse_sigma), dv)
     }
 }
 

@@ -12,6 +12,7 @@ mod outcome;
 mod radau;
 mod step;
 mod switching;
+mod vector;
 
 pub use num_complex::Complex64;
 pub use outcome::{RadauError, Statistics};

@@ -3,6 +3,7 @@
 use super::allowance::Allowance;
 use super::coefficients::END_RATES;
 use super::step::Outcome;
+use super::vector::{Vector, each, root_mean};
 use super::{Complex64, RadauError, Statistics, System};
 
 /// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with less
@@ -45,16 +46,20 @@ pub struct Radau {
     pub(super) jacobian_excess: u32,
     pub(super) last: (f64, f64),
     /// What an error in each state weighs: one over its scale and the tolerance.
-    pub(super) weight: Vec<f64>,
+    pub(super) weight: Vector,
     /// Rates at the start of the step.
-    pub(super) rates: Vec<f64>,
+    pub(super) rates: Vector,
     /// Stage increments `Y_s - y`, and the same transformed.
-    pub(super) z: [Vec<f64>; 3],
-    pub(super) w: [Vec<f64>; 3],
-    pub(super) f: [Vec<f64>; 3],
-    pub(super) complex: Vec<Complex64>,
-    pub(super) stage: Vec<f64>,
-    pub(super) error: Vec<f64>,
+    pub(super) z: [Vector; 3],
+    pub(super) w: [Vector; 3],
+    pub(super) f: [Vector; 3],
+    pub(super) complex: Vector<Complex64>,
+    /// A state on the way of the step.
+    pub(super) stage: Vector,
+    /// Start of the step, and the stages.
+    pub(super) start: Vector,
+    pub(super) full: [Vector; 3],
+    pub(super) error: Vector,
     pub(super) switch_values: Vec<f64>,
     pub(super) switch_start: Vec<f64>,
     pub(super) statistics: Statistics,
@@ -67,14 +72,14 @@ impl Radau {
     /// `relative_tolerance` is that of the solution over one step; the embedded estimate is of order 3, so it is held to
     /// [`ESTIMATE_FACTOR`]` tol^(2/3)`.
     pub fn new(dimension: usize, switches: usize, relative_tolerance: f64) -> Self {
-        let zeros = || vec![0.0; dimension];
+        let zeros = || Vector::zeros(dimension);
         let mut radau = Self {
             tolerance: 0.0,
             newton_tolerance: 0.0,
             next_step: 0.0,
             factored_step: 0.0,
             jacobian_time: 0.0,
-            jacobian_state: zeros(),
+            jacobian_state: vec![0.0; dimension],
             has_jacobian: false,
             jacobian_least: 0,
             jacobian_excess: 0,
@@ -84,8 +89,10 @@ impl Radau {
             z: std::array::from_fn(|_| zeros()),
             w: std::array::from_fn(|_| zeros()),
             f: std::array::from_fn(|_| zeros()),
-            complex: vec![Complex64::default(); dimension],
+            complex: Vector::zeros(dimension),
             stage: zeros(),
+            start: zeros(),
+            full: std::array::from_fn(|_| zeros()),
             error: zeros(),
             switch_values: vec![0.0; switches],
             switch_start: vec![0.0; switches],
@@ -259,11 +266,11 @@ impl Radau {
                         self.last = (0.0, 0.0);
                         rates_known = false;
                     } else {
-                        let [z0, z1, z2] = &self.z;
-                        for (k, value) in y.iter_mut().enumerate() {
-                            *value += z2[k];
-                            // The collocation polynomial's slope there, which is what Newton's method made of the rates.
-                            self.rates[k] = (END_RATES[0] * z0[k] + END_RATES[1] * z1[k] + END_RATES[2] * z2[k]) / h;
+                        for (value, end) in y.iter_mut().zip(&*self.full[2]) {
+                            *value = *end;
+                        }
+                        if h < remaining {
+                            self.end_rates(h);
                         }
                         remaining = if h == remaining { 0.0 } else { remaining - h };
                         t = if remaining == 0.0 { end } else { end - remaining };
@@ -289,7 +296,7 @@ impl Radau {
     /// Takes up what errors weigh at `y`.
     fn weigh(&mut self, system: &impl System, y: &[f64]) {
         system.scale(y, &mut self.weight);
-        for weight in &mut self.weight {
+        for weight in self.weight.iter_mut() {
             *weight = 1.0 / (*weight * self.tolerance);
         }
     }
@@ -303,10 +310,22 @@ impl Radau {
         guess.max(0.01).min(remaining)
     }
 
+    /// Rates at the end of the step: the collocation polynomial's slope there, which is what Newton's method made of them.
+    fn end_rates(&mut self, h: f64) {
+        let weights = END_RATES.map(|w| w / h);
+        let [z0, z1, z2] = self.z.each_ref().map(Vector::groups);
+        for (((rates, z0), z1), z2) in self.rates.groups_mut().iter_mut().zip(z0).zip(z1).zip(z2) {
+            *rates = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
+        }
+    }
+
     /// Root mean square of `values`, weighed.
-    pub(super) fn norm(&self, values: &[f64]) -> f64 {
-        let sum: f64 = values.iter().zip(&self.weight).map(|(v, w)| (v * w) * (v * w)).sum();
-        (sum / values.len() as f64).sqrt()
+    pub(super) fn norm(&self, values: &Vector) -> f64 {
+        let mut sum = [0.0; 4];
+        for (v, w) in values.groups().iter().zip(self.weight.groups()) {
+            sum = each(|l| sum[l] + (v[l] * w[l]) * (v[l] * w[l]));
+        }
+        root_mean(sum, values.len())
     }
 }
 

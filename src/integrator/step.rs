@@ -1,6 +1,7 @@
 //! One step: simplified Newton in the transformed stages, error estimate, step size.
 
 use super::coefficients::{ALPHA, BETA, C, E, GAMMA, T, T_INVERSE, T_INVERSE_C, T_INVERSE_SUM};
+use super::vector::{Vector, each, root_mean};
 use super::{Complex64, Radau, System};
 
 /// Most Newton iterations of one step.
@@ -35,47 +36,6 @@ pub(super) fn factor(system: &mut impl System, h: f64) {
     system.factor(GAMMA / h, Complex64::new(ALPHA / h, BETA / h));
 }
 
-// The loops below stand in functions of their own, whose arguments the compiler knows to be separate.
-
-/// Adds a correction to the transformed stages.
-#[inline(never)]
-fn add(real: &[f64], complex: &[Complex64], w0: &mut [f64], w1: &mut [f64], w2: &mut [f64]) {
-    let n = real.len();
-    let (complex, w0, w1, w2) = (&complex[..n], &mut w0[..n], &mut w1[..n], &mut w2[..n]);
-    for k in 0..n {
-        w0[k] += real[k];
-        w1[k] += complex[k].re;
-        w2[k] += complex[k].im;
-    }
-}
-
-/// Transforms the stages back: `Z = T W`.
-#[inline(never)]
-fn transform(w0: &[f64], w1: &[f64], w2: &[f64], z0: &mut [f64], z1: &mut [f64], z2: &mut [f64]) {
-    let n = w0.len();
-    let (w1, w2, z0, z1, z2) = (&w1[..n], &w2[..n], &mut z0[..n], &mut z1[..n], &mut z2[..n]);
-    for k in 0..n {
-        z0[k] = T[0][0] * w0[k] + T[0][1] * w1[k] + T[0][2] * w2[k];
-        z1[k] = T[1][0] * w0[k] + T[1][1] * w1[k] + T[1][2] * w2[k];
-        z2[k] = T[2][0] * w0[k] + T[2][1] * w1[k];
-    }
-}
-
-/// What the stages with rates `f` lack of solving the step of `h` (s): the right-hand sides of the correction.
-#[inline(never)]
-fn defect(h: f64, f: [&[f64]; 3], w: [&[f64]; 3], real: &mut [f64], complex: &mut [Complex64]) {
-    let n = real.len();
-    let ([f0, f1, f2], [w0, w1, w2]) = (f.map(|f| &f[..n]), w.map(|w| &w[..n]));
-    let complex = &mut complex[..n];
-    let (gamma, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
-    for k in 0..n {
-        let g = |s: usize| T_INVERSE[s][0] * f0[k] + T_INVERSE[s][1] * f1[k] + T_INVERSE[s][2] * f2[k];
-        real[k] = g(0) - gamma * w0[k];
-        complex[k].re = g(1) - alpha * w1[k] + beta * w2[k];
-        complex[k].im = g(2) - alpha * w2[k] - beta * w1[k];
-    }
-}
-
 /// Whether no more than [`DEFECT`] is left of a defect after its correction, going by its contraction from `before`.
 fn settles(defect: f64, before: f64) -> bool {
     defect * defect <= DEFECT * (before - defect)
@@ -103,17 +63,16 @@ impl Radau {
     /// One step attempt from `y` with the rates there in `rates`.
     pub(super) fn step(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64, rejected: bool) -> Outcome {
         self.prepare(system, t, y, h);
-        self.guess(system);
-        let mut last_change = self.curved(h);
-        self.apply_correction();
+        self.start.copy_from_slice(y);
+        let mut last_change = self.guess(system, h);
         let mut last_defect = f64::NAN;
         let mut iterations = 0;
         loop {
             if iterations == NEWTON_LIMIT {
                 return Outcome::NotConverged;
             }
-            let defect = self.correct(system, t, y, h);
-            let change = self.apply_correction();
+            let defect = self.correct(system, t, h);
+            let change = self.apply_correction([0.0; 3]);
             iterations += 1;
             self.statistics.newton_iterations += 1;
             if !change.is_finite() {
@@ -148,7 +107,7 @@ impl Radau {
             }
         }
         self.charge(iterations);
-        let error = self.estimate(system, t, y, h, rejected);
+        let error = self.estimate(system, t, h, rejected);
         self.control(h, error, iterations, rejected)
     }
 
@@ -162,89 +121,110 @@ impl Radau {
 
     /// The correction of stages that all stand at the start of the step, where the rates are known: the answer, were the
     /// system linear. Nothing older than this step is used, since the inputs may have jumped.
-    fn guess(&mut self, system: &mut impl System) {
-        for s in 0..3 {
-            self.w[s].fill(0.0);
-        }
-        for ((rate, error), complex) in self.rates.iter().zip(&mut self.error).zip(&mut self.complex) {
-            *error = T_INVERSE_SUM[0] * rate;
-            *complex = Complex64::new(T_INVERSE_SUM[1] * rate, T_INVERSE_SUM[2] * rate);
+    ///
+    /// Returns its size beside steady rates: the part of it that the Jacobian made, by which its error is to be judged. A large
+    /// steady motion would hide how slowly a small rest converges.
+    fn guess(&mut self, system: &mut impl System, h: f64) -> f64 {
+        for (rates, (real, complex)) in
+            self.rates.groups().iter().zip(self.error.groups_mut().iter_mut().zip(self.complex.groups_mut()))
+        {
+            *real = rates.map(|rate| T_INVERSE_SUM[0] * rate);
+            *complex = rates.map(|rate| Complex64::new(T_INVERSE_SUM[1] * rate, T_INVERSE_SUM[2] * rate));
         }
         system.solve_real(&mut self.error);
         system.solve_complex(&mut self.complex);
-    }
-
-    /// Size of the guess beside steady rates: the part of it that the Jacobian made, by which its error is to be judged. A large
-    /// steady motion would hide how slowly a small rest converges.
-    fn curved(&self, h: f64) -> f64 {
-        let mut sum = 0.0;
-        for (k, rate) in self.rates.iter().enumerate() {
-            let steady = h * rate;
-            let real = self.error[k] - T_INVERSE_C[0] * steady;
-            let re = self.complex[k].re - T_INVERSE_C[1] * steady;
-            let im = self.complex[k].im - T_INVERSE_C[2] * steady;
-            sum += (real * real + re * re + im * im) * (self.weight[k] * self.weight[k]);
+        for w in &mut self.w {
+            w.groups_mut().fill([0.0; 4]);
         }
-        (sum / (3 * self.rates.len()) as f64).sqrt()
+        self.apply_correction(T_INVERSE_C.map(|c| c * h))
     }
 
-    /// Size of the [`defect`] of stages that all stand at the start of the step.
+    /// Size of the defect of stages that all stand at the start of the step.
     fn first_defect(&self, h: f64) -> f64 {
         self.norm(&self.rates) * T_INVERSE_SUM[0] * h / GAMMA
     }
 
-    /// The correction of the stages by one Newton iteration, into `error` and `complex`; returns the size of the [`defect`].
-    fn correct(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) -> f64 {
+    /// The correction of the stages by one Newton iteration, into `error` and `complex`. Returns the size of the defect, what the
+    /// stages lack of solving the step.
+    fn correct(&mut self, system: &mut impl System, t: f64, h: f64) -> f64 {
         for s in 0..3 {
-            for ((stage, y), z) in self.stage.iter_mut().zip(y).zip(&self.z[s]) {
-                *stage = y + z;
-            }
-            system.rates(t + C[s] * h, &self.stage, &mut self.f[s]);
+            system.rates(t + C[s] * h, &self.full[s], &mut self.f[s]);
         }
         self.count_evaluations(3);
-        let [f0, f1, f2] = &self.f;
-        let [w0, w1, w2] = &self.w;
-        defect(h, [f0, f1, f2], [w0, w1, w2], &mut self.error, &mut self.complex);
-        // Its real part stands for all of it.
-        let size = self.norm(&self.error) * h / GAMMA;
+        let (gamma, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
+        let [f0, f1, f2] = self.f.each_ref().map(Vector::groups);
+        let [w0, w1, w2] = self.w.each_ref().map(Vector::groups);
+        let weights = self.weight.groups();
+        let right = self.error.groups_mut().iter_mut().zip(self.complex.groups_mut());
+        let mut sum = [0.0; 4];
+        for (((((((real, complex), f0), f1), f2), w0), w1), (w2, weight)) in
+            right.zip(f0).zip(f1).zip(f2).zip(w0).zip(w1).zip(w2.iter().zip(weights))
+        {
+            let g = |s: usize| each(|l| T_INVERSE[s][0] * f0[l] + T_INVERSE[s][1] * f1[l] + T_INVERSE[s][2] * f2[l]);
+            let [g0, g1, g2] = [g(0), g(1), g(2)];
+            *real = each(|l| g0[l] - gamma * w0[l]);
+            let re = each(|l| g1[l] - alpha * w1[l] + beta * w2[l]);
+            let im = each(|l| g2[l] - alpha * w2[l] - beta * w1[l]);
+            *complex = each(|l| Complex64::new(re[l], im[l]));
+            sum = each(|l| sum[l] + (real[l] * weight[l]) * (real[l] * weight[l]));
+        }
         system.solve_real(&mut self.error);
         system.solve_complex(&mut self.complex);
-        size
+        // The real part of it stands for all.
+        root_mean(sum, self.error.len()) * h / GAMMA
     }
 
-    /// Adds the correction to the stages; returns its size in units of the tolerance.
-    fn apply_correction(&mut self) -> f64 {
-        let [w0, w1, w2] = &mut self.w;
-        let [z0, z1, z2] = &mut self.z;
-        add(&self.error, &self.complex, w0, w1, w2);
-        transform(w0, w1, w2, z0, z1, z2);
-        let mut sums = [0.0; 2];
-        for (k, (error, (complex, weight))) in self.error.iter().zip(self.complex.iter().zip(&self.weight)).enumerate()
-        {
-            sums[k & 1] += (error * error + complex.norm_sqr()) * (weight * weight);
+    /// Adds the correction to the transformed stages and places the stages anew, `Z = T W`. Returns the size of the correction
+    /// less `steady` times the rates, in units of the tolerance.
+    fn apply_correction(&mut self, steady: [f64; 3]) -> f64 {
+        let [w0, w1, w2] = self.w.each_mut().map(Vector::groups_mut);
+        let [z0, z1, z2] = self.z.each_mut().map(Vector::groups_mut);
+        let [full0, full1, full2] = self.full.each_mut().map(Vector::groups_mut);
+        let (real, complex) = (self.error.groups(), self.complex.groups());
+        let (start, rates, weight) = (self.start.groups(), self.rates.groups(), self.weight.groups());
+        let mut sum = [0.0; 4];
+        for k in 0..start.len() {
+            let (real, re, im) = (real[k], complex[k].map(|c| c.re), complex[k].map(|c| c.im));
+            let part = |correction: [f64; 4], s: usize| each(|l| correction[l] - steady[s] * rates[k][l]);
+            let (a, b, c) = (part(real, 0), part(re, 1), part(im, 2));
+            let square = each(|l| a[l] * a[l] + b[l] * b[l] + c[l] * c[l]);
+            sum = each(|l| sum[l] + square[l] * (weight[k][l] * weight[k][l]));
+            let (a, b, c) = (each(|l| w0[k][l] + real[l]), each(|l| w1[k][l] + re[l]), each(|l| w2[k][l] + im[l]));
+            (w0[k], w1[k], w2[k]) = (a, b, c);
+            let (za, zb, zc) = (
+                each(|l| T[0][0] * a[l] + T[0][1] * b[l] + T[0][2] * c[l]),
+                each(|l| T[1][0] * a[l] + T[1][1] * b[l] + T[1][2] * c[l]),
+                each(|l| T[2][0] * a[l] + T[2][1] * b[l]),
+            );
+            (z0[k], z1[k], z2[k]) = (za, zb, zc);
+            full0[k] = each(|l| start[k][l] + za[l]);
+            full1[k] = each(|l| start[k][l] + zb[l]);
+            full2[k] = each(|l| start[k][l] + zc[l]);
         }
-        ((sums[0] + sums[1]) / (3 * self.error.len()) as f64).sqrt()
+        root_mean(sum, 3 * self.error.len())
     }
 
     /// The embedded error estimate, in units of the tolerance.
-    fn estimate(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64, rejected: bool) -> f64 {
-        let n = y.len();
-        for k in 0..n {
-            let weighted = (E[0] * self.z[0][k] + E[1] * self.z[1][k] + E[2] * self.z[2][k]) / h;
-            // `w[0]` is done with; it keeps the difference for a second pass.
-            self.w[0][k] = weighted;
-            self.error[k] = weighted + self.rates[k];
+    fn estimate(&mut self, system: &mut impl System, t: f64, h: f64, rejected: bool) -> f64 {
+        let weights = E.map(|e| e / h);
+        let [z0, z1, z2] = self.z.each_ref().map(Vector::groups);
+        let rates = self.rates.groups();
+        // `w[0]` is done with; it keeps the difference for a second pass.
+        let out = self.error.groups_mut().iter_mut().zip(self.w[0].groups_mut());
+        for ((((error, kept), rates), z0), (z1, z2)) in out.zip(rates).zip(z0).zip(z1.iter().zip(z2)) {
+            *kept = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
+            *error = each(|l| kept[l] + rates[l]);
         }
         system.solve_real(&mut self.error);
         let mut error = self.norm(&self.error);
         if error >= 1.0 && (rejected || self.last.0 == 0.0) {
-            for k in 0..n {
-                self.stage[k] = y[k] + self.error[k];
+            for ((stage, start), error) in self.stage.iter_mut().zip(&*self.start).zip(&*self.error) {
+                *stage = start + error;
             }
             system.rates(t, &self.stage, &mut self.error);
             self.count_evaluations(1);
-            for k in 0..n {
-                self.error[k] += self.w[0][k];
+            for (error, kept) in self.error.iter_mut().zip(&*self.w[0]) {
+                *error += kept;
             }
             system.solve_real(&mut self.error);
             error = self.norm(&self.error);
