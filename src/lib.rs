@@ -21,3 +21,4 @@ pub mod release;
 pub mod scalar;
 pub mod simulation;
 pub mod statics;
+pub mod winch;

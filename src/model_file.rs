@@ -15,6 +15,7 @@ use crate::parameters::{
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::{Plant, PlantError};
 use crate::simulation::{DEFAULT_TOLERANCE, Simulation, Start, StartError};
+use crate::winch::{WINCH_COMMANDS, WinchCommand, WinchParameters};
 
 /// A model: what `model.toml` says.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +72,8 @@ struct Keys {
     youngs_modulus: Option<f64>,
     cable_area: Option<f64>,
     cable_damping: Option<f64>,
+    #[serde(default)]
+    winch: WinchParameters,
     relative_tolerance: Option<f64>,
     #[serde(default)]
     cable: Vec<CableParameters>,
@@ -93,6 +96,9 @@ struct StartKeys {
     unstretched_length: Option<PerCable<f64>>,
     unstretched_length_rate: Option<PerCable<f64>>,
     winch_force: Option<PerCable<f64>>,
+    winch_torque: Option<PerCable<f64>>,
+    winch_speed: Option<PerCable<f64>>,
+    winch_length: Option<PerCable<f64>>,
     disturbance_force_x: Option<f64>,
     disturbance_force_y: Option<f64>,
     disturbance_torque: Option<f64>,
@@ -143,6 +149,7 @@ impl Model {
             youngs_modulus: keys.youngs_modulus.unwrap_or(default.youngs_modulus),
             cable_area: keys.cable_area.unwrap_or(default.cable_area),
             cable_damping: keys.cable_damping.unwrap_or(default.cable_damping),
+            winch: keys.winch,
         };
         let cables = parameters.cables();
         if !(2..=MAX_CABLES).contains(&cables) {
@@ -159,29 +166,56 @@ impl Model {
             given => Ok(given.unwrap_or(default)),
         };
         let or = |value: Option<f64>| value.unwrap_or(0.0);
-        let model = Self {
+        let command = parameters.winch.command;
+        let mut commanded = None;
+        for (kind, given) in
+            WINCH_COMMANDS.into_iter().zip([s.winch_force, s.winch_torque, s.winch_speed, s.winch_length])
+        {
+            let Some(given) = given else { continue };
+            if kind != command {
+                let message = format!(
+                    "`{}` is no input of winches commanded by {}, expected `{}` ({})",
+                    kind.input(),
+                    command.name(),
+                    command.input(),
+                    command.unit()
+                );
+                return Err(ModelFileError { line: line_of_key(text, kind.input()), message });
+            }
+            commanded = Some(per_cable(command.input(), Some(given), given)?);
+        }
+        let lengths =
+            s.unstretched_length.map(|given| per_cable("unstretched_length", Some(given), given)).transpose()?;
+        let way = if command.is_servo() { Initialization::FromStates } else { Initialization::default() };
+        let mut model = Self {
             parameters,
             relative_tolerance: keys.relative_tolerance.unwrap_or(DEFAULT_TOLERANCE),
             start: Start {
                 time: 0.0,
-                initialization: keys.initialization.unwrap_or_default(),
+                initialization: keys.initialization.unwrap_or(way),
                 pose: [or(s.x), or(s.y), or(s.phi)],
                 twist: [or(s.vx), or(s.vy), or(s.omega)],
-                unstretched_length: per_cable("unstretched_length", s.unstretched_length, start.unstretched_length)?,
+                unstretched_length: start.unstretched_length,
                 unstretched_length_rate: per_cable(
                     "unstretched_length_rate",
                     s.unstretched_length_rate,
                     start.unstretched_length_rate,
                 )?,
                 inputs: Inputs {
-                    winch_force: per_cable("winch_force", s.winch_force, start.inputs.winch_force)?,
+                    winch_force: start.inputs.winch_force,
                     disturbance: [or(s.disturbance_force_x), or(s.disturbance_force_y), or(s.disturbance_torque)],
                 },
             },
             effects: keys.effect.iter().map(|e| e.get_ref().clone()).collect(),
         };
         let lines: Vec<usize> = keys.effect.iter().map(|e| line_at(text, e.span().start)).collect();
-        model.check().map_err(|error| ModelFileError {
+        let plant = model.plant().map_err(ModelError::from);
+        let started = plant.and_then(|plant| Ok(model.start.with_defaults(&plant, [commanded, lengths])?));
+        let checked = started.and_then(|start| {
+            model.start = start;
+            model.check()
+        });
+        checked.map_err(|error| ModelFileError {
             line: match &error {
                 ModelError::Plant(PlantError::Parameter(e)) | ModelError::Value(e) => {
                     // Angles are as many as the others: either key may be the one that stands there.
@@ -212,7 +246,7 @@ impl Model {
             ("vx", &s.twist[..]),
             ("unstretched_length", &s.unstretched_length[..]),
             ("unstretched_length_rate", &s.unstretched_length_rate[..]),
-            ("winch_force", &inputs.winch_force[..]),
+            (self.parameters.winch.command.input(), &inputs.winch_force[..]),
             ("disturbance_force_x", &inputs.disturbance[..]),
         ];
         for (key, values) in named {
@@ -223,6 +257,7 @@ impl Model {
         let plant = Plant::new(self.parameters.clone(), self.effects.clone())?;
         let start = s.behind_sensors(&plant);
         plant.geometry().check_pose(&start.pose)?;
+        start.check_initialization(&plant)?;
         if s.initialization == Initialization::FromStates {
             for i in (0..plant.cables()).filter(|i| plant.unstretched_index(*i).is_some()) {
                 if start.unstretched_length[i] <= 0.0 {
@@ -305,13 +340,35 @@ impl Model {
         ] {
             line(&format!("{given}{key}"), array(values), comment);
         }
-        line("winch_force", array(s.inputs.winch_force), "N, pull-positive, held until an input says otherwise");
+        let comment = match p.winch.command {
+            WinchCommand::Force => "N, pull-positive, held until an input says otherwise",
+            WinchCommand::Torque => "N m, pull-positive, held until an input says otherwise",
+            WinchCommand::Speed => "m/s, paying out, held until an input says otherwise",
+            WinchCommand::Length => "m, paid out, held until an input says otherwise",
+        };
+        line(p.winch.command.input(), array(s.inputs.winch_force), comment);
         for (key, value, unit) in [
             ("disturbance_force_x", s.inputs.disturbance[0], "N"),
             ("disturbance_force_y", s.inputs.disturbance[1], "N"),
             ("disturbance_torque", s.inputs.disturbance[2], "N m"),
         ] {
             line(key, format!("{value:?}"), unit);
+        }
+        out.push_str("\n[winch]\n");
+        let mut line = |key: &str, value: String, comment: &str| {
+            let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
+        };
+        line("command", format!("{:?}", p.winch.command.name()), "force, torque, speed or length");
+        let (given, inertia) = p.winch.rotor_inertia.map_or(("# ", 0.0), |inertia| ("", inertia));
+        line(&format!("{given}rotor_inertia"), format!("{inertia:?}"), "kg m2, about the motor's axis");
+        for (key, value, comment) in [
+            ("drum_radius", p.winch.drum_radius, "m"),
+            ("gear_ratio", p.winch.gear_ratio, "1, turns of the motor to a turn of the drum"),
+            ("bandwidth", p.winch.bandwidth, "rad/s, of a servo (speed, length)"),
+            ("damping", p.winch.damping, "1, damping ratio of a servo (length)"),
+            ("force_limit", p.winch.force_limit, "N, of a servo (speed, length)"),
+        ] {
+            line(key, format!("{value:?}"), comment);
         }
         for (i, cable) in p.cable.iter().enumerate() {
             let _ = writeln!(out, "\n[[cable]] # {}", i + 1);
@@ -325,6 +382,9 @@ impl Model {
                 ("area", cable.area, "m2, instead of the robot's"),
                 ("density", cable.density, "kg/m, instead of the robot's"),
                 ("damping", cable.damping, "N s, instead of the robot's"),
+                ("drum_radius", cable.drum_radius, "m, instead of the winches'"),
+                ("gear_ratio", cable.gear_ratio, "1, instead of the winches'"),
+                ("rotor_inertia", cable.rotor_inertia, "kg m2, instead of the winches'"),
             ];
             for (key, value, comment) in own {
                 if let Some(value) = value {
@@ -396,12 +456,15 @@ fn line_of_key(text: &str, key: &str) -> Option<usize> {
         return Some(line_at(text, found.span().start));
     }
     #[derive(Deserialize)]
-    struct OnlyStart {
+    struct Inner {
+        #[serde(default)]
         start: BTreeMap<Spanned<String>, toml::Value>,
+        #[serde(default)]
+        winch: BTreeMap<Spanned<String>, toml::Value>,
     }
-    let inner: OnlyStart = toml::from_str(text).ok()?;
+    let inner: Inner = toml::from_str(text).ok()?;
     let wanted = if key == "pose" { ["x", "y", "phi"].as_slice() } else { &[key] };
-    let lines = inner.start.keys().filter(|k| wanted.contains(&k.get_ref().as_str()));
+    let lines = inner.start.keys().chain(inner.winch.keys()).filter(|k| wanted.contains(&k.get_ref().as_str()));
     lines.map(|k| line_at(text, k.span().start)).min()
 }
 
@@ -428,6 +491,20 @@ mod tests {
     }
 
     #[test]
+    fn a_model_reads_back_whatever_commands_its_winches() {
+        for (command, expected) in [("force", 1e3), ("torque", 400.0), ("speed", 0.0), ("length", 899.996)] {
+            let text =
+                format!("[winch]\ncommand = \"{command}\"\ndrum_radius = 0.8\ngear_ratio = 2.0\nrotor_inertia = 1.5");
+            let model = Model::from_toml(&text).unwrap();
+            let start = model.start.inputs.winch_force;
+            assert!((start[3] - expected).abs() < 1e-2 * (1.0 + expected), "{command}: {start:?}");
+            assert_eq!(Model::from_toml(&model.to_toml()).unwrap(), model, "{}", model.to_toml());
+            let tension = model.simulation().unwrap().outputs().tension;
+            assert!(tension.iter().all(|t| (t - 1e3).abs() < 1e-4), "{command}: {tension:?}");
+        }
+    }
+
+    #[test]
     fn errors_name_line_and_key() {
         for (text, line, part) in [
             ("platform_mass = 1.0\nplatform_mas = 2.0", Some(2), "platform_mas"),
@@ -447,6 +524,16 @@ mod tests {
             ("\ngravity = [0.0, -9.81, 0.0]", Some(2), "`gravity`: invalid length 3, expected two numbers"),
             ("centre_of_mass = [1.0]", Some(1), "`centre_of_mass`: invalid length 1"),
             ("[[cable]]\nanchor = [0.0, 1.0, 2.0]\nattachment = [0.0, 0.0]", Some(2), "`anchor`: invalid length 3"),
+            ("[winch]\ncommand = \"volts\"", Some(2), "torque"),
+            ("[winch]\n\ndrum_radius = 0.0", Some(3), "`drum_radius` is 0, expected a finite number greater than 0"),
+            (
+                "[winch]\ncommand = \"speed\"\n[start]\nwinch_force = [1.0, 1.0, 1.0, 1.0]",
+                Some(4),
+                "expected `winch_speed`",
+            ),
+            ("cable_model = \"rigid\"\n[winch]\ncommand = \"length\"", Some(3), "lumped_mass"),
+            ("initialization = \"static_equilibrium\"\n[winch]\ncommand = \"speed\"", Some(1), "from_states"),
+            ("cable_inertia = \"none\"\n[winch]\ncommand = \"speed\"", None, "rotor_inertia of winch 1"),
             ("platform_mass = ", Some(1), ""),
         ] {
             let error = Model::from_toml(text).unwrap_err();

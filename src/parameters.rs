@@ -6,6 +6,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::per_cable::{MAX_CABLES, PerCable};
+use crate::winch::WinchParameters;
 
 /// Which model of a cable's axial behaviour the plant uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -80,6 +81,15 @@ pub struct CableParameters {
     /// Its own damping `b l` (N s); the robot's where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
+    /// Radius of this winch's drum (m).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drum_radius: Option<f64>,
+    /// Turns of this winch's motor to a turn of its drum.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gear_ratio: Option<f64>,
+    /// Inertia of this winch's rotor (kg m²).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotor_inertia: Option<f64>,
 }
 
 /// Two numbers, no more: an array by itself would take the first two and leave the rest unread.
@@ -91,7 +101,17 @@ pub(crate) fn pair<'de, D: Deserializer<'de>>(from: D) -> Result<[f64; 2], D::Er
 impl CableParameters {
     /// A cable between these points (m) with the robot's properties.
     pub fn between(anchor: [f64; 2], attachment: [f64; 2]) -> Self {
-        Self { anchor, attachment, youngs_modulus: None, area: None, density: None, damping: None }
+        Self {
+            anchor,
+            attachment,
+            youngs_modulus: None,
+            area: None,
+            density: None,
+            damping: None,
+            drum_radius: None,
+            gear_ratio: None,
+            rotor_inertia: None,
+        }
     }
 }
 
@@ -132,6 +152,8 @@ pub struct Parameters {
     pub cable_area: f64,
     /// Damping `b l` (N s): the damping coefficient is `b = cable_damping / l`.
     pub cable_damping: f64,
+    /// The winches: what they are told, drums, gears, rotors, servos.
+    pub winch: WinchParameters,
 }
 
 impl Default for Parameters {
@@ -153,6 +175,7 @@ impl Default for Parameters {
             youngs_modulus: 38e9,
             cable_area: 4e-4,
             cable_damping: 20_000.0,
+            winch: WinchParameters::default(),
         }
     }
 }
@@ -189,7 +212,7 @@ pub(crate) fn check_range(key: &str, value: f64, lower: f64, upper: f64) -> Resu
     Err(ParameterError::new(key, value, expected))
 }
 
-fn check_positive(key: &str, value: f64) -> Result<(), ParameterError> {
+pub(crate) fn check_positive(key: &str, value: f64) -> Result<(), ParameterError> {
     if value.is_finite() && value > 0.0 {
         Ok(())
     } else {
@@ -245,6 +268,15 @@ impl Parameters {
             // l' = L' + (EA (L-l)/l - T) / b has no solution without damping.
             check_positive("cable_damping", self.cable_damping)?;
         }
+        self.winch.check()?;
+        if self.winch.command.is_servo() && self.cable_model != CableModel::LumpedMass {
+            return Err(ParameterError::new(
+                "command",
+                format!("{:?}", self.winch.command.name()),
+                "\"force\" or \"torque\" unless `cable_model` is \"lumped_mass\": a servo moves the cable's winch end, \
+                 which has no motion of its own in the others",
+            ));
+        }
         Ok(())
     }
     /// Checks the two circles.
@@ -284,10 +316,17 @@ impl Parameters {
                     return Err(ParameterError::new(key(name), format!("{point:?}"), "two finite numbers"));
                 }
             }
-            for (name, own) in [("youngs_modulus", cable.youngs_modulus), ("area", cable.area)] {
+            for (name, own) in [
+                ("youngs_modulus", cable.youngs_modulus),
+                ("area", cable.area),
+                ("drum_radius", cable.drum_radius),
+                ("gear_ratio", cable.gear_ratio),
+            ] {
                 own.map_or(Ok(()), |value| check_positive(&key(name), value))?;
             }
-            for (name, own) in [("density", cable.density), ("damping", cable.damping)] {
+            for (name, own) in
+                [("density", cable.density), ("damping", cable.damping), ("rotor_inertia", cable.rotor_inertia)]
+            {
                 own.map_or(Ok(()), |value| check_range(&key(name), value, 0.0, f64::INFINITY))?;
             }
             let same = |other: &CableParameters| other.anchor == cable.anchor && other.attachment == cable.attachment;

@@ -4,9 +4,12 @@ use std::sync::OnceLock;
 
 use crate::dynamics::{CableConstants, Inputs, MAX_EFFECT_STATES, PlantData};
 use crate::effect::{EffectKind, EffectSpec, PlatformContext, SpecError, Stage, WinchContext, acts_on};
+use crate::formula::Variable;
 use crate::kinematics::CableEnds;
 use crate::parameters::{CableModel, ParameterError, Parameters};
 use crate::per_cable::PerCable;
+use crate::scalar::Real;
+use crate::winch::WinchCommand;
 use crate::{dynamics, geometry, kinematics};
 
 /// A model that cannot be built.
@@ -112,6 +115,10 @@ pub(crate) struct Has {
     pub(crate) law: bool,
     /// Effects that swing across a cable.
     pub(crate) swing: bool,
+    /// Winches that make their own force to follow a speed or a length.
+    pub(crate) servo: bool,
+    /// Winches that are commanded by torque.
+    pub(crate) torque: bool,
     /// Cables with a mass at the platform's end.
     pub(crate) end_mass: bool,
     /// Cables whose tension depends on the platform's acceleration (rigid, massless spring).
@@ -221,8 +228,14 @@ impl Plant {
         let on_cable = |c: &CableEffects| {
             !(c.command.is_empty() && c.loss.is_empty() && c.pull.is_empty() && c.transverse.is_empty())
         };
+        let command = parameters.winch.command;
+        if command.is_servo() {
+            check_servo(&data, &effects)?;
+        }
         let has = Has {
-            force: !wrench.is_empty() || cable.iter().any(on_cable),
+            force: command.is_servo() || !wrench.is_empty() || cable.iter().any(on_cable),
+            servo: command.is_servo(),
+            torque: command == WinchCommand::Torque,
             law: cable.iter().any(|c| !c.law.is_empty()),
             swing: cable.iter().any(|c| !c.swing.is_empty()),
             end_mass: data.cables.iter().any(|c| c.end_density != 0.0),
@@ -369,7 +382,18 @@ impl Plant {
         }
     }
 
-    /// What platform-side effects see of the plant at rest at `pose`, handed to `look`.
+    /// The commands as the winches make them: forces (N) in place of torques; the command of a servo stays what it is.
+    pub fn driven<S: Real>(&self, commands: &Inputs<S>) -> Inputs<S> {
+        let mut inputs = *commands;
+        if self.has.torque {
+            for (force, cable) in inputs.winch_force.iter_mut().zip(&self.data.cables) {
+                *force *= cable.winch.force_per_command();
+            }
+        }
+        inputs
+    }
+
+    /// What platform-side effects see of the plant at rest at `pose` under these commands, handed to `look`.
     pub(crate) fn at_rest<R>(
         &self,
         time: f64,
@@ -383,7 +407,7 @@ impl Plant {
             time,
             pose,
             twist: &[0.0; 3],
-            inputs,
+            inputs: &self.driven(inputs),
             cable_length: &lengths,
             cable_speed: &zero,
             unstretched_length: &lengths,
@@ -437,6 +461,26 @@ fn check_unique(effects: &[EffectSpec]) -> Result<(), PlantError> {
         if effects[..k].iter().any(clash) {
             let place = spec.cable.map_or("all cables or the whole plant".to_owned(), |c| format!("cable {c}"));
             return Err(PlantError::Twice { id: spec.id.clone(), place });
+        }
+    }
+    Ok(())
+}
+
+/// A servo needs a winch end with a motion and a mass, and no term may ask for its force: its command is none.
+fn check_servo(data: &PlantData, effects: &[EffectSpec]) -> Result<(), PlantError> {
+    for (i, cable) in data.cables.iter().enumerate() {
+        if cable.model != CableModel::LumpedMass {
+            let key = format!("rotor_inertia of winch {}", i + 1);
+            let expected = "greater than 0: a servo has nothing to move where cable and rotor have no mass";
+            return Err(ParameterError::new(key, 0, expected).into());
+        }
+    }
+    for spec in effects {
+        if let EffectKind::Expression(expression) = EffectKind::new(spec)?
+            && expression.formula().uses(|v| matches!(v, Variable::WinchForce(_)))
+        {
+            let message = "`winch_force` is no input of winches that are commanded by speed or length";
+            return Err(SpecError::new(&spec.id, message).into());
         }
     }
     Ok(())

@@ -51,6 +51,12 @@ pub struct Outputs<S = f64> {
     pub cable_direction: PerCable<[S; 2]>,
     /// Whether each cable is slack.
     pub slack: PerCable<bool>,
+    /// Accelerations `[ax, ay, φ̈]` of the platform.
+    pub acceleration: [S; 3],
+    /// Angles of the drums, zero with nothing paid out, growing as they pay out.
+    pub winch_angle: PerCable<S>,
+    /// Angular rates of the drums.
+    pub winch_rate: PerCable<S>,
 }
 
 impl<S: Real> Outputs<S> {
@@ -280,17 +286,21 @@ impl Simulation {
         result
     }
 
-    /// The inputs as the plant feels them from now to the next change: winch forces after their dead time.
+    /// The inputs as the plant feels them from now to the next change: commands after their dead time, forces in place of
+    /// torques.
     fn inputs_felt(&self) -> InputSegment {
         let (mut value, mut slope) = (self.inputs(), self.input_slopes);
         self.commands.delay(self.time, &mut value.winch_force, &mut slope.winch_force);
+        if self.plant.has.torque {
+            (value, slope) = (self.plant.driven(&value), self.plant.driven(&slope));
+        }
         for (force, added) in value.winch_force.iter_mut().zip(&self.winch_disturbance) {
             *force += added;
         }
         InputSegment::new(self.time, value, slope)
     }
 
-    /// The inputs as the plant feels them now: winch forces after their dead time.
+    /// The inputs as the plant feels them now: commands after their dead time, forces in place of torques.
     pub fn inputs_at_plant(&self) -> Inputs {
         self.inputs_felt().at(self.time)
     }
@@ -339,6 +349,9 @@ impl Simulation {
             strain: PerCable::from_fn(cables, |i| (e.kinematics[i].length - e.unstretched[i]) / e.unstretched[i]),
             cable_direction: PerCable::from_fn(cables, |i| e.kinematics[i].direction),
             slack: e.slack,
+            acceleration: e.acceleration,
+            winch_angle: PerCable::from_fn(cables, |i| e.unstretched[i] / plant.data.cables[i].winch.drum_radius),
+            winch_rate: PerCable::from_fn(cables, |i| e.unstretched_rate[i] / plant.data.cables[i].winch.drum_radius),
         }
     }
 }

@@ -80,6 +80,23 @@ pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S
     straight_tension(data, laws, refined)
 }
 
+/// Tension (N) of a cable with a mass at its winch end: spring and damper, nothing where it is slack.
+#[inline]
+pub(crate) fn carried<S: Real>(
+    data: &CableData,
+    laws: &[Law],
+    time: S,
+    [chord, speed]: [S; 2],
+    [unstretched, rate]: [S; 2],
+    states: &[S],
+    slack: bool,
+) -> S {
+    if slack {
+        return S::from(0.0);
+    }
+    tension(data, laws, time, chord, unstretched, states) + data.damper_force(chord, speed, unstretched, rate)
+}
+
 /// How far the strain at this elastic strain, with the chord strain of its tension, is from `strain`.
 fn misfit<S: Real>(data: &CableData, laws: &[Law], elastic: S, strain: S, chord: S) -> S {
     elastic + chord_strain(laws, straight_tension(data, laws, elastic), chord) - strain

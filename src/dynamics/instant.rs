@@ -10,6 +10,7 @@ use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
 use crate::plant::{CableEffect, Plant};
 use crate::scalar::Real;
+use crate::winch::{Reeled, servo_force};
 
 use super::matrix3::Symmetric3;
 use super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
@@ -179,7 +180,15 @@ impl Plant {
                 let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context));
                 let winch = WinchContext { time, speed: unstretched_rate[i] };
                 let states = self.gather_effect_states(i, y);
-                pull[i] = winch_pull(self, i, u.winch_force[i], added, &winch, &states, &mut effect_rate[i]);
+                let mut command = u.winch_force[i];
+                if self.has.servo {
+                    let (paid_out, rate) = (unstretched[i], unstretched_rate[i]);
+                    let (chord, own) = ([k.length[i], k.speed[i]], [paid_out, rate]);
+                    let tension = elastic::carried(&data.cables[i], &effects.law, time, chord, own, &states, slack[i]);
+                    let reeled = Reeled { length: paid_out, rate, angular_rate: k.angular_rate[i], tension };
+                    command = servo_force(&data.cables[i], command, &reeled);
+                }
+                pull[i] = winch_pull(self, i, command, added, &winch, &states, &mut effect_rate[i]);
                 for kind in &effects.transverse {
                     across_added[i] += kind.transverse_force(k.length[i], k.angular_rate[i]);
                 }

@@ -22,6 +22,7 @@ use crate::geometry::Geometry;
 use crate::parameters::{CableDamper, CableInertia, CableModel, Parameters};
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::scalar::Real;
+use crate::winch::WinchData;
 
 /// Largest number of effect states on one cable.
 pub const MAX_EFFECT_STATES: usize = 6;
@@ -29,7 +30,8 @@ pub const MAX_EFFECT_STATES: usize = 6;
 /// What drives the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inputs<S = f64> {
-    /// Winch forces `u_i` (N), pull-positive.
+    /// Winch forces `u_i` (N), pull-positive; of winches that are commanded by torque, speed or length the commands in their unit
+    /// (N m, m/s, m).
     pub winch_force: PerCable<S>,
     /// Disturbance `[f_Dx, f_Dy, τ_D]` on the platform (N, N m).
     pub disturbance: [S; 3],
@@ -73,7 +75,9 @@ pub struct CableData {
     pub axial_stiffness: f64,
     /// `b l` (N s).
     pub damping: f64,
-    /// Drum inertia over radius squared (kg), moving with the cable.
+    /// Its winch.
+    pub winch: WinchData,
+    /// Inertia of drum and rotor at the cable (kg), moving with the cable.
     pub drum_mass: f64,
     /// Mass per length (kg/m) that the platform's end carries across the cable: `ρ/3` of a cable that stays straight.
     pub straight_density: f64,
@@ -203,6 +207,16 @@ impl PlantData {
             let own = parameters.cable.get(i);
             let or = |own: Option<f64>, common: f64| own.unwrap_or(common);
             let modulus = or(own.and_then(|c| c.youngs_modulus), parameters.youngs_modulus);
+            let winch = parameters.winch;
+            let inertia = or(own.and_then(|c| c.rotor_inertia), winch.rotor_inertia.unwrap_or(0.0));
+            let winch = WinchData {
+                command: winch.command,
+                drum_radius: or(own.and_then(|c| c.drum_radius), winch.drum_radius),
+                gear_ratio: or(own.and_then(|c| c.gear_ratio), winch.gear_ratio),
+                bandwidth: winch.bandwidth,
+                damping: winch.damping,
+                force_limit: winch.force_limit,
+            };
             let mut cable = CableData {
                 model: parameters.cable_model,
                 inertia: parameters.cable_inertia,
@@ -210,7 +224,8 @@ impl PlantData {
                 density: or(own.and_then(|c| c.density), parameters.cable_density),
                 axial_stiffness: modulus * or(own.and_then(|c| c.area), parameters.cable_area),
                 damping: or(own.and_then(|c| c.damping), parameters.cable_damping),
-                drum_mass: 0.0,
+                drum_mass: winch.rotor_mass(inertia),
+                winch,
                 straight_density: 0.0,
                 end_density: 0.0,
                 swinging_density: 0.0,

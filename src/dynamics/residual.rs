@@ -6,6 +6,7 @@ use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
+use crate::winch::{Reeled, servo_force};
 
 use super::instant::{swing_tension, winch_pull};
 use super::{Inputs, MAX_EFFECT_STATES, elastic};
@@ -72,7 +73,14 @@ impl Plant {
             let mut effect_rates = [zero; MAX_EFFECT_STATES];
             let winch = WinchContext { time, speed: unstretched[i][1] };
             let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context));
-            let pull = winch_pull(self, i, u.winch_force[i], added, &winch, &states, &mut effect_rates);
+            let mut command = u.winch_force[i];
+            if self.has.servo {
+                let (chord, own) = ([k.length, k.speed], unstretched[i]);
+                let tension = elastic::carried(cable, &effects.law, time, chord, own, &states, slack[i]);
+                let reeled = Reeled { length: own[0], rate: own[1], angular_rate: k.angular_rate, tension };
+                command = servo_force(cable, command, &reeled);
+            }
+            let pull = winch_pull(self, i, command, added, &winch, &states, &mut effect_rates);
             let at = self.offset[i];
             // (23): tension from the motion of the end of the cable.
             let from_motion = |length: S, rate: S, acceleration: S| {

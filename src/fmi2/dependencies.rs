@@ -9,6 +9,7 @@ use crate::effect::Stage;
 use crate::model_file::Model;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
+use crate::winch::WinchCommand;
 
 /// Writes the dependencies into the table.
 pub(super) fn declare(table: &mut Table, model: &Model, plant: &Plant) {
@@ -71,7 +72,10 @@ impl Knowns {
                 EffectState { index: at(Role::State(state)), state, cable: place.cable, command, swings, pull }
             })
         });
+        // A drum's radius and gear count where they turn torques into forces.
+        let torque = model.parameters.winch.command == WinchCommand::Torque;
         let rest = table.roles.iter().enumerate().filter(|(_, role)| match role {
+            Role::Parameter(place, _) if REALS[*place].of_drive() => torque,
             // Geometry, and weight: the platform's mass and gravity.
             Role::Parameter(place, _) => ["m", "rad", "kg", "m/s2"].contains(&REALS[*place].unit),
             Role::EffectParameter(..) | Role::Choice(Choice::Initialization) => true,
@@ -111,7 +115,7 @@ impl Knowns {
             }
             Role::State(State::Effect(..)) => return None,
             Role::CableLength(_) | Role::CableAngle(_) => on(&self.pose),
-            Role::Strain(i) => {
+            Role::Strain(i) | Role::WinchAngle(i) => {
                 let mut list = on(&self.pose);
                 list.push(Dependency::on(self.length[i]));
                 list
@@ -119,9 +123,10 @@ impl Knowns {
             Role::State(State::UnstretchedRate(i))
             | Role::Rate(State::UnstretchedLength(i) | State::UnstretchedRate(i))
             | Role::Tension(i)
+            | Role::WinchRate(i)
             | Role::Slack(i) => self.along_cable(i),
             Role::Rate(State::Pose(k)) => vec![constant(self.twist[k])],
-            Role::Rate(State::Twist(_)) => self.everything(),
+            Role::Rate(State::Twist(_)) | Role::Acceleration(_) => self.everything(),
             Role::Rate(state @ State::Effect(i, _)) => {
                 let command = self.effects.iter().any(|e| e.state == state && e.command);
                 if command { self.along_command(i) } else { self.along_cable(i) }

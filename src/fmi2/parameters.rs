@@ -2,6 +2,7 @@
 
 use crate::model_file::Model;
 use crate::parameters::{CableInertia, CableModel, Initialization, Parameters};
+use crate::winch::WinchParameters;
 
 use super::role::Choice;
 
@@ -27,6 +28,11 @@ impl RealParameter {
         if self.per_cable { cables } else { 1 }
     }
 
+    /// Whether it stands between a motor's torque and the cable.
+    pub(super) fn of_drive(&self) -> bool {
+        ["drum_radius", "gear_ratio"].iter().any(|name| self.name.trim_start_matches("own_") == *name)
+    }
+
     /// The variable's name.
     pub(super) fn variable(&self, index: usize) -> String {
         if self.per_cable { format!("{}[{}]", self.name, index + 1) } else { self.name.to_owned() }
@@ -48,11 +54,16 @@ fn circles(model: &mut Model) -> Option<&mut Parameters> {
     model.parameters.cable.is_empty().then_some(&mut model.parameters)
 }
 
+/// The winches of a model in which they follow a speed or a length.
+fn servo(model: &mut Model) -> Option<&mut WinchParameters> {
+    Some(&mut model.parameters.winch).filter(|winch| winch.command.is_servo())
+}
+
 const POSITIVE: (Option<f64>, Option<f64>) = (Some(0.0), None);
 const ANY: (Option<f64>, Option<f64>) = (None, None);
 
 /// Every real parameter. A lower bound of zero that is itself not allowed is refused at initialisation.
-pub(super) static REALS: [RealParameter; 23] = [
+pub(super) static REALS: [RealParameter; 32] = [
     RealParameter {
         name: "platform_mass",
         per_cable: false,
@@ -305,6 +316,105 @@ pub(super) static REALS: [RealParameter; 23] = [
         range: POSITIVE,
         nominal: 1e4,
         field: |m, i| m.parameters.cable.get_mut(i)?.damping.as_mut(),
+    },
+    RealParameter {
+        name: "drum_radius",
+        per_cable: false,
+        reference: 153,
+        unit: "m",
+        quantity: "Length",
+        description: "Radius of the drums",
+        range: POSITIVE,
+        nominal: 1.0,
+        field: |m, _| Some(&mut m.parameters.winch.drum_radius),
+    },
+    RealParameter {
+        name: "gear_ratio",
+        per_cable: false,
+        reference: 154,
+        unit: "1",
+        quantity: "",
+        description: "Turns of a motor to a turn of its drum",
+        range: POSITIVE,
+        nominal: 1.0,
+        field: |m, _| Some(&mut m.parameters.winch.gear_ratio),
+    },
+    RealParameter {
+        name: "rotor_inertia",
+        per_cable: false,
+        reference: 155,
+        unit: "kg.m2",
+        quantity: "MomentOfInertia",
+        description: "Moment of inertia of the winches' rotors about the motor's axis",
+        range: POSITIVE,
+        nominal: 1.0,
+        field: |m, _| m.parameters.winch.rotor_inertia.as_mut(),
+    },
+    RealParameter {
+        name: "winch_bandwidth",
+        per_cable: false,
+        reference: 156,
+        unit: "rad/s",
+        quantity: "",
+        description: "Bandwidth with which the winches follow their commands",
+        range: POSITIVE,
+        nominal: 10.0,
+        field: |m, _| servo(m).map(|winch| &mut winch.bandwidth),
+    },
+    RealParameter {
+        name: "winch_damping",
+        per_cable: false,
+        reference: 157,
+        unit: "1",
+        quantity: "",
+        description: "Damping ratio with which the winches follow their commands",
+        range: POSITIVE,
+        nominal: 1.0,
+        field: |m, _| servo(m).map(|winch| &mut winch.damping),
+    },
+    RealParameter {
+        name: "winch_force_limit",
+        per_cable: false,
+        reference: 158,
+        unit: "N",
+        quantity: "Force",
+        description: "Largest force with which the winches follow their commands",
+        range: POSITIVE,
+        nominal: 1e4,
+        field: |m, _| servo(m).map(|winch| &mut winch.force_limit),
+    },
+    RealParameter {
+        name: "own_drum_radius",
+        per_cable: true,
+        reference: 159,
+        unit: "m",
+        quantity: "Length",
+        description: "Radius of this winch's drum",
+        range: POSITIVE,
+        nominal: 1.0,
+        field: |m, i| m.parameters.cable.get_mut(i)?.drum_radius.as_mut(),
+    },
+    RealParameter {
+        name: "own_gear_ratio",
+        per_cable: true,
+        reference: 163,
+        unit: "1",
+        quantity: "",
+        description: "Turns of this winch's motor to a turn of its drum",
+        range: POSITIVE,
+        nominal: 1.0,
+        field: |m, i| m.parameters.cable.get_mut(i)?.gear_ratio.as_mut(),
+    },
+    RealParameter {
+        name: "own_rotor_inertia",
+        per_cable: true,
+        reference: 167,
+        unit: "kg.m2",
+        quantity: "MomentOfInertia",
+        description: "Moment of inertia of this winch's rotor",
+        range: POSITIVE,
+        nominal: 1.0,
+        field: |m, i| m.parameters.cable.get_mut(i)?.rotor_inertia.as_mut(),
     },
 ];
 

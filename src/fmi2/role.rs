@@ -10,7 +10,7 @@ use crate::simulation::Outputs;
 pub(super) enum Role {
     /// Time itself; the FMI layer answers for it.
     Time,
-    /// Force of a winch.
+    /// Command of a winch: its force, torque, speed or length.
     WinchForce(usize),
     /// Force or torque from outside, by axis.
     Disturbance(usize),
@@ -28,6 +28,12 @@ pub(super) enum Role {
     CableAngle(usize),
     /// Whether a cable is slack.
     Slack(usize),
+    /// Acceleration of the platform, by axis.
+    Acceleration(usize),
+    /// Angle of a winch's drum.
+    WinchAngle(usize),
+    /// Its rate.
+    WinchRate(usize),
     /// A real parameter: place in [`super::parameters::REALS`] and index.
     Parameter(usize, usize),
     /// A parameter of an effect: the effect and the parameter within it.
@@ -92,6 +98,9 @@ impl<S: Real> Instant<'_, S> {
             Role::Tension(i) => out.tension[i],
             Role::Strain(i) => out.strain[i],
             Role::CableAngle(i) => out.cable_angle(i),
+            Role::Acceleration(k) => out.acceleration[k],
+            Role::WinchAngle(i) => out.winch_angle[i],
+            Role::WinchRate(i) => out.winch_rate[i],
             Role::Time
             | Role::WinchForce(_)
             | Role::Disturbance(_)

@@ -1,6 +1,7 @@
 //! The one table of variables: names, value references, units, causality, start values.
 //!
-//! Value references are fixed: time 0, inputs from 1, outputs from 10, derivatives from 50, parameters from 100,
+//! Value references are fixed: time 0, inputs from 1 (torques from 72, speeds from 76, lengths from 80), outputs from 10
+//! (winches' from 64), derivatives from 50, parameters from 100,
 //! parameters of effects from 1000, states of effects from 2000, and what belongs to a fifth or further cable from 10000. The table does not change with the cable model, so
 //! that the model can be chosen by a parameter.
 
@@ -17,6 +18,7 @@ use super::{IDENTIFIER, dependencies, units};
 use crate::effect::{EffectSpec, Stage};
 use crate::model_file::Model;
 use crate::plant::Plant;
+use crate::winch::WinchCommand;
 
 /// Category of the integrator's statistics.
 pub(super) const LOG_SOLVER: &str = "logSolver";
@@ -43,6 +45,7 @@ impl Table {
         table.effect_states(model, plant);
         table.parameters(model);
         table.effect_parameters(model);
+        table.winches(model);
         table.units();
         dependencies::declare(&mut table, model, plant);
         table.description.validate().map_err(|error| ModelError::new(error.to_string()))?;
@@ -64,10 +67,7 @@ impl Table {
         let time = Variable::real("time", 0).independent().unit("s").quantity("Time").described("Time");
         self.add(Role::Time, time);
         for i in 0..model.parameters.cables() {
-            let variable = real(&indexed("winch_force", i), reference(1, i), "N", "Force", 1e3)
-                .input()
-                .start(start.winch_force[i])
-                .described(format!("Force of winch {} on its cable, positive when pulling", i + 1));
+            let variable = command(model.parameters.winch.command, i).input().start(start.winch_force[i]);
             self.add(Role::WinchForce(i), variable);
         }
         let disturbances = [
@@ -264,6 +264,27 @@ impl Table {
         }
     }
 
+    /// What was added later, behind all else, so that the variables before keep their places.
+    fn winches(&mut self, model: &Model) {
+        let accelerations = [
+            ("ax", "m/s2", "Acceleration", 1e-2, "Acceleration of the platform along x"),
+            ("ay", "m/s2", "Acceleration", 1e-2, "Acceleration of the platform along y"),
+            ("alpha", "rad/s2", "AngularAcceleration", 1e-3, "Angular acceleration of the platform"),
+        ];
+        for (k, (name, unit, quantity, nominal, text)) in accelerations.into_iter().enumerate() {
+            let variable = real(name, 44 + k as u32, unit, quantity, nominal).output().described(text);
+            self.add(Role::Acceleration(k), variable);
+        }
+        self.per_cable(model, Role::WinchAngle, |i| {
+            let text = format!("Angle of drum {}, zero with nothing paid out, growing as it pays out", i + 1);
+            real(&indexed("winch_angle", i), reference(64, i), "rad", "Angle", 1e3).described(text)
+        });
+        self.per_cable(model, Role::WinchRate, |i| {
+            real(&indexed("winch_rate", i), reference(68, i), "rad/s", "AngularVelocity", 1.0)
+                .described(format!("Angular rate of drum {}, positive when paying out", i + 1))
+        });
+    }
+
     /// The effect's variable name; with the channel in it where one sensor effect has both channels.
     fn free_name(&self, spec: &EffectSpec, parameter: usize) -> String {
         let name = spec.variable_name(parameter).unwrap_or_default();
@@ -287,6 +308,20 @@ impl Table {
             .collect();
         self.description.units = names.into_iter().filter_map(units::unit).collect();
     }
+}
+
+/// The input that commands winch `i`.
+fn command(command: WinchCommand, i: usize) -> Variable {
+    let winch = i + 1;
+    let (first, quantity, nominal, text) = match command {
+        WinchCommand::Force => (1, "Force", 1e3, format!("Force of winch {winch} on its cable, positive when pulling")),
+        WinchCommand::Torque => {
+            (72, "Torque", 1e3, format!("Torque of the motor of winch {winch}, positive when pulling"))
+        }
+        WinchCommand::Speed => (76, "Velocity", 1.0, format!("Speed that winch {winch} is to pay out at")),
+        WinchCommand::Length => (80, "Length", 1e3, format!("Length that winch {winch} is to have paid out")),
+    };
+    real(&indexed(command.input(), i), reference(first, i), command.unit(), quantity, nominal).described(text)
 }
 
 fn header(model: &Model) -> ModelDescription {

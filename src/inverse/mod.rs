@@ -62,6 +62,18 @@ pub enum InverseError {
         /// Why.
         reason: String,
     },
+    /// The winch follows a speed or length with less force than the motion takes.
+    #[error("at t = {time} s winch {cable} would pull with {force:.6} N, beyond its `force_limit` of {limit} N")]
+    BeyondLimit {
+        /// Time (s).
+        time: f64,
+        /// Cable, from 1.
+        cable: usize,
+        /// Force that it would take (N).
+        force: f64,
+        /// The limit (N).
+        limit: f64,
+    },
     /// No tensions.
     #[error("at t = {time} s: {error}")]
     Distribution {
@@ -112,6 +124,8 @@ pub struct Instant {
     pub unstretched_acceleration: PerCable<f64>,
     /// Winch forces `u_i` (N), pull-positive.
     pub winch_force: PerCable<f64>,
+    /// What the winches are told, in the unit of the model's command: the forces, torques (N m), speeds (m/s) or lengths (m).
+    pub command: PerCable<f64>,
     /// The plant's states at this instant, laid out as in [`Plant::rates`]: a forward simulation from here stays on the
     /// trajectory.
     pub states: Vec<f64>,
@@ -120,7 +134,7 @@ pub struct Instant {
 impl Instant {
     /// The plant's inputs at this instant.
     pub fn inputs(&self) -> Inputs {
-        Inputs { winch_force: self.winch_force, disturbance: self.motion.disturbance.map(|d| d[0]) }
+        Inputs { winch_force: self.command, disturbance: self.motion.disturbance.map(|d| d[0]) }
     }
 }
 
@@ -311,7 +325,8 @@ impl<'a> InverseDynamics<'a> {
             unstretched_rate: winch_speed,
             motion: &rigid.prescribed,
         };
-        let winch = winch::commands(plant, &pull, &winch_speed, &mut context)?;
+        let winch = winch::forces(plant, &pull, &winch_speed, &mut context)?;
+        let command = winch::commands(plant, &winch.force, &rigid, &unstretched)?;
         let mut states = vec![0.0; plant.dimension()];
         for k in 0..3 {
             states[k] = rigid.motion.pose[k][0];
@@ -345,6 +360,7 @@ impl<'a> InverseDynamics<'a> {
             unstretched_rate: rate.map(|l| l.re),
             unstretched_acceleration: acceleration,
             winch_force: winch.force,
+            command,
             states,
         })
     }

@@ -3,7 +3,7 @@
 use num_dual::Dual64;
 
 use super::wrench::Context;
-use super::{InverseError, Jet};
+use super::{InverseError, Jet, Rigid};
 use crate::dynamics::MAX_EFFECT_STATES;
 use crate::effect::{EffectKind, WinchContext};
 use crate::per_cable::PerCable;
@@ -19,7 +19,7 @@ pub(super) struct WinchSide {
 }
 
 /// Winch forces under which the cables feel `pull` (jets good to first order).
-pub(super) fn commands(
+pub(super) fn forces(
     plant: &Plant,
     pull: &PerCable<Jet>,
     speed: &PerCable<Jet>,
@@ -50,6 +50,38 @@ pub(super) fn commands(
         effect: "expression",
         reason: "the winch forces that it depends on do not settle".to_owned(),
     })
+}
+
+/// What winches that are to pull with these forces (N) are told, in the unit of their command.
+pub(super) fn commands(
+    plant: &Plant,
+    force: &PerCable<f64>,
+    rigid: &Rigid,
+    unstretched: &PerCable<Jet>,
+) -> Result<PerCable<f64>, InverseError> {
+    let mut command = *force;
+    for (i, command) in command.iter_mut().enumerate() {
+        let cable = &plant.data().cables[i];
+        let winch = &cable.winch;
+        if !winch.command.is_servo() {
+            *command /= winch.force_per_command();
+            continue;
+        }
+        if command.abs() > winch.force_limit {
+            return Err(InverseError::BeyondLimit {
+                time: rigid.prescribed.time.re,
+                cable: i + 1,
+                force: *command,
+                limit: winch.force_limit,
+            });
+        }
+        // The servo wants what its force would make of the tension and the mass that it knows.
+        let (length, rate) = (unstretched[i].re, unstretched[i].v1);
+        let own = cable.axial_bias(length, rate, rigid.angular_rate[i].re);
+        let wanted = (rigid.tension[i].re - own - *command) / cable.axial_mass(length);
+        *command = winch.command_for(wanted, length, rate);
+    }
+    Ok(command)
 }
 
 /// The command of one winch behind whose effects, with the force `added` before its losses, the pull is `pull`.

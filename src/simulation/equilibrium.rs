@@ -3,6 +3,7 @@
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::StartError;
+use super::start::no_given_force;
 use crate::dynamics::Inputs;
 use crate::kinematics;
 use crate::plant::Plant;
@@ -24,6 +25,9 @@ const ORIENTATIONS: i32 = 360;
 /// # Errors
 /// No pose at rest between the anchors; the reason is that of Newton's method.
 pub fn static_equilibrium(plant: &Plant, time: f64, guess: [f64; 3], inputs: &Inputs) -> Result<[f64; 3], StartError> {
+    if plant.has.servo {
+        return Err(no_given_force(plant.parameters().winch.command).into());
+    }
     let balance = Balance::new(plant, time, inputs);
     balance.newton(guess).or_else(|error| balance.by_orientation(guess).ok_or(error))
 }
@@ -62,7 +66,8 @@ struct Balance<'a> {
 impl<'a> Balance<'a> {
     fn new(plant: &'a Plant, time: f64, inputs: &'a Inputs) -> Self {
         // Pull and disturbance set the size of a balanced force.
-        let size = inputs.winch_force.iter().chain(&inputs.disturbance).fold(1.0_f64, |a, b| a.max(b.abs()));
+        let driven = plant.driven(inputs);
+        let size = driven.winch_force.iter().chain(&driven.disturbance).fold(1.0_f64, |a, b| a.max(b.abs()));
         Self { plant, time, inputs, arm: plant.geometry().attachment_scale(), small: BALANCED * size }
     }
 

@@ -5,6 +5,7 @@ use crate::kinematics;
 use crate::parameters::{Initialization, ParameterError, Parameters};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
+use crate::winch::WinchCommand;
 
 /// How a simulation begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +26,9 @@ pub struct Start {
     pub inputs: Inputs,
 }
 
+/// Pull of each winch (N) where a start says nothing of it.
+const START_PULL: f64 = 1000.0;
+
 impl Default for Start {
     /// That of the default robot.
     fn default() -> Self {
@@ -42,7 +46,7 @@ impl Start {
             twist: [0.0; 3],
             unstretched_length: PerCable::filled(cables, 0.0),
             unstretched_length_rate: PerCable::filled(cables, 0.0),
-            inputs: Inputs::pulling(cables, 1000.0),
+            inputs: Inputs::pulling(cables, START_PULL),
         }
     }
 }
@@ -101,6 +105,61 @@ impl Start {
         }
     }
 
+    /// This start with commands and lengths in place of those that are left out (`None`), as the sensors show them: forces of
+    /// 1 kN and torques that make them, a speed of zero, and for winches that follow a speed or a length what they have
+    /// paid out when each cable carries 1 kN.
+    ///
+    /// # Errors
+    /// No such lengths, a pose that is impossible.
+    pub(crate) fn with_defaults(
+        mut self,
+        plant: &Plant,
+        [command, lengths]: [Option<PerCable<f64>>; 2],
+    ) -> Result<Self, StartError> {
+        let kind = plant.parameters().winch.command;
+        let at_rest = if kind.is_servo() && (lengths.is_none() || command.is_none()) {
+            let pose = self.behind_sensors(plant).pose;
+            plant.geometry().check_pose(&pose)?;
+            let mut shown = PerCable::filled(plant.cables(), 0.0);
+            for (i, cable) in kinematics::cables(plant.geometry(), &pose, &[0.0; 3]).iter().enumerate() {
+                let mut states = [0.0; MAX_EFFECT_STATES];
+                plant.start_effect_states(i, START_PULL, START_PULL, &mut states);
+                let length = plant.unstretched_length_for(i, self.time, cable.length, START_PULL, &states);
+                if !(length.is_finite() && length > 0.0) {
+                    return Err(StartError::NoLength { cable: i + 1, pull: START_PULL, found: length });
+                }
+                let (factor, bias) = plant.cable[i].unstretched_sensor;
+                shown[i] = length * factor + bias;
+            }
+            Some(shown)
+        } else {
+            None
+        };
+        let winch = |i: usize| &plant.data().cables[i].winch;
+        let none = PerCable::filled(plant.cables(), 0.0);
+        self.unstretched_length = lengths.or(at_rest).unwrap_or(none);
+        self.inputs.winch_force = command.unwrap_or_else(|| match kind {
+            WinchCommand::Force | WinchCommand::Torque => {
+                PerCable::from_fn(plant.cables(), |i| START_PULL / winch(i).force_per_command())
+            }
+            WinchCommand::Speed => none,
+            WinchCommand::Length => at_rest.unwrap_or(none),
+        });
+        Ok(self)
+    }
+
+    /// Refuses a start from forces that the winches are not told.
+    ///
+    /// # Errors
+    /// Winches that follow a speed or a length, and another `initialization` than `from_states`.
+    pub fn check_initialization(&self, plant: &Plant) -> Result<(), ParameterError> {
+        let command = plant.parameters().winch.command;
+        if command.is_servo() && self.initialization != Initialization::FromStates {
+            return Err(no_given_force(command));
+        }
+        Ok(())
+    }
+
     /// The start states of `plant`.
     ///
     /// # Errors
@@ -108,6 +167,8 @@ impl Start {
     pub fn states(&self, plant: &Plant) -> Result<Vec<f64>, StartError> {
         let geometry = plant.geometry();
         geometry.check_pose(&self.pose)?;
+        self.check_initialization(plant)?;
+        let driven = plant.driven(&self.inputs);
         let mut y = vec![0.0; plant.dimension()];
         y[..3].copy_from_slice(&self.pose);
         y[3..6].copy_from_slice(&self.twist);
@@ -133,7 +194,8 @@ impl Start {
                 pulls[i].max(0.0)
             };
             let mut states = [0.0; MAX_EFFECT_STATES];
-            plant.start_effect_states(i, self.inputs.winch_force[i], tension, &mut states);
+            let force = if plant.has.servo { tension } else { driven.winch_force[i] };
+            plant.start_effect_states(i, force, tension, &mut states);
             if let Some(at) = plant.unstretched_index(i) {
                 y[at] = if given {
                     self.unstretched_length[i]
@@ -177,4 +239,13 @@ impl Start {
             if carried(middle) > middle { low = middle } else { high = middle }
         }
     }
+}
+
+/// Winches that follow a speed or a length make what force it takes.
+pub(super) fn no_given_force(command: WinchCommand) -> ParameterError {
+    ParameterError::new(
+        "initialization",
+        "not \"from_states\"",
+        format!("\"from_states\": winches commanded by {} hold no given force", command.name()),
+    )
 }

@@ -41,9 +41,10 @@ impl Simulation {
         let segment = self.inputs_felt();
         let time = Dual64::new(self.time, direction.time);
         let y: Vec<Dual64> = self.y.iter().zip(direction.states).map(|(y, d)| Dual64::new(*y, *d)).collect();
+        let commanded = self.plant.driven(&direction.inputs);
         let winch = |i: usize| {
             let held_back = self.plant.cable[i].delay > 0.0;
-            if held_back { direction.time * segment.slope.winch_force[i] } else { direction.inputs.winch_force[i] }
+            if held_back { direction.time * segment.slope.winch_force[i] } else { commanded.winch_force[i] }
         };
         let value = segment.value;
         let inputs = Inputs {

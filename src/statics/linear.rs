@@ -76,6 +76,10 @@ fn output_names(cables: usize) -> Vec<String> {
     for name in ["cable_length", "unstretched_length", "unstretched_length_rate", "tension", "strain", "cable_angle"] {
         names.extend(indexed(name, cables));
     }
+    names.extend(["ax", "ay", "alpha"].map(str::to_owned));
+    for name in ["winch_angle", "winch_rate"] {
+        names.extend(indexed(name, cables));
+    }
     names
 }
 
@@ -85,6 +89,9 @@ fn flat<S: Real>(o: &Outputs<S>) -> Vec<S> {
     {
         values.extend(row);
     }
+    values.extend(o.acceleration);
+    values.extend(o.winch_angle);
+    values.extend(o.winch_rate);
     values
 }
 
@@ -100,7 +107,7 @@ impl LinearModel {
         let mut model = Self {
             time: simulation.time(),
             state_names: state_names(plant),
-            input_names: indexed("winch_force", cables)
+            input_names: indexed(plant.parameters().winch.command.input(), cables)
                 .chain(["disturbance_force_x", "disturbance_force_y", "disturbance_torque"].map(str::to_owned))
                 .collect(),
             a: DMatrix::zeros(n, n),

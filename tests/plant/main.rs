@@ -16,4 +16,5 @@ mod sensors;
 mod slack;
 mod steps;
 mod symmetry;
+mod winches;
 mod work;

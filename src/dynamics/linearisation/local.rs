@@ -8,6 +8,7 @@ use crate::parameters::{CableDamper, CableInertia, CableModel};
 use crate::per_cable::PerCable;
 use crate::plant::{Plant, axial_states};
 use crate::scalar::Real;
+use crate::winch::{Reeled, servo_force};
 
 use super::super::instant::{swing_tension, winch_pull};
 use super::super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
@@ -77,7 +78,8 @@ struct LocalRates<S> {
 
 impl Local<'_> {
     pub(super) fn derivatives(&self) -> Derivatives {
-        if self.plant.cable[self.cable].is_empty() { self.plain() } else { self.with_effects() }
+        let plain = !self.plant.has.servo && self.plant.cable[self.cable].is_empty();
+        if plain { self.plain() } else { self.with_effects() }
     }
 
     fn size(&self) -> usize {
@@ -161,7 +163,7 @@ impl Local<'_> {
         d
     }
 
-    /// The derivatives of a cable with effects, which are theirs by dual numbers.
+    /// The derivatives of a cable with effects or a servo, by dual numbers.
     fn with_effects(&self) -> Derivatives {
         let size = self.size();
         let k = &self.evaluation.kinematics[self.cable];
@@ -228,6 +230,13 @@ impl Local<'_> {
             added = effects.pull.iter().fold(added, |sum, kind| sum + kind.pull(&context));
         }
         let winch = WinchContext { time, speed: unstretched_rate };
+        let mut command = command;
+        if self.plant.has.servo {
+            let (chord, reel) = ([length, speed], [unstretched, unstretched_rate]);
+            let tension = elastic::carried(data, &effects.law, time, chord, reel, &states, self.slack);
+            let reeled = Reeled { length: unstretched, rate: unstretched_rate, angular_rate: turning, tension };
+            command = servo_force(data, command, &reeled);
+        }
         let pull = winch_pull(self.plant, i, command, added, &winch, &states, &mut effect_rates);
         let elastic = |unstretched| elastic::tension(data, &effects.law, time, length, unstretched, &states);
         let mut tension = match data.model {
