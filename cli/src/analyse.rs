@@ -175,7 +175,10 @@ fn analyse_held(text: &mut Text, model: &Model, plant: &Arc<Plant>, held: &Insta
     let stiffness =
         inverse::elastic(plant).then(|| statics::stiffness(plant, 0.0, &pose, &held.tension)).transpose()?;
     text.stiffness(&geometric, stiffness.as_ref());
-    text.modes("winches holding their forces", &statics::force_controlled_modes(plant, &linear)?, &linear.state_names);
+    let command = plant.parameters().winch.command;
+    let follow = format!("winches following their {}", command.name());
+    let held_by = if command.is_servo() { &follow } else { "winches holding their forces" };
+    text.modes(held_by, &statics::force_controlled_modes(plant, &linear)?, &linear.state_names);
     if inverse::elastic(plant) {
         let locked = statics::locked_model(plant, 0.0, &pose, &held.tension)?.modes()?;
         text.modes("winches locked", &locked, &linear.state_names[..6]);

@@ -6,6 +6,7 @@ use std::path::Path;
 use cdpr::dynamics::Inputs;
 use cdpr::per_cable::PerCable;
 use cdpr::simulation::Outputs;
+use cdpr::winch::WinchCommand;
 
 use crate::failure::BadInput;
 use crate::table::Table;
@@ -18,14 +19,14 @@ pub(crate) fn indexed(name: &str, i: usize) -> String {
     format!("{name}[{}]", i + 1)
 }
 
-/// Reads a table of inputs: `time` (s), strictly increasing, the winch forces (N), as many as `steady` has, and any of the
+/// Reads a table of inputs: `time` (s), strictly increasing, the commands of the winches, as many as `steady` has, and any of the
 /// disturbances (N, N m); those that are missing stay as `steady` has them. Each row's inputs hold until the next. Other columns are left alone.
-pub(crate) fn read_inputs(path: &Path, steady: &Inputs) -> Result<Vec<(f64, Inputs)>, BadInput> {
+pub(crate) fn read_inputs(path: &Path, steady: &Inputs, command: WinchCommand) -> Result<Vec<(f64, Inputs)>, BadInput> {
     let mut table = Table::open(path)?;
     let time = table.need("time")?;
     let mut winch_force = PerCable::filled(steady.winch_force.len(), 0);
     for (i, place) in winch_force.iter_mut().enumerate() {
-        *place = table.need(&indexed("winch_force", i))?;
+        *place = table.need(&indexed(command.input(), i))?;
     }
     let disturbance = Disturbances::find(&table, steady.disturbance)?;
     let mut rows: Vec<(f64, Inputs)> = Vec::new();
@@ -84,6 +85,10 @@ pub(crate) fn output_names(cables: usize) -> Vec<String> {
     {
         names.extend((0..cables).map(|i| indexed(quantity, i)));
     }
+    names.extend(["ax", "ay", "alpha"].map(String::from));
+    for quantity in ["winch_angle", "winch_rate"] {
+        names.extend((0..cables).map(|i| indexed(quantity, i)));
+    }
     names
 }
 
@@ -100,13 +105,16 @@ pub(crate) fn output_values(outputs: &Outputs) -> Vec<f64> {
     ] {
         values.extend(quantity);
     }
+    values.extend(outputs.acceleration);
+    values.extend(outputs.winch_angle);
+    values.extend(outputs.winch_rate);
     values
 }
 
 /// The names of the inputs, in the order of [`input_values`].
-pub(crate) fn input_names(cables: usize) -> Vec<String> {
-    let forces = (0..cables).map(|i| indexed("winch_force", i));
-    forces.chain(DISTURBANCES.map(String::from)).collect()
+pub(crate) fn input_names(cables: usize, command: WinchCommand) -> Vec<String> {
+    let commands = (0..cables).map(|i| indexed(command.input(), i));
+    commands.chain(DISTURBANCES.map(String::from)).collect()
 }
 
 /// The inputs under the names of [`input_names`].
@@ -120,10 +128,11 @@ pub(crate) struct ResultWriter<W: Write> {
 }
 
 impl<W: Write> ResultWriter<W> {
-    /// Writes the header for a robot with `cables` cables.
-    pub(crate) fn new(out: W, cables: usize) -> csv::Result<Self> {
+    /// Writes the header for a robot with `cables` cables whose winches are told `command`.
+    pub(crate) fn new(out: W, cables: usize, command: WinchCommand) -> csv::Result<Self> {
         let mut csv = csv::Writer::from_writer(out);
-        csv.write_record(std::iter::once("time".to_owned()).chain(input_names(cables)).chain(output_names(cables)))?;
+        let inputs = input_names(cables, command);
+        csv.write_record(std::iter::once("time".to_owned()).chain(inputs).chain(output_names(cables)))?;
         Ok(Self { csv })
     }
 
@@ -147,7 +156,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.csv");
         std::fs::write(&path, text).unwrap();
-        read_inputs(&path, &Inputs::none(4)).map_err(|e| e.to_string())
+        read_inputs(&path, &Inputs::none(4), WinchCommand::Force).map_err(|e| e.to_string())
     }
 
     const HEADER: &str = "time,winch_force[1],winch_force[2],winch_force[3],winch_force[4]";
@@ -168,7 +177,7 @@ mod tests {
         let path = folder.path().join("table.csv");
         std::fs::write(&path, format!("{HEADER},disturbance_force_y\n0,1,1,1,1,5\n1,1,1,1,1,6\n")).unwrap();
         let steady = Inputs { disturbance: [7.0, 8.0, 9.0], ..Inputs::none(4) };
-        let rows = read_inputs(&path, &steady).unwrap();
+        let rows = read_inputs(&path, &steady, WinchCommand::Force).unwrap();
         assert_eq!([rows[0].1.disturbance, rows[1].1.disturbance], [[7.0, 5.0, 9.0], [7.0, 6.0, 9.0]]);
     }
 

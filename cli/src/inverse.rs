@@ -7,6 +7,7 @@ use cdpr::dynamics::Inputs;
 use cdpr::inverse::{Ends, Instant, InverseDynamics, InverseError, SplineTrajectory, Trajectory};
 use cdpr::model_file::Model;
 use cdpr::parameters::{CableModel, Initialization};
+use cdpr::winch::WinchCommand;
 use cdpr_fmu_build::whole_file;
 use clap::ValueEnum;
 
@@ -27,7 +28,7 @@ const MOST_ROWS: f64 = 1e7;
     The trajectory is a table with the columns time (s), x, y (m), phi (rad); where given, vx, vy (m/s), omega (rad/s), and \
     with them ax, ay (m/s2), alpha (rad/s2); and any of disturbance_force_x, disturbance_force_y (N), disturbance_torque \
     (N m); without such a column the disturbance of the model's [start] acts all the time. The motion is met at every sample; between them it is a spline of degree 7. The forces are a table of inputs for cdpr \
-    simulate, with tensions and paid-out lengths beside them.\n\n\
+    simulate, torques, speeds or lengths where these command the model's winches, with tensions and paid-out lengths beside them.\n\n\
     Where no tensions within the bounds make the motion, the command fails and says when, which wrench was asked for and \
     what comes nearest.")]
 pub(crate) struct Arguments {
@@ -90,7 +91,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             Some(path) => BadInput::in_file(path, error),
             None => BadInput(error.to_string()),
         })?;
-    let mut forces = Forces::begin(arguments, model.parameters.cables())?;
+    let mut forces = Forces::begin(arguments, model.parameters.cables(), model.parameters.winch.command)?;
     let done = if arguments.held {
         let mut row = None;
         let done = problem.each(&with_middles(&times), model.relative_tolerance, |instant| -> anyhow::Result<()> {
@@ -167,10 +168,10 @@ struct Summary {
 }
 
 impl Forces {
-    fn begin(arguments: &Arguments, cables: usize) -> anyhow::Result<Self> {
+    fn begin(arguments: &Arguments, cables: usize, command: WinchCommand) -> anyhow::Result<Self> {
         let mut csv = csv::Writer::from_writer(WholeFile::create(&arguments.output)?);
         let mut header = vec!["time".to_owned()];
-        header.extend(input_names(cables));
+        header.extend(input_names(cables, command));
         header.extend(["x", "y", "phi", "vx", "vy", "omega"].map(str::to_owned));
         for name in ["tension", "unstretched_length", "unstretched_length_rate"] {
             header.extend((0..cables).map(|i| indexed(name, i)));

@@ -27,7 +27,8 @@ const MOST_ROWS: f64 = 1e8;
 #[command(after_help = "Examples:\n  \
     cdpr simulate --pose 0.1,0.1,0.1 --stop 50 -o release.csv --plot release.svg\n  \
     cdpr simulate --model model.toml --input forces.csv --step 0.02 -o run.csv\n\n\
-    The input table has a header and the columns time (s), winch_force[1] and so on (N) and any of \
+    The input table has a header and the columns time (s), winch_force[1] and so on (N; winch_torque, \
+    winch_speed or winch_length where the model's [winch] is commanded by these) and any of \
     disturbance_force_x, disturbance_force_y (N), disturbance_torque (N m); without such a column the disturbance of \
     the model's [start] acts all the time. Inputs are held from row to row; the run begins at the first row's time. \
     Without a table the model's start values are held from time 0.\n\n\
@@ -60,8 +61,9 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::distinct(&[("--output", Some(&arguments.output)), ("--plot", arguments.plot.as_ref())])?;
     let (_, mut model) = model::read(arguments.model.as_deref())?;
+    let command = model.parameters.winch.command;
     let inputs = match &arguments.input {
-        Some(path) => csv_io::read_inputs(path, &model.start.inputs)?,
+        Some(path) => csv_io::read_inputs(path, &model.start.inputs, command)?,
         None => vec![(0.0, model.start.inputs)],
     };
     let begin = inputs[0].0;
@@ -79,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     model.start.inputs = inputs[0].1;
     let mut simulation = begin_simulation(&model)?;
 
-    let mut table = ResultWriter::new(WholeFile::create(&arguments.output)?, model.parameters.cables())?;
+    let mut table = ResultWriter::new(WholeFile::create(&arguments.output)?, model.parameters.cables(), command)?;
     // Begun before the run: whether it can be written shows at once.
     let picture = arguments.plot.as_deref().map(WholeFile::create).transpose()?;
     let mut recording = picture.is_some().then(|| Recording::new(model.parameters.cables()));

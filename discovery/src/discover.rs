@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use cdpr::effect::{DependsOn, EffectSpec, Place};
 use cdpr::model_file::Model;
+use cdpr::winch::WinchCommand;
 
 use crate::alike::likeness;
 use crate::check::check;
@@ -54,6 +55,15 @@ pub fn discover(
             "{}: {found} winch forces, expected {cables}, one for each cable of the model",
             other.name
         )));
+    }
+    let command = model.parameters.winch.command;
+    if command != WinchCommand::Force {
+        let message = format!(
+            "the model's winches are commanded by {}; the search takes recorded winch forces so far, with `command = \"force\"` \
+             under `[winch]`",
+            command.name()
+        );
+        return Err(DiscoverError::Data(message));
     }
     progress("cleaning the data", 0.0);
     let mut ready = prepare(train, holdout).map_err(DiscoverError::Data)?;

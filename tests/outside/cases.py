@@ -33,6 +33,10 @@ FLOOR = {
     "unstretched_length_rate": 1e-2,
     "tension": 100.0,
     "strain": 1e-5,
+    "winch_rate": 2e-2,
+    "ax": 1e-2,
+    "ay": 1e-2,
+    "alpha": 1e-3,
 }
 
 
@@ -110,7 +114,9 @@ def starting(case: Case, plant: Plant) -> tuple[np.ndarray, dict]:
         states += [f"unstretched_length[{i}]" for i in cables]
     if plant.has_length_rate:
         states += [f"unstretched_length_rate[{i}]" for i in cables]
-    values = input_values(case.inputs) | {"initialization": "from_states"}
+    values = input_values(case.inputs, command=case.parameters.command) | {
+        "initialization": "from_states"
+    }
     return y0, values | {name: shown[name] for name in states}
 
 

@@ -11,16 +11,20 @@ from fmpy.fmi2 import FMU2Slave, fmi2CallbackFunctions, fmi2FMUstate
 
 from reference.parameters import CABLES, SCALARS, Inputs, Parameters
 
+COMMANDS = ("force", "torque", "speed", "length")
 
-def input_names(cables: int) -> tuple[str, ...]:
+
+def input_names(cables: int, command: str = "force") -> tuple[str, ...]:
     """The inputs of a robot with so many cables, in their order."""
     disturbances = ("disturbance_force_x", "disturbance_force_y", "disturbance_torque")
-    return (*(f"winch_force[{i}]" for i in range(1, cables + 1)), *disturbances)
+    return (*(f"winch_{command}[{i}]" for i in range(1, cables + 1)), *disturbances)
 
 
 INPUTS = input_names(CABLES)
 POSE = ("x", "y", "phi")
 TWIST = ("vx", "vy", "omega")
+ACCELERATION = ("ax", "ay", "alpha")
+WINCHES = ("winch_angle", "winch_rate")
 PER_CABLE = (
     "cable_length",
     "unstretched_length",
@@ -34,7 +38,8 @@ PER_CABLE = (
 def output_names(cables: int) -> tuple[str, ...]:
     """The real outputs of a robot with so many cables."""
     per_cable = (f"{name}[{i}]" for name in PER_CABLE for i in range(1, cables + 1))
-    return (*POSE, *TWIST, *per_cable)
+    winches = (f"{name}[{i}]" for name in WINCHES for i in range(1, cables + 1))
+    return (*POSE, *TWIST, *per_cable, *ACCELERATION, *winches)
 
 
 OUTPUTS = output_names(CABLES)
@@ -53,6 +58,7 @@ class Fmu:
         self.folder, self.path = folder, path
         self.description = read_model_description(folder)
         self.variables = {v.name: v for v in self.description.modelVariables}
+        self.command = next(c for c in COMMANDS if f"winch_{c}[1]" in self.variables)
 
     @classmethod
     def unpack(cls, path: Path, folder: Path) -> Fmu:
@@ -154,7 +160,7 @@ class Instance:
     def set_inputs(self, inputs: Inputs, time: float):
         """The values and slopes that hold just after `time`."""
         k = inputs.segment(time)
-        names = input_names(inputs.values.shape[1] - 3)
+        names = input_names(inputs.values.shape[1] - 3, self.fmu.command)
         self.set(dict(zip(names, inputs.on_segment(k, time), strict=True)))
         if inputs.slopes[k].any():
             references = self.fmu.references(names)
@@ -213,6 +219,7 @@ def start_values(p: Parameters) -> dict:
     return values | {"cable_model": p.cable_model}
 
 
-def input_values(inputs: Inputs, time: float = 0.0) -> dict:
+def input_values(inputs: Inputs, time: float = 0.0, command: str = "force") -> dict:
     """The inputs just after `time`, by name."""
-    return dict(zip(input_names(inputs.values.shape[1] - 3), inputs.at(time), strict=True))
+    names = input_names(inputs.values.shape[1] - 3, command)
+    return dict(zip(names, inputs.at(time), strict=True))

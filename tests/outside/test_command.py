@@ -358,7 +358,7 @@ def circle(path, radius, period):
 
 
 def test_inverse_says_where_a_winch_would_push_and_rounds_kinks(cdpr, tmp_path):
-    """Least tensions have kinks, at which the elastic cables' inertia asks for jumps of the forces."""
+    """Least tensions have kinks, at which the elastic cables' inertia asks for jumps of force."""
     trajectory = circle(tmp_path / "circle.csv", 30.0, 30.0)
 
     def run(*options):
@@ -374,7 +374,8 @@ def test_inverse_says_where_a_winch_would_push_and_rounds_kinks(cdpr, tmp_path):
         return done.stderr, table
 
     said, kinked = run()
-    assert "warning" in said and "cannot push" in said
+    assert "warning" in said
+    assert "cannot push" in said
     assert kinked["winch_force"].min() < 0.0
     said, rounded = run("--smooth", "1000")
     assert said == ""
@@ -385,7 +386,8 @@ def test_inverse_says_where_a_winch_would_push_and_rounds_kinks(cdpr, tmp_path):
 
     assert inertia(rounded) < 0.5 * inertia(kinked)
     wrong = cdpr(
-        *("inverse", "--trajectory", trajectory, "-o", tmp_path / "f.csv", "--smooth", "10"), ok=False
+        *("inverse", "--trajectory", trajectory, "-o", tmp_path / "f.csv", "--smooth", "10"),
+        ok=False,
     )
     assert wrong.returncode == 2
     assert "--objective minimum-norm" in wrong.stderr
@@ -396,7 +398,8 @@ def test_effects_say_which_speed_friction_sees(cdpr):
     entries = json.loads(cdpr("effects", "--json").stdout)
     for entry in entries:
         if entry["id"] in ("winch_coulomb_friction", "pulley_capstan_loss"):
-            assert "massless_spring" in entry["speed"] and "L\u0307" in entry["speed"]
+            assert "massless_spring" in entry["speed"]
+            assert "L\u0307" in entry["speed"]
     assert cdpr("effects").stdout.count("massless_spring") >= 4
 
 

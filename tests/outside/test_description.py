@@ -29,6 +29,10 @@ UNITS = {
     **dict.fromkeys(indexed("tension"), "N"),
     **dict.fromkeys(indexed("strain"), "1"),
     **dict.fromkeys(indexed("cable_angle"), "rad"),
+    **dict.fromkeys(("ax", "ay"), "m/s2"),
+    "alpha": "rad/s2",
+    **dict.fromkeys(indexed("winch_angle"), "rad"),
+    **dict.fromkeys(indexed("winch_rate"), "rad/s"),
     "platform_mass": "kg",
     "platform_inertia": "kg.m2",
     "anchor_radius": "m",
@@ -43,6 +47,8 @@ UNITS = {
     "gravity_y": "m/s2",
     "centre_of_mass_x": "m",
     "centre_of_mass_y": "m",
+    "drum_radius": "m",
+    "gear_ratio": "1",
 }
 FIRST_PARAMETER = list(UNITS).index("platform_mass")
 PARAMETERS = list(UNITS)[FIRST_PARAMETER:]

@@ -64,6 +64,7 @@ class Parameters:
     gravity: tuple[float, float] = (0.0, 0.0)  # m/s2
     centre_of_mass: tuple[float, float] = (0.0, 0.0)  # m, body frame
     cable: tuple[Cable, ...] = ()  # in place of the two circles
+    winch: dict[str, float | str] = field(default_factory=dict)  # other than `WINCH`
 
     @property
     def cables(self) -> int:
@@ -75,6 +76,18 @@ class Parameters:
         if not self.cable:
             return np.full(self.cables, common)
         return np.array([c.own.get(own, common) for c in self.cable])
+
+    @property
+    def command(self) -> str:
+        """What the winches are told: force, torque, speed or length."""
+        return self.winch.get("command", "force")
+
+    def of_winches(self, name: str) -> np.ndarray:
+        """A property of every winch: a drum, gear or rotor of its own, or what all have."""
+        common = self.winch.get(name, WINCH[name])
+        if name in ("drum_radius", "gear_ratio", "rotor_inertia"):
+            return self.each(name, common)
+        return np.full(self.cables, common)
 
     @property
     def axial_stiffness(self) -> float:
@@ -100,7 +113,12 @@ class Parameters:
         lines.append(f'cable_inertia = "{self.cable_inertia}"')
         if self.cable:
             # Without a start of its own a model is refused where no winch holds it.
-            lines += ["", "[start]", f"winch_force = {_row([1000.0] * self.cables)}"]
+            start = [1000.0] * self.cables
+            if self.command == "force":
+                lines += ["", "[start]", f"winch_force = {_row(start)}"]
+        if self.winch:
+            lines += ["", "[winch]"]
+            lines += [f"{key} = {_value(value)}" for key, value in self.winch.items()]
         for cable in self.cable:
             lines += ["", "[[cable]]", f"anchor = {_row(cable.anchor)}"]
             lines.append(f"attachment = {_row(cable.attachment)}")
@@ -110,10 +128,18 @@ class Parameters:
             if effect.cable is not None:
                 lines.append(f"cable = {effect.cable}")
             for key, value in effect.values.items():
-                text = f'"{value}"' if isinstance(value, str) else _number(value)
-                lines.append(f"{key} = {text}")
+                lines.append(f"{key} = {_value(value)}")
         return "\n".join(lines) + "\n"
 
+
+WINCH = {
+    "drum_radius": 0.5,  # m
+    "gear_ratio": 1.0,
+    "rotor_inertia": 0.0,  # kg m2, about the motor's axis
+    "bandwidth": 20.0,  # rad/s
+    "damping": 0.7,
+    "force_limit": 5e4,  # N
+}
 
 SCALARS = (
     "platform_mass",
@@ -130,6 +156,10 @@ SCALARS = (
 def _number(value: float) -> str:
     text = repr(float(value))
     return text if any(c in text for c in ".en") else text + ".0"
+
+
+def _value(value: float | str) -> str:
+    return f'"{value}"' if isinstance(value, str) else _number(value)
 
 
 def _row(values) -> str:

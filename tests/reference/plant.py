@@ -75,7 +75,8 @@ class Plant:
         self.bl = p.each("damping", p.cable_damping)
         self.rho = p.each("density", p.cable_density)
         self.stiffening = np.zeros(n)
-        self.drum_mass = np.zeros(n)
+        self.gearing = p.of_winches("gear_ratio") / p.of_winches("drum_radius")  # 1/m
+        self.drum_mass = p.of_winches("rotor_inertia") * self.gearing**2
         self.drag = np.zeros(n)
         heavy = p.cable_inertia != "none"
         self.straight = heavy * self.rho / 3.0  # kg/m that the end carries across
@@ -343,29 +344,60 @@ class Plant:
         # Only a cable exactly at zero can bring us here; both choices give the same motion.
         return acceleration, np.maximum(force, 0.0)
 
+    def _creep(self, y):
+        creep = np.zeros(self.cables)
+        for k, (i, _, _) in enumerate(self.creeps):
+            creep[i] += y[self.first_creep + k]
+        return creep
+
+    def _carried(self, t, y, m):
+        """Tensions of cables with a mass at the winch end."""
+        length, rate = y[self.lengths], y[self.length_rates]
+        damping = self.bl / length * (m.L_rate - rate)
+        spring = self.spring_force(self._bowed(y, m.L), length * self._warmth(t), self._creep(y))
+        # Where there is no strain there is nothing for the damper to pull on.
+        return np.where(spring > 0.0, np.maximum(spring + damping, 0.0), 0.0)
+
+    def _winch_force(self, t, y, m, command):
+        """The forces that the drives make of the winches' commands (after their delays).
+
+        A servo pulls so that the end of the cable that it holds follows its command as a filter of
+        first order (speed) or second order (length) would.
+        """
+        p = self.parameters
+        if p.command in ("force", "torque"):
+            return command * (self.gearing if p.command == "torque" else 1.0)
+        length, rate = y[self.lengths], y[self.length_rates]
+        bandwidth = p.of_winches("bandwidth")
+        if p.command == "speed":
+            wanted = bandwidth * (command - rate)
+        else:
+            wanted = bandwidth * (
+                bandwidth * (command - length) - 2.0 * p.of_winches("damping") * rate
+            )
+        mass, rest = self._inertia_terms(length, rate, m.angle_rate)
+        limit = p.of_winches("force_limit")
+        return np.clip(self._carried(t, y, m) - rest - mass * wanted, -limit, limit)
+
     def evaluate(self, t, y, command, wrench):
         """Everything at one instant: accelerations, rates of the other states, tensions.
 
-        `command` are the winch forces after their delays.
+        `command` are what the winches are told, after their delays.
         """
         pose, twist = y[0:3], y[3:6]
         m = self.motion(pose, twist)
+        command = self._winch_force(t, y, m, command)
         lagged, lag_rates = self.winches.lag(
             self.winches.saturate(command), y[self.first_lag : self.first_swing]
         )
         deflections = y[self.first_bristle :]
-        creep = np.zeros(self.cables)
-        for k, (i, _, _) in enumerate(self.creeps):
-            creep[i] += y[self.first_creep + k]
+        creep = self._creep(y)
         warmth = self._warmth(t)
         bowed = self._bowed(y, m.L)
         if self.has_length_rate:
             length, rate = y[self.lengths], y[self.length_rates]
             pull = self.winches.deliver(lagged, rate, deflections)
-            damping = self.bl / length * (m.L_rate - rate)
-            spring = self.spring_force(bowed, length * warmth, creep)
-            # Where there is no strain there is nothing for the damper to pull on.
-            tension = np.where(spring > 0.0, np.maximum(spring + damping, 0.0), 0.0)
+            tension = self._carried(t, y, m)
             across, swing_rates = self._swinging(y, m, tension)
             acceleration = self._solve_accelerations(
                 lambda a: self._platform_residual(t, pose, twist, a, m, wrench, tension, across)
@@ -408,7 +440,8 @@ class Plant:
         m = self.motion(pose, twist)
         y = np.zeros(self.size)
         y[0:3], y[3:6] = pose, twist
-        limited = None if command is None else self.winches.saturate(np.asarray(command, float))
+        force = self.start_force(command)
+        limited = None if force is None else self.winches.saturate(force)
         if self.has_length:
             if unstretched is None:
                 lag = self.winches.lag_at_rest(limited)
@@ -427,9 +460,18 @@ class Plant:
             y[self.first_swing + 2 * k + 1] = 2.0 / np.pi * m.L[i] * m.angle_rate[i]
         return y
 
+    def start_force(self, command):
+        """Winch forces of a start under these commands; servos hold 8 kN then."""
+        if command is None or self.parameters.command == "force":
+            return None if command is None else np.asarray(command, float)
+        if self.parameters.command == "torque":
+            return np.asarray(command, float) * self.gearing
+        return np.full(self.cables, 8000.0)
+
     def outputs(self, t, y, command, wrench) -> dict[str, float]:
         """The values that the FMU shows under the same names (sensor delays not included)."""
-        _, m, tension, length, rate = self.evaluate(t, y, command, wrench)
+        y_rate, m, tension, length, rate = self.evaluate(t, y, command, wrench)
+        drum = self.parameters.of_winches("drum_radius")
         out = dict(zip(("x", "y", "phi", "vx", "vy", "omega"), y[:6], strict=True))
         for i in range(self.cables):
             n = f"[{i + 1}]"
@@ -439,6 +481,9 @@ class Plant:
             out["unstretched_length_rate" + n] = rate[i]
             out["tension" + n] = tension[i]
             out["strain" + n] = (m.L[i] - length[i]) / length[i]
+            out["winch_angle" + n] = length[i] / drum[i]
+            out["winch_rate" + n] = rate[i] / drum[i]
+        out |= dict(zip(("ax", "ay", "alpha"), y_rate[3:6], strict=True))
         for effect in self.parameters.effects:
             self._sensor(effect, out)
         return {name: float(value) for name, value in out.items()}

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use cdpr::dynamics::Inputs;
 use cdpr::inverse::distribution::Distribution;
 use cdpr::inverse::{Instant, InverseError};
 use cdpr::kinematics;
@@ -172,16 +173,12 @@ impl Text {
     }
 
     pub(super) fn equilibrium(&mut self, model: &Model, plant: &Plant, pose: &[f64; 3]) {
-        let inputs = &model.start.inputs;
-        self.section(&format!(
-            "equilibrium under the model's winch forces [{}] N",
-            inputs.winch_force.iter().copied().map(number).collect::<Vec<_>>().join(", ")
-        ));
-        match statics::static_equilibrium(plant, 0.0, *pose, inputs) {
-            Ok(found) => {
-                self.at_rest(&found, &statics::geometric_stiffness(plant.geometry(), &found, &inputs.winch_force));
-            }
-            Err(error) => self.line(format!("none: {error}")),
+        let inputs = &plant.driven(&model.start.inputs);
+        let command = model.parameters.winch.command;
+        if command.is_servo() {
+            self.section(&format!("winches follow a {}: no equilibrium under given forces", command.name()));
+        } else {
+            self.under_forces(plant, pose, &model.start.inputs, inputs);
         }
         let lengths = &model.start.unstretched_length;
         if !elastic(plant) || lengths.iter().any(|l| *l <= 0.0) {
@@ -198,6 +195,20 @@ impl Text {
                     "tensions [{}] N",
                     found.tension.iter().copied().map(number).collect::<Vec<_>>().join(", ")
                 ));
+            }
+            Err(error) => self.line(format!("none: {error}")),
+        }
+    }
+
+    /// The equilibrium under these commands, which make the forces `inputs`.
+    fn under_forces(&mut self, plant: &Plant, pose: &[f64; 3], commands: &Inputs, inputs: &Inputs) {
+        self.section(&format!(
+            "equilibrium under the model's winch forces [{}] N",
+            inputs.winch_force.iter().copied().map(number).collect::<Vec<_>>().join(", ")
+        ));
+        match statics::static_equilibrium(plant, 0.0, *pose, commands) {
+            Ok(found) => {
+                self.at_rest(&found, &statics::geometric_stiffness(plant.geometry(), &found, &inputs.winch_force));
             }
             Err(error) => self.line(format!("none: {error}")),
         }

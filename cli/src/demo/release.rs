@@ -7,6 +7,7 @@ use std::path::Path;
 use cdpr::model_file::Model;
 use cdpr::release::{RELEASE, RELEASE_POSE, ReleaseRow};
 use cdpr::simulation::Simulation;
+use cdpr::winch::WinchCommand;
 
 use super::Made;
 use super::importer::{Fmu, Slave};
@@ -44,7 +45,7 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
     fmu::pack(&text, &[], &fmu_path)?;
 
     let csv_path = out.join("release.csv");
-    let mut table = ResultWriter::new(WholeFile::create(&csv_path)?, CABLES)?;
+    let mut table = ResultWriter::new(WholeFile::create(&csv_path)?, CABLES, WinchCommand::Force)?;
     let mut recording = Recording::new(CABLES);
     let fmu = Fmu::open(&fmu_path)?;
     let mut slave = fmu.instantiate("release")?;
@@ -56,7 +57,7 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
     let mut in_process = simulate::begin_simulation(&model)?;
     let mut comparison = Comparison::default();
     let mut progress = Progress::new("driving the FMU");
-    let (inputs, outputs) = (csv_io::input_names(CABLES), csv_io::output_names(CABLES));
+    let (inputs, outputs) = (csv_io::input_names(CABLES, WinchCommand::Force), csv_io::output_names(CABLES));
     for k in 0..=STEPS {
         if k > 0 {
             let begin = f64::from(k - 1) * STEP;
