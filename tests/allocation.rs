@@ -10,6 +10,7 @@ use cdpr::effect::EffectSpec;
 use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
+use cdpr::winch::{WinchCommand, WinchParameters};
 
 struct Counting;
 
@@ -76,5 +77,33 @@ fn a_step_does_not_allocate() {
             }
             assert_eq!(ALLOCATIONS.get() - before, 0, "{model:?}, {} effects", simulation.plant().effects().len());
         }
+    }
+}
+
+/// Nor does one with winches that are told torques, speeds or lengths.
+#[test]
+fn a_step_of_driven_winches_does_not_allocate() {
+    for command in [WinchCommand::Torque, WinchCommand::Speed, WinchCommand::Length] {
+        let winch = WinchParameters { command, rotor_inertia: Some(2.0), ..WinchParameters::default() };
+        let parameters = Parameters { winch, ..Parameters::default() };
+        let plant = Arc::new(Plant::new(parameters, Vec::new()).unwrap());
+        let lengths = [899.0; 4];
+        let told = |k: u32| match command {
+            WinchCommand::Torque => 1e4 + f64::from(k),
+            WinchCommand::Length => lengths[0] - 1e-3 * f64::from(k),
+            _ => 0.1 * f64::from(k).sin(),
+        };
+        let mut y = vec![0.0; plant.dimension()];
+        for (i, length) in lengths.into_iter().enumerate() {
+            y[plant.unstretched_index(i).unwrap()] = length;
+        }
+        let mut simulation = Simulation::from_states(plant, 0.0, y, Inputs::pulling(4, told(0)), 1e-8);
+        let before = ALLOCATIONS.get();
+        for k in 0..200 {
+            simulation.set_inputs(Inputs::pulling(4, told(k)));
+            simulation.advance(0.01).unwrap();
+            std::hint::black_box(simulation.outputs());
+        }
+        assert_eq!(ALLOCATIONS.get() - before, 0, "{command:?}");
     }
 }
