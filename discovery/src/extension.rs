@@ -172,7 +172,7 @@ mod tests {
     fn a_rival_gets_the_extensions_that_it_knows() {
         let standing = effect("winch_coulomb_friction", &[100.0, 0.01, 0.3, 0.0, 2e4, 500.0]);
         let stribeck = extended_like(&effect("winch_stribeck_friction", &[90.0, 150.0, 0.1, 5.0]), &standing);
-        assert_eq!(stribeck.values, [90.0, 150.0, 0.1, 5.0, 0.0, 2e4, 500.0, 0.0]);
+        assert_eq!(stribeck.values, [90.0, 150.0, 0.1, 5.0, 0.0, 2e4, 500.0, 0.0, 0.0]);
         let capstan = effect("pulley_capstan_loss", &[0.01, 0.02]);
         assert_eq!(extended_like(&capstan, &standing), capstan);
     }
