@@ -7,6 +7,7 @@ use cdpr::model_file::Model;
 use cdpr::parameters::CableModel;
 
 use crate::data::{Channel, Trial};
+use crate::sizes::{Sizes, usual_force};
 use crate::spectrum::Wave;
 use crate::term::{self, literal};
 
@@ -42,7 +43,7 @@ impl Candidate {
 pub(crate) struct Situation {
     /// Longest trial (s).
     pub(crate) duration: f64,
-    /// Mean tension (N).
+    /// Mean size of the winch forces (N).
     pub(crate) mean_tension: f64,
     /// Winch commands sorted, by cable (N).
     pub(crate) commands: Vec<Vec<f64>>,
@@ -67,15 +68,13 @@ impl Situation {
                 }
             }
         }
-        let count = commands.iter().map(Vec::len).sum::<usize>().max(1);
-        let mean_tension = commands.iter().flatten().sum::<f64>() / count as f64;
         for list in &mut commands {
             list.sort_by(f64::total_cmp);
         }
         let has = |wanted: Channel| trials.iter().any(|t| t.channels.contains(&wanted));
         Self {
             duration: trials.iter().map(|t| t.time[t.len() - 1] - t.time[0]).fold(0.0, f64::max),
-            mean_tension: mean_tension.max(100.0),
+            mean_tension: usual_force(trials),
             commands,
             peaks: Vec::new(),
             waves: Vec::new(),
@@ -222,17 +221,23 @@ fn proportional(size: f64) -> impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send
     move |a| Some(vec![a[0] * size])
 }
 
+/// Share of the winch forces by which forces at a winch are varied.
+const SMALL: f64 = 2.5e-3;
+/// Share of the platform's mass below which what swings at a winch is as good as without mass.
+const LIGHT: f64 = 1e-3;
+
 /// The catalogue, set up for this model and data.
 pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
     let mut lib = Library::new(situation.cables());
+    let sizes = &Sizes::of(&model.parameters);
     let elastic =
         model.parameters.cable_model != CableModel::Rigid || model.effects.iter().any(|e| e.id == "cable_elasticity");
     if elastic {
-        cables(&mut lib, situation, model.parameters.cable_density);
+        cables(&mut lib, situation, sizes, model.parameters.cable_density);
     }
-    winches(&mut lib, situation);
-    platform(&mut lib, situation);
-    sensors(&mut lib, situation);
+    winches(&mut lib, situation, sizes);
+    platform(&mut lib, situation, sizes);
+    sensors(&mut lib, situation, sizes);
     // An effect that the model already has on that cable is refined, not found again.
     let taken = |id: &str, cable: Option<usize>| {
         model.effects.iter().any(|e| e.id == id && (e.cable.is_none() || cable.is_none() || e.cable == cable))
@@ -241,7 +246,7 @@ pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
     lib
 }
 
-fn cables(lib: &mut Library, situation: &Situation, density: f64) {
+fn cables(lib: &mut Library, situation: &Situation, sizes: &Sizes, density: f64) {
     lib.each_cable("cable_stiffness", &[vec![0.02]], 0, proportional(0.02));
     lib.each_cable("cable_damping", &[vec![0.5]], 0, proportional(0.5));
     for tau in [2.0, 10.0, 50.0] {
@@ -251,7 +256,8 @@ fn cables(lib: &mut Library, situation: &Situation, density: f64) {
     }
     lib.each_cable("cable_stiffening", &[vec![2e4]], 0, proportional(2e4));
     let t = situation.mean_tension;
-    let (w0, t1) = (2.0, 0.8 * t);
+    // A weight that makes a cable sag by a hundredth of its length.
+    let (w0, t1) = (0.1 * t / sizes.reach, 0.8 * t);
     let build = move |a: &[f64]| {
         // a0 w0²/T² + a1 w0² (1/T1² - 1/T²) = w²/T_ref² with w² = (a0 + a1) w0² carried by the two columns together.
         let square = a[0] + a[1];
@@ -272,30 +278,32 @@ fn cables(lib: &mut Library, situation: &Situation, density: f64) {
     lib.each_cable("cable_axial_mass", &[vec![0.2]], 0, proportional(0.2));
 }
 
-fn winches(lib: &mut Library, situation: &Situation) {
+fn winches(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
+    let force = SMALL * situation.mean_tension;
     for speed in [0.005, 0.02, 0.08, 0.3] {
-        lib.each_cable("winch_coulomb_friction", &[vec![50.0, speed]], 1, move |a| Some(vec![50.0 * a[0], speed]));
+        lib.each_cable("winch_coulomb_friction", &[vec![force, speed]], 1, move |a| Some(vec![force * a[0], speed]));
     }
-    lib.each_cable("winch_viscous_friction", &[vec![50.0]], 0, proportional(50.0));
+    lib.each_cable("winch_viscous_friction", &[vec![force]], 0, proportional(force));
     let speed = 0.05;
-    stribeck(lib, speed, move |a: &[f64]| {
+    stribeck(lib, speed, force, move |a: &[f64]| {
         // Columns: Coulomb part, the peak above it, viscous part.
         (a[0] > 0.0 && a[0] + a[1] > 0.0)
-            .then(|| vec![50.0 * a[0], 50.0 * (a[0] + a[1]), speed, (50.0 * a[2]).max(0.0)])
+            .then(|| vec![force * a[0], force * (a[0] + a[1]), speed, (force * a[2]).max(0.0)])
     });
     for speed in [0.005, 0.02, 0.08] {
         lib.each_cable("pulley_capstan_loss", &[vec![0.005, speed]], 1, move |a| Some(vec![0.005 * a[0], speed]));
     }
     lib.each_cable("winch_force_gain", &[vec![0.01]], 0, proportional(0.01));
-    lib.each_cable("winch_force_bias", &[vec![50.0]], 0, proportional(50.0));
+    lib.each_cable("winch_force_bias", &[vec![force]], 0, proportional(force));
     for tau in [0.03, 0.2] {
         lib.each_cable("winch_lag", &[vec![tau]], 1, move |a| (a[0] > 0.05).then(|| vec![tau * a[0].min(4.0)]));
         lib.each_cable("winch_delay", &[vec![tau]], 1, move |a| (a[0] > 0.05).then(|| vec![tau * a[0].min(4.0)]));
     }
-    lib.each_cable("winch_drum_inertia", &[vec![20.0]], 0, proportional(20.0));
+    let drum = 0.2 * sizes.winch_mass.max(LIGHT * sizes.mass);
+    lib.each_cable("winch_drum_inertia", &[vec![drum]], 0, proportional(drum));
     for cable in situation.cables_and_all() {
         let (low, high) = (situation.quantile(cable, 0.0), situation.quantile(cable, 1.0));
-        let margin = 0.5 * (high - low).max(1.0);
+        let margin = 0.5 * (high - low).max(1e-4 * situation.mean_tension);
         for share in [0.6, 0.9] {
             let upper = situation.quantile(cable, share);
             saturation(lib, cable, low - margin, upper);
@@ -321,13 +329,18 @@ fn saturation(lib: &mut Library, cable: Option<usize>, lower: f64, upper: f64) {
 }
 
 /// Stribeck friction needs differences of variations: the Coulomb part alone, the peak, the viscous part.
-fn stribeck(lib: &mut Library, speed: f64, build: impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send + Sync + 'static) {
+fn stribeck(
+    lib: &mut Library,
+    speed: f64,
+    force: f64,
+    build: impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send + Sync + 'static,
+) {
     const ID: &str = "winch_stribeck_friction";
     let mut all = [Vec::new(), Vec::new(), Vec::new()];
     for cable in 1..=lib.cables {
-        let flat = lib.vary(ID, Some(cable), &[50.0, 50.0, speed, 0.0]);
-        let peak = lib.vary(ID, Some(cable), &[0.0, 50.0, speed, 0.0]);
-        let viscous = lib.vary(ID, Some(cable), &[0.0, 0.0, speed, 50.0]);
+        let flat = lib.vary(ID, Some(cable), &[force, force, speed, 0.0]);
+        let peak = lib.vary(ID, Some(cable), &[0.0, force, speed, 0.0]);
+        let viscous = lib.vary(ID, Some(cable), &[0.0, 0.0, speed, force]);
         let sets = [vec![(flat, 1.0)], vec![(peak, 1.0)], vec![(viscous, 1.0)]];
         for (sum, set) in all.iter_mut().zip(&sets) {
             sum.extend_from_slice(set);
@@ -342,42 +355,46 @@ fn stribeck(lib: &mut Library, speed: f64, build: impl Fn(&[f64]) -> Option<Vec<
     lib.candidate(ID, None, columns, 1, Box::new(make));
 }
 
-fn platform(lib: &mut Library, situation: &Situation) {
-    lib.whole("platform_mass", &[vec![25.0]], 0, proportional(25.0));
-    lib.whole("platform_inertia", &[vec![3500.0]], 0, proportional(3500.0));
-    lib.whole("platform_com_offset", &[vec![0.05, 0.0], vec![0.0, 0.05]], 0, |a| Some(vec![0.05 * a[0], 0.05 * a[1]]));
+fn platform(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
+    let force = 0.4 * SMALL * situation.mean_tension;
+    let (mass, inertia, offset) = (0.01 * sizes.mass, 0.01 * sizes.inertia, 0.005 * sizes.arm);
+    lib.whole("platform_mass", &[vec![mass]], 0, proportional(mass));
+    lib.whole("platform_inertia", &[vec![inertia]], 0, proportional(inertia));
+    let sets = [vec![offset, 0.0], vec![0.0, offset]];
+    lib.whole("platform_com_offset", &sets, 0, move |a| Some(vec![offset * a[0], offset * a[1]]));
     lib.whole("platform_linear_drag", &[vec![20.0]], 0, proportional(20.0));
     lib.whole("platform_quadratic_drag", &[vec![20.0, 0.0, 0.0]], 0, |a| Some(vec![20.0 * a[0], 0.0, 0.0]));
     for direction in 0..8 {
         drag_in_wind(lib, 6.0, f64::from(direction) * PI / 4.0);
     }
     lib.whole("platform_rotational_damping", &[vec![5e3]], 0, proportional(5e3));
-    let wind = [vec![20.0, 0.0, 0.0], vec![0.0, 20.0, 0.0], vec![0.0, 0.0, 200.0]];
-    lib.whole("steady_wind", &wind, 0, |a| Some(vec![20.0 * a[0], 20.0 * a[1], 200.0 * a[2]]));
+    let torque = force * sizes.arm;
+    let wind = [vec![force, 0.0, 0.0], vec![0.0, force, 0.0], vec![0.0, 0.0, torque]];
+    lib.whole("steady_wind", &wind, 0, move |a| Some(vec![force * a[0], force * a[1], torque * a[2]]));
     for frequency in situation.peaks.clone() {
         let sets: Vec<Vec<f64>> = [(0.0, 0.0), (PI / 2.0, 0.0), (0.0, PI / 2.0), (PI / 2.0, PI / 2.0)]
             .iter()
-            .map(|(phase, direction)| vec![20.0, frequency, *phase, *direction])
+            .map(|(phase, direction)| vec![force, frequency, *phase, *direction])
             .collect();
-        lib.whole("periodic_gust", &sets, 1, move |a| Some(gust(a, frequency)));
+        lib.whole("periodic_gust", &sets, 1, move |a| Some(gust(a, force, frequency)));
     }
     let sets = [vec![10.0, 0.0, 0.0, 0.0], vec![0.0, 10.0, 0.0, 0.0]];
     let spring = lib.vary("umbilical", None, &sets[0]);
     let damper = lib.vary("umbilical", None, &sets[1]);
-    let constant_x = lib.vary("steady_wind", None, &[20.0, 0.0, 0.0]);
-    let constant_y = lib.vary("steady_wind", None, &[0.0, 20.0, 0.0]);
+    let constant_x = lib.vary("steady_wind", None, &[force, 0.0, 0.0]);
+    let constant_y = lib.vary("steady_wind", None, &[0.0, force, 0.0]);
     let columns = [spring, damper, constant_x, constant_y].map(|s| lib.column(vec![(s, 1.0)])).to_vec();
-    let build = |a: &[f64]| {
+    let build = move |a: &[f64]| {
         let stiffness = 10.0 * a[0];
-        let values = [stiffness, (10.0 * a[1]).max(0.0), 20.0 * a[2] / stiffness, 20.0 * a[3] / stiffness];
+        let values = [stiffness, (10.0 * a[1]).max(0.0), force * a[2] / stiffness, force * a[3] / stiffness];
         (stiffness > 0.0).then(|| EffectSpec::new("umbilical", None, &values).ok()).flatten()
     };
     lib.candidate("umbilical", None, columns, 0, Box::new(build));
 }
 
 /// Amplitude, frequency, phase, direction of the straight oscillation nearest to sine and cosine amplitudes on x and y.
-fn gust(a: &[f64], frequency: f64) -> Vec<f64> {
-    let m = nalgebra::Matrix2::new(a[0], a[1], a[2], a[3]) * 20.0;
+fn gust(a: &[f64], force: f64, frequency: f64) -> Vec<f64> {
+    let m = nalgebra::Matrix2::new(a[0], a[1], a[2], a[3]) * force;
     let svd = m.svd(true, true);
     let k = svd.singular_values.imax();
     let (u, v) = (svd.u.unwrap_or_default(), svd.v_t.unwrap_or_default());
@@ -408,10 +425,11 @@ fn drag_in_wind(lib: &mut Library, speed: f64, angle: f64) {
     lib.candidate(ID, None, columns, 0, Box::new(build));
 }
 
-fn sensors(lib: &mut Library, situation: &Situation) {
+fn sensors(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
+    let (anchor, attachment, late) = (5e-5 * sizes.reach, 2e-3 * sizes.arm, 0.03 * sizes.swing);
     let offset = |size: f64| move |a: &[f64]| Some(vec![size * a[0], size * a[1]]);
-    lib.each_cable("anchor_offset", &[vec![0.05, 0.0], vec![0.0, 0.05]], 0, offset(0.05));
-    lib.each_cable("attachment_offset", &[vec![0.02, 0.0], vec![0.0, 0.02]], 0, offset(0.02));
+    lib.each_cable("anchor_offset", &[vec![anchor, 0.0], vec![0.0, anchor]], 0, offset(anchor));
+    lib.each_cable("attachment_offset", &[vec![attachment, 0.0], vec![0.0, attachment]], 0, offset(attachment));
     for (channel, present) in [("unstretched_length", &situation.unstretched), ("cable_length", &situation.lengths)] {
         for cable in (1..=lib.cables).filter(|c| present[c - 1]) {
             let spec = move |bias: f64| {
@@ -433,7 +451,7 @@ fn sensors(lib: &mut Library, situation: &Situation) {
     if situation.pose {
         let sets = [vec![0.02, 0.0, 0.0], vec![0.0, 0.02, 0.0], vec![0.0, 0.0, 0.002]];
         lib.whole("pose_sensor_bias", &sets, 0, |a| Some(vec![0.02 * a[0], 0.02 * a[1], 0.002 * a[2]]));
-        lib.whole("pose_sensor_delay", &[vec![0.05]], 0, proportional(0.05));
+        lib.whole("pose_sensor_delay", &[vec![late]], 0, proportional(late));
     }
 }
 

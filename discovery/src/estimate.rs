@@ -13,9 +13,13 @@ use crate::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
 use crate::model::{Examined, WRENCH, disturb};
 use crate::path::{LinearTrial, Trajectory, linearise};
 use crate::randomness::Memory;
+use crate::sizes::{Sizes, usual_force};
 
-/// Correlation time of the latent disturbances (s): longer than the cables' vibration, shorter than the platform's motion.
-const LATENT_TIME: f64 = 2.0;
+/// Correlation time of the latent disturbances in periods of the platform's swing on cables of fixed length: longer than the
+/// cables' own vibration, shorter than the motions that a platform is asked for.
+const LATENT_SWINGS: f64 = 1.12;
+/// Its bounds, in sampling intervals and as a share of the longest recording.
+const LATENT_TIMES: (f64, f64) = (4.0, 0.1);
 
 /// A model with everything that the data say of it.
 #[derive(Clone)]
@@ -470,13 +474,18 @@ pub enum FitError {
 }
 
 /// First guess of the random parts, before any fit.
-pub(crate) fn first_randomness(model: &Model, noise: &[f64]) -> Randomness {
+pub(crate) fn first_randomness(model: &Model, trials: &[Trial], noise: &[f64]) -> Randomness {
+    let (sizes, usual_force) = (Sizes::of(&model.parameters), usual_force(trials));
+    let duration = |t: &Trial| t.time[t.len() - 1] - t.time[0];
+    let longest = LATENT_TIMES.1 * trials.iter().map(duration).fold(0.0, f64::max);
+    let shortest = LATENT_TIMES.0 * median(trials.iter().map(Trial::interval).collect());
     Randomness {
         latents: WRENCH + model.parameters.cables(),
-        force: 30.0,
-        winch: 30.0,
-        arm: model.parameters.attachment_radius,
-        time: LATENT_TIME,
+        force: Randomness::first_latent(usual_force),
+        winch: Randomness::first_latent(usual_force),
+        usual_force,
+        arm: sizes.arm,
+        time: (LATENT_SWINGS * sizes.swing).min(longest).max(shortest),
         noise: noise.to_vec(),
         memory: Vec::new(),
         input: 0.0,
@@ -498,7 +507,7 @@ mod tests {
         let friction = EffectSpec::new("winch_stribeck_friction", Some(2), &[100.0, 260.0, 0.12, 40.0]).unwrap();
         let trials = [record(std::slice::from_ref(&friction), 40.0, 5)];
         let model = Model { effects: vec![friction], ..Model::default() };
-        let randomness = first_randomness(&model, &noise_of_data(&trials));
+        let randomness = first_randomness(&model, &trials, &noise_of_data(&trials));
         let mut fit = Fit::new(&model, &trials, &randomness, None).unwrap();
         fit.settle(&trials, 40).unwrap();
         let settled = fit.smooth(&trials).unwrap();

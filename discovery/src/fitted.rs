@@ -70,7 +70,7 @@ impl Search<'_> {
     /// Fits the model as given.
     pub(crate) fn base(&mut self, model: &Model) -> Result<Fitted, FitError> {
         let e = self.evidence;
-        let randomness = crate::estimate::first_randomness(model, &e.noise);
+        let randomness = crate::estimate::first_randomness(model, &e.train, &e.noise);
         let mut train = Fit::new(model, &e.train, &randomness, None)?;
         train.smooth(&e.train)?;
         train.fit_randomness(&e.train, &e.noise, true);

@@ -3,7 +3,7 @@
 use crate::model::WRENCH;
 use crate::path::LinearTrial;
 use crate::randomness::ROOM;
-pub(crate) use crate::randomness::{Randomness, SMALLEST_LATENT};
+pub(crate) use crate::randomness::Randomness;
 use crate::vector::{BLOCK, add, add_each, block, dot, vectorised};
 
 /// Innovations, gains and what else later passes need; what was not to be kept is empty.

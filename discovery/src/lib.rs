@@ -38,6 +38,7 @@ mod round;
 mod search;
 mod second_look;
 mod signature;
+mod sizes;
 mod spectrum;
 mod stability;
 mod term;

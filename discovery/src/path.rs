@@ -161,10 +161,15 @@ impl LinearTrial {
     }
 }
 
+/// Shares of the robot's reach by which the platform and a cable's length are moved for differences.
+const MOVED: f64 = 1e-3 / 900.0;
+const STRETCHED: f64 = 1e-4 / 900.0;
+
 /// Steps by which states are moved for differences: far above the integrator's error, far below curvature.
 fn difference_steps(model: &Examined) -> Vec<f64> {
-    let mut steps = vec![1e-4; model.states()];
-    steps[..6].copy_from_slice(&[1e-3, 1e-3, 1e-4, 1e-3, 1e-3, 1e-4]);
+    let reach = model.plant.geometry().size();
+    let mut steps = vec![STRETCHED * reach; model.states()];
+    steps[..6].copy_from_slice(&[MOVED * reach, MOVED * reach, 1e-4, 1e-3, 1e-3, 1e-4]);
     for i in 0..model.plant.cables() {
         for at in model.plant.effect_states(i) {
             steps[at] = 1e-3 * effect_state_scale(model, i, at);

@@ -4,8 +4,12 @@ use cdpr::per_cable::MAX_CABLES;
 
 use crate::model::WRENCH;
 
-/// Smallest latent force considered (N): below it a trial is as good as undisturbed.
-pub(crate) const SMALLEST_LATENT: f64 = 0.03;
+/// Smallest latent force considered, as a share of the winch forces: below it a trial is as good as undisturbed.
+const SMALLEST_LATENT: f64 = 1.5e-6;
+/// Largest.
+const LARGEST_LATENT: f64 = 5.0;
+/// From what size on latent forces are searched for, as a share of the winch forces.
+const FIRST_LATENT: f64 = 1.5e-3;
 
 /// Most processes of noise with memory that the filter has room for, beside the latent disturbances of the most cables.
 pub(crate) const MOST_MEMORIES: usize = ROOM - WRENCH - MAX_CABLES;
@@ -35,6 +39,8 @@ pub(crate) struct Randomness {
     pub(crate) force: f64,
     /// Standard deviation of the latent force at each winch (N).
     pub(crate) winch: f64,
+    /// Mean size of the winch forces (N).
+    pub(crate) usual_force: f64,
     /// Lever between force and torque (m).
     pub(crate) arm: f64,
     /// Correlation time of the latent disturbances (s).
@@ -51,23 +57,31 @@ pub(crate) struct Randomness {
     pub(crate) late: Vec<f64>,
 }
 
-/// Largest latent force considered (N).
-const LARGEST_LATENT: f64 = 1e5;
-
 impl Randomness {
     /// Whether the latent disturbances are of the same size.
     pub(crate) fn same_latents(&self, other: &Self) -> bool {
         (self.force, self.winch) == (other.force, other.winch)
     }
 
+    /// The size of latent force from which one is searched for (N).
+    pub(crate) fn first_latent(usual_force: f64) -> f64 {
+        FIRST_LATENT * usual_force
+    }
+
+    /// The size of latent force that is as good as none (N).
+    pub(crate) fn smallest_latent(&self) -> f64 {
+        SMALLEST_LATENT * self.usual_force
+    }
+
     /// Whether latent disturbances have anything to do.
     pub(crate) fn has_latents(&self) -> bool {
-        self.force.max(self.winch) > SMALLEST_LATENT
+        self.force.max(self.winch) > self.smallest_latent()
     }
 
     /// The same without latent disturbances.
     pub(crate) fn without_latents(&self) -> Self {
-        Self { force: SMALLEST_LATENT, winch: SMALLEST_LATENT, ..self.clone() }
+        let nothing = self.smallest_latent();
+        Self { force: nothing, winch: nothing, ..self.clone() }
     }
 
     /// Whether the instruments add noise that is not white.
@@ -77,12 +91,16 @@ impl Randomness {
 
     /// The size of the latent force on the platform times a factor, within what is considered.
     pub(crate) fn force_scaled(&self, factor: f64) -> f64 {
-        (self.force * factor).clamp(SMALLEST_LATENT, LARGEST_LATENT)
+        self.considered(self.force * factor)
     }
 
     /// The size of the latent forces at the winches times a factor, within what is considered.
     pub(crate) fn winch_scaled(&self, factor: f64) -> f64 {
-        (self.winch * factor).clamp(SMALLEST_LATENT, LARGEST_LATENT)
+        self.considered(self.winch * factor)
+    }
+
+    fn considered(&self, size: f64) -> f64 {
+        size.clamp(self.smallest_latent(), LARGEST_LATENT * self.usual_force)
     }
 
     /// The same with nothing but white noise from the instruments.

@@ -11,6 +11,7 @@ use crate::kalman::{Keep, Randomness, filter};
 use crate::model::Examined;
 use crate::regression::ladder;
 use crate::signature::{Varied, sensitivities};
+use crate::sizes::Sizes;
 use crate::term;
 use crate::whiten::{Normal, whiten};
 
@@ -56,9 +57,13 @@ fn parameter_step(model: &Model, free: Free) -> f64 {
     if spec.expression.is_some() {
         return term::step(spec, free.parameter);
     }
-    let typical = spec.info().map_or((0.0, 1.0), |i| i.parameters[free.parameter].typical);
+    let (typical, unit) = spec
+        .info()
+        .map_or(((0.0, 1.0), ""), |i| (i.parameters[free.parameter].typical, i.parameters[free.parameter].unit));
     let scale = typical.0.abs().max(typical.1.abs());
     let scale = if scale > 0.0 { scale } else { 1.0 };
+    // What is typical of a large robot is far too much for a small one.
+    let scale = Sizes::of(&model.parameters).of_unit(unit).map_or(scale, |size| scale.min(size));
     1e-3 * spec.values[free.parameter].abs().max(1e-2 * scale)
 }
 

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
-use crate::kalman::{Keep, Randomness, SMALLEST_LATENT, filter};
+use crate::kalman::{Keep, Randomness, filter};
 use crate::signature::picked;
 use crate::whiten::{Forcing, Normal, whiten};
 
@@ -20,7 +20,7 @@ pub(crate) struct Level {
 pub(crate) fn ladder(randomness: &Randomness) -> Vec<Randomness> {
     let mut levels: Vec<Randomness> = Vec::new();
     for factor in [1.0, 0.2, 0.03, 0.0] {
-        let scaled = |v: f64| (v * factor).max(SMALLEST_LATENT);
+        let scaled = |v: f64| (v * factor).max(randomness.smallest_latent());
         let level =
             Randomness { force: scaled(randomness.force), winch: scaled(randomness.winch), ..randomness.clone() };
         if !levels.iter().any(|l| l.same_latents(&level)) {

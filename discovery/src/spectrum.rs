@@ -5,6 +5,12 @@ use std::f64::consts::TAU;
 use crate::data::Trial;
 use crate::estimate::Fit;
 
+/// Angle (rad) that an oscillation may turn in the latents' correlation time for them to follow it.
+const FOLLOWED: f64 = 24.0;
+/// Share of that time from one sample that is looked at to the next.
+const OFTEN: f64 = 0.05;
+/// Most frequencies that are looked at.
+const MOST_FREQUENCIES: usize = 6000;
 /// Peaks offered as candidates.
 const PEAKS: usize = 3;
 
@@ -16,16 +22,17 @@ pub(crate) fn peaks(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
         return Vec::new();
     }
     // A third of the width of a spectral line, up to where the correlation time of the latents still lets them follow.
+    let (time, arm) = (fit.randomness.time, fit.randomness.arm);
     let spacing = TAU / longest / 3.0;
-    let highest = (TAU / (4.0 * interval)).min(12.0);
-    let count = (highest / spacing) as usize;
-    let stride = ((0.1 / interval) as usize).max(1);
+    let highest = (TAU / (4.0 * interval)).min(FOLLOWED / time);
+    let count = ((highest / spacing) as usize).min(MOST_FREQUENCIES);
+    let stride = ((OFTEN * time / interval) as usize).max(1);
     let power: Vec<f64> = (3..count)
         .map(|f| {
             let omega = f as f64 * spacing;
             let mut sum = 0.0;
             for (trial, trajectory) in trials.iter().zip(&fit.trajectories) {
-                for (axis, weight) in [(0, 1.0), (1, 1.0), (2, 0.1)] {
+                for (axis, weight) in [(0, 1.0), (1, 1.0), (2, 1.0 / arm)] {
                     let (mut c, mut s) = (0.0, 0.0);
                     for k in (0..trial.len()).step_by(stride) {
                         let (sin, cos) = (omega * trial.time[k]).sin_cos();
@@ -37,7 +44,7 @@ pub(crate) fn peaks(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
                 }
             }
             // Latents are a red process; a peak stands out against that.
-            sum * (1.0 + (omega * 2.0).powi(2))
+            sum * (1.0 + (omega * time).powi(2))
         })
         .collect();
     let mut local: Vec<(f64, f64)> = (1..power.len().saturating_sub(1))
@@ -86,9 +93,9 @@ pub(crate) fn waves(fit: &Fit, trials: &[Trial]) -> Vec<Wave> {
         }
     }
     let interval = trials.iter().map(Trial::interval).fold(f64::INFINITY, f64::min);
-    let stride = ((0.1 / interval) as usize).max(1);
+    let stride = ((OFTEN * fit.randomness.time / interval) as usize).max(1);
     let wave = |(latent, at, coordinate): (usize, usize, String)| {
-        // Position and force at every tenth of a second, over all trials.
+        // Position and force as often as they change, over all trials.
         let points: Vec<(f64, f64)> = trials
             .iter()
             .zip(&fit.trajectories)

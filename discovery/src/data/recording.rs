@@ -185,7 +185,7 @@ pub(crate) fn fitted_on(bench: &Bench, effects: &[EffectSpec], trials: &[Trial])
     let parameters = bench.parameters.clone();
     let model = Model { effects: effects.to_vec(), parameters, ..Model::default() };
     let noise = noise_of_data(trials);
-    let mut fit = Fit::new(&model, trials, &first_randomness(&model, &noise), None).expect("a fit");
+    let mut fit = Fit::new(&model, trials, &first_randomness(&model, trials, &noise), None).expect("a fit");
     fit.smooth(trials).expect("a fit");
     fit.fit_randomness(trials, &noise, true);
     fit.smooth(trials).expect("a fit");

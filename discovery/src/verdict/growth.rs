@@ -12,7 +12,7 @@ use super::policy::Policy;
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::gap::restarts;
-use crate::kalman::{Keep, Randomness, SMALLEST_LATENT, filter};
+use crate::kalman::{Keep, Randomness, filter};
 use crate::outcome::{HORIZON, HORIZONS};
 
 /// Shorter horizons (s) for robots whose motion grows too fast for those of the report.
@@ -32,8 +32,7 @@ pub(crate) struct Reach {
 /// The gap that the model of `fit` would leave over `horizon` (s) if it were without fault and nothing disturbed it, as a
 /// root mean square over samples and channels in units of `noise` (in the order of all channels).
 pub(crate) fn attainable(fit: &Fit, trials: &[Trial], noise: &[f64], horizon: f64) -> f64 {
-    let nothing =
-        Randomness { force: SMALLEST_LATENT, winch: SMALLEST_LATENT, noise: noise.to_vec(), ..fit.randomness.clone() };
+    let nothing = Randomness { noise: noise.to_vec(), ..fit.randomness.without_latents() };
     let parts: Vec<(f64, usize)> = (0..trials.len())
         .into_par_iter()
         .map(|t| of_trial(fit, t, &trials[t], &for_trial(&nothing, &trials[t]), horizon))
