@@ -10,9 +10,9 @@ use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
 use crate::plant::{CableEffect, Plant};
 use crate::scalar::Real;
-use crate::winch::{Reeled, servo_force};
 
 use super::matrix3::Symmetric3;
+use super::servo::Held;
 use super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
 
 /// The plant at one instant; the fields mean what they mean in [`super::Evaluation`].
@@ -182,11 +182,9 @@ impl Plant {
                 let states = self.gather_effect_states(i, y);
                 let mut command = u.winch_force[i];
                 if self.has.servo {
-                    let (paid_out, rate) = (unstretched[i], unstretched_rate[i]);
-                    let (chord, own) = ([k.length[i], k.speed[i]], [paid_out, rate]);
-                    let tension = elastic::carried(&data.cables[i], &effects.law, time, chord, own, &states, slack[i]);
-                    let reeled = Reeled { length: paid_out, rate, angular_rate: k.angular_rate[i], tension };
-                    command = servo_force(&data.cables[i], command, &reeled);
+                    let (chord, paid_out) = ([k.length[i], k.speed[i]], [unstretched[i], unstretched_rate[i]]);
+                    let held = Held { chord, paid_out, angular_rate: k.angular_rate[i], slack: slack[i] };
+                    command = self.servo(i, time, command, &held, &states);
                 }
                 pull[i] = winch_pull(self, i, command, added, &winch, &states, &mut effect_rate[i]);
                 for kind in &effects.transverse {

@@ -8,6 +8,7 @@ mod jacobian;
 mod linearisation;
 pub(crate) mod matrix3;
 mod residual;
+mod servo;
 #[cfg(test)]
 mod tests;
 

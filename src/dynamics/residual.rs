@@ -6,9 +6,9 @@ use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
-use crate::winch::{Reeled, servo_force};
 
 use super::instant::{swing_tension, winch_pull};
+use super::servo::Held;
 use super::{Inputs, MAX_EFFECT_STATES, elastic};
 
 impl Plant {
@@ -75,10 +75,9 @@ impl Plant {
             let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context));
             let mut command = u.winch_force[i];
             if self.has.servo {
-                let (chord, own) = ([k.length, k.speed], unstretched[i]);
-                let tension = elastic::carried(cable, &effects.law, time, chord, own, &states, slack[i]);
-                let reeled = Reeled { length: own[0], rate: own[1], angular_rate: k.angular_rate, tension };
-                command = servo_force(cable, command, &reeled);
+                let (chord, paid_out) = ([k.length, k.speed], unstretched[i]);
+                let held = Held { chord, paid_out, angular_rate: k.angular_rate, slack: slack[i] };
+                command = self.servo(i, time, command, &held, &states);
             }
             let pull = winch_pull(self, i, command, added, &winch, &states, &mut effect_rates);
             let at = self.offset[i];

@@ -8,9 +8,9 @@ use crate::parameters::{CableDamper, CableInertia, CableModel};
 use crate::per_cable::PerCable;
 use crate::plant::{Plant, axial_states};
 use crate::scalar::Real;
-use crate::winch::{Reeled, servo_force};
 
 use super::super::instant::{swing_tension, winch_pull};
+use super::super::servo::Held;
 use super::super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
 use super::BLOCK;
 
@@ -232,10 +232,9 @@ impl Local<'_> {
         let winch = WinchContext { time, speed: unstretched_rate };
         let mut command = command;
         if self.plant.has.servo {
-            let (chord, reel) = ([length, speed], [unstretched, unstretched_rate]);
-            let tension = elastic::carried(data, &effects.law, time, chord, reel, &states, self.slack);
-            let reeled = Reeled { length: unstretched, rate: unstretched_rate, angular_rate: turning, tension };
-            command = servo_force(data, command, &reeled);
+            let (chord, paid_out) = ([length, speed], [unstretched, unstretched_rate]);
+            let held = Held { chord, paid_out, angular_rate: turning, slack: self.slack };
+            command = self.plant.servo(i, time, command, &held, &states);
         }
         let pull = winch_pull(self.plant, i, command, added, &winch, &states, &mut effect_rates);
         let elastic = |unstretched| elastic::tension(data, &effects.law, time, length, unstretched, &states);
