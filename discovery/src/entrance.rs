@@ -149,7 +149,10 @@ mod tests {
     #[test]
     fn a_law_of_time_alone_enters_only_where_it_is_missing() {
         let gust = effect("periodic_gust", None, &[30.0, 0.5, 0.9, 0.3]);
-        assert_eq!(entering(&[gust.clone()], &[gust.clone()]), (true, vec![0], vec!["added".to_owned()]));
+        assert_eq!(
+            entering(std::slice::from_ref(&gust), std::slice::from_ref(&gust)),
+            (true, vec![0], vec!["added".to_owned()])
+        );
         assert_eq!(entering(&[], &[gust]), (false, Vec::new(), vec!["refused".to_owned()]));
     }
 }
