@@ -43,14 +43,23 @@ pub(crate) fn restarts(trial: &Trial, horizon: f64) -> Vec<usize> {
 }
 
 /// Simulates every trial freely over `horizon` (s) at a time, from the state that the filter has by then, at the samples
-/// of [`restarts`]. A stretch takes at least one sampling interval.
+/// of [`restarts`]. A stretch takes at least one sampling interval. What the filter knows by then of noise with memory and of
+/// drift is shown as well, fading as it does: it is as much a part of what is measured next as the state.
 pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
     (0..trials.len())
         .into_par_iter()
         .map(|t| {
             let trial = &trials[t];
-            let filtered = filter(&fit.linear[t], &for_trial(&fit.randomness, trial), Keep::Innovations);
+            let randomness = for_trial(&fit.randomness, trial);
+            let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
             let m = trial.channels.len();
+            let remembered = randomness.shown_by_channel(m);
+            let mut memory = vec![0.0; randomness.memory.len()];
+            let remember = |shown: &mut [f64], memory: &[f64]| {
+                for (value, processes) in shown.iter_mut().zip(&remembered) {
+                    *value += processes.clone().map(|process| memory[process - randomness.latents]).sum::<f64>();
+                }
+            };
             let (shown, restarts) = (vec![vec![f64::NAN; m]; trial.len()], restarts(trial, horizon));
             let mut out = Prediction { shown, restarts, ends: Vec::new() };
             let mut next_restart = out.restarts.clone().into_iter().peekable();
@@ -62,18 +71,27 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
                 if next_restart.next_if_eq(&k).is_some() {
                     if running && out.is_restart(k.wrapping_sub(1)) {
                         fit.examined.measure(&simulation, &trial.channels, &mut shown);
+                        remember(&mut shown, &memory);
                         out.ends.push((k, shown.clone()));
                     }
                     let state: Vec<f64> =
                         fit.trajectories[t].states(k).iter().zip(filtered.updated(k)).map(|(a, b)| a + b).collect();
                     simulation.set_states(&state);
+                    let known = &filtered.updated(k)[fit.examined.states() + randomness.latents..];
+                    memory.copy_from_slice(&known[..randomness.memory.len()]);
                     running = true;
                 }
                 if running {
                     fit.examined.measure(&simulation, &trial.channels, &mut shown);
+                    remember(&mut shown, &memory);
                     out.shown[k].copy_from_slice(&shown);
                 } else {
                     simulation.nudge_states(fit.trajectories[t].states(k));
+                }
+                if k + 1 < trial.len() {
+                    let interval = trial.time[k + 1] - trial.time[k];
+                    let processes = randomness.latents..;
+                    memory.iter_mut().zip(processes).for_each(|(m, at)| *m *= randomness.decay(at, interval));
                 }
                 if k + 1 < trial.len() && simulation.advance(trial.time[k + 1] - trial.time[k]).is_err() {
                     running = false;
@@ -148,6 +166,7 @@ mod tests {
     use super::*;
     use crate::data::recording::{fitted, record};
     use crate::estimate::noise_of_data;
+    use crate::randomness::Memory;
 
     /// Every sample is a restart then; what is predicted of it is that of the one before.
     #[test]
@@ -168,5 +187,22 @@ mod tests {
             let gap = gap(&trials, &predictions, &noise_of_data(&trials)).total();
             assert!(gap > 0.1, "{by}: {gap}");
         }
+    }
+
+    /// What a pose that wanders will show in a second is known: as much as it shows now.
+    #[test]
+    fn a_free_run_goes_on_from_the_drift_that_is_known() {
+        let mut trials = [record(&[], 60.0, 8)];
+        let wander = |time: f64| 0.05 * (std::f64::consts::TAU * time / 90.0).cos();
+        for (time, row) in trials[0].time.iter().zip(&mut trials[0].measured) {
+            row[0] += wander(*time);
+        }
+        let mut fit = fitted(&[], &trials);
+        let drift = Memory { channel: 0, deviation: 0.04, time: 60.0, drift: true };
+        fit.randomness = fit.randomness.without_latents().with_memory(drift);
+        fit.smooth(&trials).expect("a fit");
+        let expected = fit.spread(&trials, &fit.randomness, 1.0);
+        let of_x = gap(&trials, &predict(&fit, &trials, 1.0), &expected).channel(0).expect("a gap");
+        assert!(of_x < 1.2, "{of_x}");
     }
 }
