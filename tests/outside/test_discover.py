@@ -319,7 +319,7 @@ def test_a_temporary_folder_mounted_noexec_is_named_before_the_search(
         return subprocess.run(done, capture_output=True, text=True, cwd=tmp_path, env=environment)
 
     if shutil.which("unshare") is None or run("true").returncode:
-        pytest.skip("NOT TESTED: a folder mounted noexec; mounting one of our own is not allowed here")
+        pytest.skip("NOT TESTED: a folder mounted noexec; mounting one is not allowed here")
     done = run(cdpr_bin, "discover", "--data", nothing_hidden, "--out", "found")
     assert done.returncode == 2, done.stderr
     for word in (str(folder), "noexec", "TMPDIR names another"):
