@@ -70,7 +70,7 @@ impl Radau {
     /// An integrator for `dimension` states and `switches` switching functions.
     ///
     /// `relative_tolerance` is that of the solution over one step; the embedded estimate is of order 3, so it is held to
-    /// [`ESTIMATE_FACTOR`]` tol^(2/3)`.
+    /// `0.06 tol^(2/3)`.
     pub fn new(dimension: usize, switches: usize, relative_tolerance: f64) -> Self {
         let zeros = || Vector::zeros(dimension);
         let mut radau = Self {
