@@ -219,7 +219,7 @@ fn an_analysis_tells_stiffness_modes_and_workspace_and_writes_the_linear_model()
     let names = |name: &str| {
         linear[name].as_array().unwrap().iter().map(|n| n.as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
-    assert_eq!((rows("A"), rows("B"), rows("C"), rows("D")), (14, 14, 30, 30));
+    assert_eq!((rows("A"), rows("B"), rows("C"), rows("D")), (14, 14, 41, 41));
     assert_eq!(names("states")[6], "unstretched_length[1]");
     assert_eq!(names("inputs").len(), 7);
     assert_eq!(linear["A"][0][3], 1.0);

@@ -82,7 +82,7 @@ fn results_are_an_input_table_again() {
     let first = run("in.csv", "a.csv");
     assert_eq!(first, run("a.csv", "b.csv"));
     assert_eq!(first.lines().count(), 22);
-    assert_eq!(first.lines().next().unwrap().split(',').count(), 1 + 7 + 6 + 24);
+    assert_eq!(first.lines().next().unwrap().split(',').count(), 1 + 7 + 6 + 24 + 8 + 3);
 }
 
 #[test]
