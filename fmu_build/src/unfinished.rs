@@ -44,22 +44,3 @@ pub fn remove_all_and<R>(end: impl FnOnce() -> R) -> R {
     }
     end()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_unfinished_is_removed_and_what_is_done_stays() {
-        let folder = tempfile::tempdir().unwrap();
-        let make = |name: &str| {
-            let path = folder.path().join(name);
-            Entry::of(|| fs::write(&path, "x").map(|()| path), |path| path).unwrap()
-        };
-        let (done, entry) = make("done");
-        drop(entry);
-        let (unfinished, _entry) = make("unfinished");
-        let ended = remove_all_and(|| true);
-        assert!(ended && done.exists() && !unfinished.exists());
-    }
-}
