@@ -145,6 +145,9 @@ impl<F: Field> Factors<F> {
         }
         let (dq, dv) = self.motion(&rq, &rhs);
         for ((block, factors), &first) in linearisation.cables.iter().zip(&self.cables).zip(offset) {
+            if block.size == 0 {
+                continue;
+            }
             let mut own = [F::zero(); BLOCK];
             own[..block.size].copy_from_slice(&b[first..first + block.size]);
             // The acceleration's own change is σ Δv less its right-hand side.
@@ -153,7 +156,6 @@ impl<F: Field> Factors<F> {
                 *right += acceleration.scale(*by);
             }
             match block.size {
-                0 => {}
                 1 => factors.answer::<1>(block, &dq, &dv, &mut own),
                 2 => factors.answer::<2>(block, &dq, &dv, &mut own),
                 3 => factors.answer::<3>(block, &dq, &dv, &mut own),
@@ -203,8 +205,8 @@ impl<F: Field> CableFactors<F> {
     }
 }
 
-/// Inverse of `σ I - C` by Gauss-Jordan, two states in closed form. No pivoting: the diagonal is `σ` plus decay rates, and the spring's entry has
-/// the sign that adds to it.
+/// Inverse of `σ I - C` by Gauss-Jordan, two states in closed form. No pivoting: the diagonal is `σ` plus decay rates, and
+/// the spring's entry has the sign that adds to it.
 fn invert<F: Field>(block: &CableBlock, sigma: F, inverse: &mut [[F; BLOCK]; BLOCK]) {
     let n = block.size;
     if n == 2 {

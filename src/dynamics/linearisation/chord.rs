@@ -61,7 +61,8 @@ impl Chord {
         m[2][2] += factor * self.kinematics.arm_cross_direction;
     }
 
-    /// Acceleration along the chord `L̈` of a point at the cable's end, and its derivatives by pose and twist, at platform acceleration `a`: (12).
+    /// Acceleration `L̈` of the cable's end along the chord, and its derivatives by pose and twist, at platform
+    /// acceleration `a`: (12).
     pub(super) fn along(&self, a: &[f64; 3]) -> (f64, [f64; 3], [f64; 3]) {
         let k = &self.kinematics;
         let omega = self.twist[2];
