@@ -310,7 +310,7 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
             rival.delta_bic < -limit && !out_of_range(&rival.effect, &POLICY)
         });
         let replaced = replaced && take_up(search, &mut fitted, at, &mut rivals);
-        let limit = told_apart_from(search.taken[k].delta_bic);
+        let explained = search.taken[k].delta_bic;
         // What contains the law that stands and is no better with what it has more, is that law.
         let standing = &fitted.train.model.effects[at];
         let needless = |rival: &Rival| {
@@ -319,10 +319,7 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
         };
         let to_alternative = |rival: Rival| Alternative {
             separate_by: separate_by(standing, &rival.effect),
-            indistinguishable: rival.whole.is_some()
-                && rival.delta_bic < limit
-                && !out_of_range(&rival.effect, &POLICY)
-                && !needless(&rival),
+            indistinguishable: rival.as_likely(explained) && !out_of_range(&rival.effect, &POLICY) && !needless(&rival),
             effect: rival.effect,
             delta_bic: rival.delta_bic,
             correlation: None,
@@ -340,7 +337,7 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
 
 /// Puts the best of the `rivals` of effect `at` in its place, and the effect among the rivals; whether that could be done.
 fn take_up(search: &mut Search<'_>, fitted: &mut Fitted, at: usize, rivals: &mut Vec<Rival>) -> bool {
-    let Rival { effect, delta_bic, whole: Some(whole) } = rivals.remove(0) else { return false };
+    let Rival { effect, delta_bic, price, whole: Some(whole) } = rivals.remove(0) else { return false };
     let Ok(better) = search.verified(whole, fitted) else { return false };
     let before = std::mem::replace(fitted, better);
     let old = before.train.model.effects[at].clone();
@@ -351,9 +348,11 @@ fn take_up(search: &mut Search<'_>, fitted: &mut Fitted, at: usize, rivals: &mut
     taken.rivals.retain(|rival| rival.id != effect.id);
     taken.rivals.push(old.clone());
     search.taken.iter_mut().for_each(Taken::changed);
-    rivals.iter_mut().for_each(|rival| rival.delta_bic -= delta_bic);
+    rivals
+        .iter_mut()
+        .for_each(|rival| (rival.delta_bic, rival.price) = (rival.delta_bic - delta_bic, rival.price - price));
     let whole = Trained { fit: before.train, estimate: before.estimate, score: before.score };
-    rivals.push(Rival { effect: old, delta_bic: -delta_bic, whole: Some(whole) });
+    rivals.push(Rival { effect: old, delta_bic: -delta_bic, price: -price, whole: Some(whole) });
     true
 }
 

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::data::Trial;
 use crate::estimate::FitError;
-use crate::extension::{containing, extended_like};
+use crate::extension::{containing, count_in_use, extended_like};
 use crate::fitted::{Fitted, Trained};
 use crate::search::{EVIDENCE, FAR_OFF, NOTHING_LEFT, ROUNDS, Search};
 
@@ -31,8 +31,18 @@ pub(crate) struct Rival {
     pub(crate) effect: EffectSpec,
     /// Criterion with it minus that of the model that stands: of all training data, or of their beginnings alone.
     pub(crate) delta_bic: f64,
+    /// The part of that which is the price of the parameters that it has more.
+    pub(crate) price: f64,
     /// Its fit to all training data; none of one that needs no more than the beginnings to be told apart.
     pub(crate) whole: Option<Trained>,
+}
+
+impl Rival {
+    /// Whether it is a law so near one that explains `explained` that the data do not tell the two apart. Data tell laws apart
+    /// by how well they fit, and not by how many parameters they have: the price of those says which one to believe first.
+    pub(crate) fn as_likely(&self, explained: f64) -> bool {
+        self.whole.is_some() && self.delta_bic - self.price.max(0.0) < told_apart_from(explained)
+    }
 }
 
 impl Search<'_> {
@@ -54,6 +64,7 @@ impl Search<'_> {
         let limit = self.score(&standing, beginnings);
         let law = &fitted.train.model.effects[at];
         let mut model = fitted.train.model.clone();
+        let price = |effect: &EffectSpec| self.penalty.of(count_in_use(effect).max(1));
         let wider = containing(&rival.id, law);
         let contains = wider.is_some();
         let (begun, far_off) = if let Some(wider) = wider {
@@ -75,7 +86,8 @@ impl Search<'_> {
         };
         if begun.score > limit + far_off {
             let effect = begun.fit.model.effects[at].clone();
-            return Ok(Rival { effect, delta_bic: begun.score - limit, whole: None });
+            let price = price(&effect) - price(law);
+            return Ok(Rival { effect, delta_bic: begun.score - limit, price, whole: None });
         }
         let whole = if contains {
             self.train(&begun.fit.model, &fitted.train, trials, ROUNDS, None)?
@@ -85,7 +97,8 @@ impl Search<'_> {
             self.train(&begun.fit.model, &start, trials, ROUNDS, Some(aim))?
         };
         let effect = whole.fit.model.effects[at].clone();
-        Ok(Rival { effect, delta_bic: whole.score - fitted.score, whole: Some(whole) })
+        let price = price(&effect) - price(law);
+        Ok(Rival { effect, delta_bic: whole.score - fitted.score, price, whole: Some(whole) })
     }
 
     /// `next`, or the model with one of its last effect's rivals in its place if that is better: where a gap is left, what
@@ -120,5 +133,31 @@ impl Search<'_> {
         }
         rivals[at].clone_from(&next.train.model.effects[fitted.train.model.effects.len()]);
         Ok(other)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_price_of_a_parameter_tells_no_laws_apart() {
+        let effect = EffectSpec::new("pose_sensor_bias", None, &[0.1, 0.1, 0.0]).expect("an effect");
+        let trials = [crate::data::recording::record(&[], 20.0, 1)];
+        let fit = crate::data::recording::fitted(&[], &trials);
+        let whole = || Some(Trained { fit: fit.clone(), estimate: None, score: 0.0 });
+        let rival = |delta_bic, price| Rival { effect: effect.clone(), delta_bic, price, whole: whole() };
+        // As good a fit with a parameter more, or with one less.
+        assert!(rival(10.42, 10.46).as_likely(-900.0));
+        assert!(rival(-10.5, -10.46).as_likely(-900.0));
+        // A fit that is worse by more than the evidence asked for.
+        assert!(!rival(21.0, 10.46).as_likely(-900.0));
+        assert!(!rival(12.0, 0.0).as_likely(-900.0));
+        // A poorer fit that has fewer parameters: the criterion does not tell the two apart.
+        assert!(rival(2.0, -10.46).as_likely(-900.0));
+        // No law is known to be exact: 1 % of what the effect explains.
+        assert!(rival(80.0, 0.0).as_likely(-9000.0));
+        let begun = Rival { whole: None, ..rival(0.0, 0.0) };
+        assert!(!begun.as_likely(-900.0));
     }
 }
