@@ -113,6 +113,7 @@ pub(crate) fn examine(
     let mut base = search.base(model)?;
     let mut fitted = search.catalogue_rounds(&mut base)?;
     let mut alternatives = Vec::new();
+    fitted = search.without_idle_instruments(fitted);
     fitted = settle(&mut search, &base, fitted, &mut alternatives)?;
     if fitted.gap[0] > NOTHING_LEFT {
         fitted = beyond_catalogue(&mut search, &base, fitted, &mut alternatives)?;

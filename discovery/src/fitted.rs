@@ -9,7 +9,7 @@ use crate::gap::{gap, predict};
 use crate::instruments;
 use crate::kalman::Randomness;
 use crate::refine::{Estimate, refine};
-use crate::search::{EVIDENCE, Search};
+use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 use crate::verdict::{POLICY, Reach, Reaches, left};
 
 /// Most moves of the trajectory on held-out data.
@@ -101,6 +101,41 @@ impl Search<'_> {
         holdout.randomness = train.randomness.clone();
         holdout.settle(&e.holdout, MOST_MOVES)?;
         Ok(Some(self.finish(train, holdout, fitted.estimate.clone())))
+    }
+
+    /// `fitted` without what its instruments were given before its effects were known, where it is as good without: a drift
+    /// may have stood for a law that has a name now. The effects' parameters adapt.
+    pub(crate) fn without_idle_instruments(&mut self, mut fitted: Fitted) -> Fitted {
+        if self.taken.is_empty() {
+            return fitted;
+        }
+        let mut kept = 0;
+        while let Some(randomness) =
+            instruments::less_by_one(&fitted.train.randomness, &self.evidence.train).into_iter().nth(kept)
+        {
+            let mut start = fitted.train.clone();
+            start.randomness = randomness;
+            let trained = self.train(&start.model, &start, &self.evidence.train, ROUNDS, None);
+            let held_against = self.instruments.clone();
+            let without = trained.and_then(|trained| {
+                let left = trained.fit.randomness.without_latents();
+                self.instruments = (instruments::parameters(&left) > 0).then_some(left);
+                self.verified(trained, &fitted)
+            });
+            match without {
+                Ok(without) if without.score <= fitted.score => {
+                    fitted = without;
+                    // What was fitted beside it knew it still.
+                    self.taken.iter_mut().for_each(Taken::changed);
+                }
+                // What cannot be fitted without it has it.
+                _ => {
+                    self.instruments = held_against;
+                    kept += 1;
+                }
+            }
+        }
+        fitted
     }
 
     pub(crate) fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {

@@ -197,6 +197,24 @@ pub(crate) fn resize(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Randomness {
     sizing.search(fit, &sizes, start, &[2.0]).randomness
 }
 
+/// `randomness` less one thing that instruments add, for each of those: noise with memory or drift of a device, the error of
+/// the recorded forces, jitter. (A late clock is taken up against all effects of delay, and stays.)
+pub(crate) fn less_by_one(randomness: &Randomness, trials: &[Trial]) -> Vec<Randomness> {
+    let all = Channel::all(trials.first().map_or(0, Trial::cables));
+    let mut less = Vec::new();
+    for device in Device::ALL {
+        for drift in [true, false] {
+            let mut without = randomness.clone();
+            without.memory.retain(|m| m.drift != drift || Device::of(all[m.channel]) != device);
+            let fewer = without.memory.len() < randomness.memory.len();
+            less.extend(fewer.then_some(without));
+        }
+    }
+    less.extend((randomness.input > 0.0).then(|| Randomness { input: 0.0, ..randomness.clone() }));
+    less.extend((randomness.jitter > 0.0).then(|| Randomness { jitter: 0.0, ..randomness.clone() }));
+    less
+}
+
 impl<'a> Sizing<'a> {
     fn new(trials: &'a [Trial], noise: &'a [f64], penalty: Penalty) -> Self {
         let forces: Vec<f64> = trials.iter().flat_map(|t| &t.inputs).flat_map(|i| i.winch_force).collect();

@@ -1,6 +1,7 @@
 use super::summary::resolution;
 use super::*;
 use crate::data::recording::{fitted, noise, record};
+use crate::randomness::Memory;
 
 const PENALTY: usize = 10_000;
 
@@ -95,4 +96,20 @@ fn counts_are_seen_and_digits_of_a_file_are_not() {
     trial.measured.iter_mut().for_each(|row| row[0] = 5e-3 * (row[0] / 5e-3).round());
     let count = resolution(&[trial], Channel::Pose(0), 2e-3).expect("counts");
     assert!((count - 5e-3).abs() < 1e-9, "{count}");
+}
+
+/// Noise is not a number where a channel is not measured: what differs is counted, not compared.
+#[test]
+fn what_instruments_add_is_taken_away_one_thing_at_a_time() {
+    let trials = recordings(|_, _| {});
+    let mut randomness = fitted(&[], &trials).randomness;
+    assert!(less_by_one(&randomness, &trials).is_empty());
+    randomness.noise[0] = f64::NAN;
+    (randomness.input, randomness.jitter) = (50.0, 1e-3);
+    let memory = |channel, drift| Memory { channel, deviation: 0.01, time: 1.0, drift };
+    randomness.memory = vec![memory(0, true), memory(1, true), memory(0, false), memory(4, true)];
+    let counts = |r: &Randomness| (r.memory.len(), r.input > 0.0, r.jitter > 0.0);
+    let less: Vec<_> = less_by_one(&randomness, &trials).iter().map(counts).collect();
+    let expected = [(2, true, true), (3, true, true), (3, true, true), (4, false, true), (4, true, false)];
+    assert_eq!(less, expected);
 }
