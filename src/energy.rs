@@ -74,7 +74,8 @@ impl Plant {
     /// Energy (J) at states `y` with the cables in `slack` carrying nothing.
     ///
     /// A rigid or massless-spring cable that is slack has no axial motion of its own in the model; its axial energy is
-    /// left out, so the total jumps when such a cable goes slack in motion.
+    /// left out, so the total jumps when such a cable goes slack in motion. Where effects begin or end, ask the plant of that
+    /// time, [`Plant::at`].
     pub fn energy<S: Real>(&self, y: &[S], slack: &PerCable<bool>) -> Energy<S> {
         let data = &self.data;
         let zero = S::from(0.0);
@@ -121,6 +122,10 @@ impl Plant {
 
     /// Power (W) at time `time` (s), states `y`, inputs `u`, with the plant's evaluation `e` there.
     pub fn power(&self, time: f64, y: &[f64], u: &Inputs, e: &Evaluation) -> Power {
+        let now = self.at(time);
+        if !std::ptr::eq(now, self) {
+            return now.power(time, y, u, e);
+        }
         let (pose, twist) = ([y[0], y[1], y[2]], [y[3], y[4], y[5]]);
         let dot = |wrench: &[f64; 3]| wrench.iter().zip(&twist).map(|(w, v)| w * v).sum::<f64>();
         let context = PlatformContext {

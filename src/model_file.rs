@@ -404,6 +404,13 @@ impl Model {
             if let Some(cable) = effect.cable {
                 line("cable", cable.to_string(), "");
             }
+            for (key, time, comment) in
+                [("from", effect.from, "s, when it begins"), ("until", effect.until, "s, when it ends")]
+            {
+                if let Some(time) = time {
+                    line(key, format!("{time:?}"), comment);
+                }
+            }
             for (key, value) in
                 [("channel", &effect.channel), ("target", &effect.target), ("expression", &effect.expression)]
             {

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::dynamics::{CableConstants, Inputs, MAX_EFFECT_STATES, PlantData};
+use crate::dynamics::{CableConstants, CableData, Inputs, MAX_EFFECT_STATES, PlantData};
 use crate::effect::{EffectKind, EffectSpec, PlatformContext, SpecError, Stage, WinchContext, acts_on};
 use crate::formula::Variable;
 use crate::kinematics::CableEnds;
@@ -103,6 +103,9 @@ pub struct Plant {
     pub(crate) constants: CableConstants,
     pub(crate) ends: CableEnds,
     pub(crate) has: Has,
+    /// The plant between the times at which effects begin or end: each from when on (s), the first before all time. Empty where
+    /// none does; then this plant is the one there is.
+    phases: Vec<(f64, Self)>,
     fingerprint: OnceLock<u64>,
 }
 
@@ -131,10 +134,36 @@ impl Plant {
     /// Puts parameters and effects together.
     ///
     /// # Errors
-    /// A parameter or effect out of range, an effect twice on one cable, too many effect states.
+    /// A parameter or effect out of range, an effect twice on one cable, too many effect states, an effect that begins or ends
+    /// and with which the plant has other states than without.
     pub fn new(parameters: Parameters, effects: Vec<EffectSpec>) -> Result<Self, PlantError> {
         parameters.check()?;
         check_unique(&effects)?;
+        let mut plant = Self::at_time(parameters, effects, None)?;
+        let mut switches: Vec<f64> = plant.effects.iter().flat_map(|spec| [spec.from, spec.until]).flatten().collect();
+        if switches.is_empty() {
+            return Ok(plant);
+        }
+        switches.push(f64::NEG_INFINITY);
+        switches.sort_by(f64::total_cmp);
+        switches.dedup();
+        for from in switches {
+            let phase = Self::at_time(plant.parameters.clone(), plant.effects.clone(), Some(from))?;
+            let same = |(a, b): (&CableData, &CableData)| a.model == b.model;
+            if !phase.data.cables.iter().zip(&plant.data.cables).all(same) {
+                let switched = |spec: &&EffectSpec| spec.is_switched() && spec.id == "winch_drum_inertia";
+                let id = plant.effects.iter().find(switched).map_or("", |spec| spec.id.as_str());
+                let message = "takes no `from` and no `until` here: without it the cable has no mass, and other states";
+                return Err(SpecError::new(id, message).into());
+            }
+            plant.phases.push((from, phase));
+        }
+        Ok(plant)
+    }
+
+    /// With those effects in force that are at `time` (s), or with all of them. Effects that are not in force have their states
+    /// all the same.
+    fn at_time(parameters: Parameters, effects: Vec<EffectSpec>, time: Option<f64>) -> Result<Self, PlantError> {
         let mut data = PlantData::new(&parameters);
         let cables = parameters.cables();
         let nothing =
@@ -154,6 +183,10 @@ impl Plant {
                 let (stage, count) = (kind.stage(), kind.states());
                 let place = |i: usize| EffectStates { effect, stage, cable: i, first: cable[i].states, count };
                 states_of_effects.extend(cables().map(place));
+            }
+            if !time.is_none_or(|time| spec.in_force(time)) {
+                cables().for_each(|i| cable[i].states += kind.states());
+                continue;
             }
             match kind.stage() {
                 Stage::Parameters => kind.change(&mut data, &on),
@@ -258,8 +291,21 @@ impl Plant {
             constants,
             ends,
             has,
+            phases: Vec::new(),
             fingerprint: OnceLock::new(),
         })
+    }
+
+    /// The plant with the effects that are in force at `time` (s). It has the same states at all times.
+    #[inline]
+    pub fn at(&self, time: f64) -> &Self {
+        self.phases.iter().rev().find(|(from, _)| *from <= time).map_or(self, |(_, phase)| phase)
+    }
+
+    /// The next time after `time` (s) at which an effect begins or ends.
+    #[inline]
+    pub fn next_switch(&self, time: f64) -> Option<f64> {
+        self.phases.iter().map(|(from, _)| *from).find(|from| *from > time)
     }
 
     /// The parameters it was built from.
@@ -272,7 +318,7 @@ impl Plant {
         &self.effects
     }
 
-    /// The numbers that the equations use, parameter effects included.
+    /// The numbers that the equations use, parameter effects included; those of one time are those of [`Plant::at`] it.
     pub fn data(&self) -> &PlantData {
         &self.data
     }
@@ -301,6 +347,11 @@ impl Plant {
             text.bytes()
                 .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
         })
+    }
+
+    /// Bias of the measured pose `[x, y, φ]` (m, rad).
+    pub fn pose_sensor_bias(&self) -> [f64; 3] {
+        self.pose_bias
     }
 
     /// Factors by which the sensors of `cable` (from 0) show its length and its unstretched length.
@@ -368,6 +419,32 @@ impl Plant {
         }
     }
 
+    /// Puts the states of effects that are in force and were not in `before` to where they change nothing: a transformation of
+    /// the command has settled on the forces (N) that the drives make, others have not begun to deform.
+    pub(crate) fn begin_effects(&self, before: &Self, forces: &[f64], y: &mut [f64]) {
+        for (i, (now, before)) in self.cable.iter().zip(&before.cable).enumerate() {
+            let states = &mut y[self.effect_states(i)];
+            let begins = |(kind, at): &CableEffect, before: &[CableEffect]| {
+                kind.states() > 0 && !before.iter().any(|(_, there)| there == at)
+            };
+            for place in now.loss.iter().filter(|p| begins(p, &before.loss)) {
+                states[place.1..][..place.0.states()].fill(0.0);
+            }
+            for place in now.law.iter().filter(|p| begins(p, &before.law)) {
+                states[place.1..][..place.0.states()].fill(0.0);
+            }
+            let mut force = forces[i];
+            for place in &now.command {
+                let (kind, at) = place;
+                if begins(place, &before.command) {
+                    kind.start_command(force, &mut states[*at..]);
+                }
+                let context = WinchContext { time: 0.0, speed: 0.0 };
+                force = kind.command(force, &states[*at..], &mut [0.0; MAX_EFFECT_STATES], &context);
+            }
+        }
+    }
+
     /// Sets the states of swinging cables in `y` to those of straight ones that turn with the platform's motion in `y`.
     pub fn straighten(&self, y: &mut [f64]) {
         if !self.has.swing {
@@ -401,7 +478,8 @@ impl Plant {
         inputs: &Inputs,
         look: impl FnOnce(&PlatformContext<'_, f64>) -> R,
     ) -> R {
-        let lengths = kinematics::cables(&self.data.geometry, pose, &[0.0; 3]).map(|c| c.length);
+        let geometry = &self.at(time).data.geometry;
+        let lengths = kinematics::cables(geometry, pose, &[0.0; 3]).map(|c| c.length);
         let zero = PerCable::filled(self.cables(), 0.0);
         look(&PlatformContext {
             time,
@@ -417,27 +495,30 @@ impl Plant {
 
     /// Pulls (N) that the winches hold on their cables at rest under constant commands, all effects included.
     pub(crate) fn pulls_at_rest(&self, context: &PlatformContext<'_, f64>) -> PerCable<f64> {
+        let plant = self.at(context.time);
         PerCable::from_fn(self.cables(), |i| {
-            let effects = &self.cable[i];
+            let effects = &plant.cable[i];
             let mut states = [0.0; MAX_EFFECT_STATES];
             let command = context.inputs.winch_force[i];
-            self.start_effect_states(i, command, 0.0, &mut states);
+            plant.start_effect_states(i, command, 0.0, &mut states);
             let added = effects.pull.iter().map(|kind| kind.pull(context)).sum();
             let winch = WinchContext { time: context.time, speed: 0.0 };
-            dynamics::winch_pull(self, i, command, added, &winch, &states, &mut [0.0; MAX_EFFECT_STATES])
+            dynamics::winch_pull(plant, i, command, added, &winch, &states, &mut [0.0; MAX_EFFECT_STATES])
         })
     }
 
     /// The unstretched length (m) of `cable` (from 0) at which it carries `tension` (N) at rest, at this chord (m) and
     /// these effect states. Not positive where no length does: a sagging cable needs a tension.
     pub fn unstretched_length_for(&self, cable: usize, time: f64, chord: f64, tension: f64, states: &[f64]) -> f64 {
-        dynamics::unstretched_length(&self.data.cables[cable], &self.cable[cable].law, time, chord, tension, states)
+        let plant = self.at(time);
+        dynamics::unstretched_length(&plant.data.cables[cable], &plant.cable[cable].law, time, chord, tension, states)
     }
 
     /// The tension (N) of `cable` (from 0) at rest at this chord and unstretched length (m) and these effect states; less
     /// than zero where it would be slack.
     pub fn tension_for(&self, cable: usize, time: f64, chord: f64, unstretched: f64, states: &[f64]) -> f64 {
-        dynamics::elastic_tension(&self.data.cables[cable], &self.cable[cable].law, time, chord, unstretched, states)
+        let plant = self.at(time);
+        dynamics::elastic_tension(&plant.data.cables[cable], &plant.cable[cable].law, time, chord, unstretched, states)
     }
 }
 

@@ -261,10 +261,22 @@ impl Simulation {
             if self.poses.active() {
                 part = part.min(HISTORY_STEP);
             }
+            let switch = self.plant.next_switch(self.time);
+            if let Some(next) = switch {
+                part = part.min(next - self.time);
+            }
             // Where the clock is so far on that it cannot tell so short a stretch, the rest is one.
             let last = part >= left - 4.0 * f64::EPSILON * end.abs() || self.time + part == self.time;
-            let (stop, part) = if last { (end, left) } else { (self.time + part, part) };
-            self.advance_stretch(stop, part)?;
+            let stop = match switch {
+                _ if last => end,
+                Some(next) if part == next - self.time => next,
+                _ => self.time + part,
+            };
+            let start = self.time;
+            self.advance_stretch(stop, if last { left } else { part })?;
+            if switch.is_some_and(|next| next <= self.time) {
+                self.switch_effects(start);
+            }
             left = if last { 0.0 } else { end - self.time };
         }
         Ok(())
@@ -276,7 +288,8 @@ impl Simulation {
         if self.plant.has.platform_side {
             self.slack = self.plant.slack_cables(self.time, &self.y, &inputs.at(self.time));
         }
-        let mut system = PlantSystem { plant: &self.plant, inputs, slack: &mut self.slack, work: &mut self.work };
+        let plant = self.plant.at(self.time);
+        let mut system = PlantSystem { plant, inputs, slack: &mut self.slack, work: &mut self.work };
         let result = self.radau.advance_part(&mut system, self.time, &mut self.y, duration);
         self.time = match &result {
             Ok(()) => stop,
@@ -284,6 +297,18 @@ impl Simulation {
         };
         self.poses.push(self.time, &self.y);
         result
+    }
+
+    /// Effects begin or end now, other than at `before` (s). The platform's and the cables' states go on as they are; an effect
+    /// that begins has its own where they change nothing.
+    fn switch_effects(&mut self, before: f64) {
+        let inputs = self.inputs_felt().at(self.time);
+        let plant = self.plant.at(self.time);
+        let slack = plant.slack_cables(self.time, &self.y, &inputs);
+        let forces = plant.drive_forces(self.time, &self.y, &inputs, &slack);
+        plant.begin_effects(self.plant.at(before), &forces, &mut self.y);
+        self.slack = plant.slack_cables(self.time, &self.y, &inputs);
+        self.radau.restart();
     }
 
     /// The inputs as the plant feels them from now to the next change: commands after their dead time, forces in place of
@@ -333,7 +358,7 @@ impl Simulation {
 
     /// What the sensors make of a pose (their own delay behind it), a twist and an evaluation.
     fn sensed<S: Real>(&self, pose: [S; 3], twist: [S; 3], e: &Evaluation<S>) -> Outputs<S> {
-        let plant = &*self.plant;
+        let plant = self.plant.at(self.time);
         let scaled = |value: S, (factor, bias): (f64, f64)| value * factor + bias;
         let cable = |i: usize| &plant.cable[i];
         let cables = plant.cables();

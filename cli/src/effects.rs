@@ -17,8 +17,9 @@ use crate::terminal;
     [[effect]]\n  \
     id = \"winch_coulomb_friction\"\n  \
     cable = 3\n  \
-    force = 250.0\n\n\
-    and a law that is not in the list as\n  \
+    force = 250.0\n  \
+    from = 30.0\n\n\
+    which begins after 30 s (without `from` and `until` it is always there), and a law that is not in the list as\n  \
     [[effect]]\n  \
     id = \"expression\"\n  \
     target = \"platform.force_x\"\n  \
@@ -50,6 +51,14 @@ fn scope(scope: Scope) -> &'static str {
     }
 }
 
+/// From when until when it may be there.
+fn when(info: &EffectInfo) -> String {
+    match info.always() {
+        None => "always, or `from` and `until` a time in s".to_owned(),
+        Some(reason) => format!("always: {reason}"),
+    }
+}
+
 /// Which speed a law of the winch speed sees.
 fn speed(info: &EffectInfo) -> Option<&'static str> {
     let at_winch = info.site == Site::Winch && info.equation.contains("l̇");
@@ -69,6 +78,7 @@ fn as_text(info: &EffectInfo) -> String {
         line("where", speed);
     }
     line("on", scope(info.scope));
+    line("when", &when(info));
     for (k, parameter) in info.parameters.iter().enumerate() {
         let default = parameter.default.map_or(String::new(), |value| format!(" (default {value})"));
         let value = format!("{} [{}] {}{default}", parameter.name, parameter.unit, parameter.description);
@@ -92,6 +102,7 @@ fn as_json(info: &EffectInfo) -> Value {
         "title": info.title,
         "speed": speed(info),
         "equation": info.equation,
+        "may_switch": info.always().is_none(),
         "scope": match info.scope { Scope::EachCable => "each_cable", Scope::Whole => "whole" },
         "parameters": info.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "texts": info

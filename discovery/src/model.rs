@@ -52,7 +52,6 @@ impl Moment<'_> {
 #[derive(Clone, Debug)]
 pub(crate) struct Examined {
     pub(crate) plant: Arc<Plant>,
-    pose_bias: [f64; 3],
     pose_delay: f64,
     /// Relative tolerance of its simulations.
     tolerance: f64,
@@ -61,17 +60,10 @@ pub(crate) struct Examined {
 impl Examined {
     pub(crate) fn new(model: &Model) -> Result<Self, PlantError> {
         let plant = model.plant()?;
-        let mut pose_bias = [0.0; 3];
-        let mut pose_delay = 0.0;
-        for effect in &model.effects {
-            match effect.id.as_str() {
-                "pose_sensor_bias" => pose_bias.copy_from_slice(&effect.values),
-                "pose_sensor_delay" => pose_delay = effect.values[0],
-                _ => {}
-            }
-        }
+        let delays = model.effects.iter().filter(|effect| effect.id == "pose_sensor_delay");
+        let pose_delay = delays.map(|effect| effect.values[0]).sum();
         let tolerance = (TOLERANCE * plant.geometry().size()).min(LARGEST_TOLERANCE);
-        Ok(Self { plant, pose_bias, pose_delay, tolerance })
+        Ok(Self { plant, pose_delay, tolerance })
     }
 
     /// Number of plant states.
@@ -89,8 +81,8 @@ impl Examined {
         Simulation::from_states(self.plant.clone(), trial.time[k], y.to_vec(), trial.inputs[k], self.tolerance)
     }
 
-    /// Writes `∂h/∂y`, channels by rows, where it is plain: poses and lengths that are shown without delay. Else returns false.
-    pub(crate) fn sensor_slopes(&self, e: &Evaluation, channels: &[Channel], slopes: &mut [f64]) -> bool {
+    /// Writes `∂h/∂y`, channels by rows, at a time (s), where it is plain: poses and lengths that are shown without delay. Else returns false.
+    pub(crate) fn sensor_slopes(&self, time: f64, e: &Evaluation, channels: &[Channel], slopes: &mut [f64]) -> bool {
         if self.pose_delay != 0.0 || channels.iter().any(|c| matches!(c, Channel::Tension(_))) {
             return false;
         }
@@ -105,7 +97,7 @@ impl Examined {
                 }
                 Channel::Tension(_) => unreachable!("tensions were left to others"),
             };
-            let factor = self.plant.length_sensor_factors(cable)[sensor];
+            let factor = self.plant.at(time).length_sensor_factors(cable)[sensor];
             match self.plant.unstretched_index(cable).filter(|_| sensor == 1) {
                 Some(at) => slopes[at] = factor,
                 None => {
@@ -143,10 +135,11 @@ impl Examined {
             let jerk = moment.jerk(&self.plant);
             std::array::from_fn(|k| tau * (-moment.y[3 + k] + tau / 2.0 * (e.acceleration[k] - tau / 3.0 * jerk[k])))
         };
+        let bias = self.plant.at(moment.time).pose_sensor_bias();
         out.clear();
         for channel in channels {
             out.push(match *channel {
-                Channel::Pose(k) => moment.y[k] + self.pose_bias[k] + back[k],
+                Channel::Pose(k) => moment.y[k] + bias[k] + back[k],
                 Channel::CableLength(i) => outputs.cable_length[i],
                 Channel::UnstretchedLength(i) => outputs.unstretched_length[i],
                 Channel::Tension(i) => outputs.tension[i],

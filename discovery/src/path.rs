@@ -355,7 +355,7 @@ impl Part<'_> {
             }
             all_shown.copy_from_slice(&shown);
             (*all_felt, *all_slack) = (felt, slack);
-            if !model.sensor_slopes(&e, &trial.channels, slopes) {
+            if !model.sensor_slopes(trial.time[k], &e, &trial.channels, slopes) {
                 sensors.at(&simulation, &moment, &shown, slopes);
             }
             if k + 1 == trial.len() {
@@ -437,7 +437,7 @@ mod tests {
             let (mut shown, mut plain, mut other) = (Vec::new(), vec![1.0; n * m], vec![0.0; n * m]);
             let moment = Moment { time: 0.0, y: &x, felt: &felt, slack };
             let e = examined.measure_at(&simulation, &moment, &trial.channels, &mut shown);
-            assert!(examined.sensor_slopes(&e, &trial.channels, &mut plain));
+            assert!(examined.sensor_slopes(0.0, &e, &trial.channels, &mut plain));
             SensorSlopes::new(&examined, &trial).at(&simulation, &moment, &shown, &mut other);
             for (at, (plain, other)) in plain.iter().zip(&other).enumerate() {
                 let (channel, state) = (trial.channels[at / n], at % n);

@@ -148,12 +148,14 @@ fn present<'a>(spec: &'a EffectSpec, info: &'a EffectInfo) -> Present<'a> {
         (None, None, None) => "the whole".into(),
     };
     let numbers = info.parameters.iter().zip(&spec.values);
+    let times = [("from", spec.from), ("until", spec.until)];
+    let times = times.into_iter().filter_map(|(key, time)| Some(format!("{key} = {:?} s", time?)));
     Present {
         id: info.id,
         title: info.title,
         place,
         equation: spec.expression.as_deref().unwrap_or(info.equation),
-        values: numbers.map(|(p, value)| format!("{} = {value:?} {}", p.name, p.unit)).collect(),
+        values: numbers.map(|(p, value)| format!("{} = {value:?} {}", p.name, p.unit)).chain(times).collect(),
         source: info.source,
     }
 }

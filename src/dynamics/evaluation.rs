@@ -67,7 +67,7 @@ impl Plant {
     /// springs, Fig. 5(b) with lumped masses.
     pub fn evaluate<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: &PerCable<bool>) -> Evaluation<S> {
         with_lanes!(self, LANES => {
-            Evaluation::new(&self.instant::<S, LANES>(time, y, u, slack), self.cables(), slack)
+            Evaluation::new(&self.at(time.re()).instant::<S, LANES>(time, y, u, slack), self.cables(), slack)
         })
     }
 
@@ -78,12 +78,12 @@ impl Plant {
     #[inline]
     pub fn rates<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: &PerCable<bool>, rates: &mut [S]) {
         with_lanes!(self, LANES => {
-            let e = self.instant::<S, LANES>(time, y, u, slack);
+            let e = self.at(time.re()).instant::<S, LANES>(time, y, u, slack);
             self.write_instant(y, &e, rates);
         });
     }
 
-    /// As [`Plant::rates`], for the integrator; says whether a cable that counts as taut pushes, or one that counts as slack pulls.
+    /// As [`Plant::rates`], for the integrator, of a plant of one time ([`Plant::at`]); says whether a cable that counts as taut pushes, or one that counts as slack pulls.
     #[inline]
     pub(crate) fn rates_and_doubt(
         &self,
@@ -103,7 +103,7 @@ impl Plant {
     /// Tensions (N) before they are cut off at zero.
     pub(crate) fn uncut_tensions(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> PerCable<f64> {
         with_lanes!(self, LANES => {
-            let e = self.instant::<f64, LANES>(time, y, u, slack);
+            let e = self.at(time).instant::<f64, LANES>(time, y, u, slack);
             PerCable::from_fn(self.cables(), |i| e.tension_uncut[i])
         })
     }

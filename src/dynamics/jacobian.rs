@@ -24,6 +24,7 @@ pub struct Jacobian {
 impl Jacobian {
     /// Differentiates `plant` at time `time` (s), states `y`, inputs `u`, with the cables in `slack` carrying nothing.
     pub fn update(&mut self, plant: &Plant, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) {
+        let plant = plant.at(time);
         let n = plant.dimension();
         let inputs = 3 + plant.cables();
         let e = plant.evaluate(time, y, u, slack);

@@ -26,6 +26,10 @@ impl Plant {
         slack: &PerCable<bool>,
         residual: &mut [S],
     ) {
+        let now = self.at(time.re());
+        if !std::ptr::eq(now, self) {
+            return now.residual(time, y, rates, u, slack, residual);
+        }
         let zero = S::from(0.0);
         let pose = [y[0], y[1], y[2]];
         let twist = [y[3], y[4], y[5]];

@@ -4,7 +4,9 @@ use crate::plant::Plant;
 use crate::scalar::Real;
 use crate::winch::{Reeled, servo_force};
 
-use super::{MAX_EFFECT_STATES, elastic};
+use crate::per_cable::PerCable;
+
+use super::{Inputs, MAX_EFFECT_STATES, elastic};
 
 /// A cable as its servo sees it: length and speed of the chord, paid-out length and its rate, angular rate (m, m/s, rad/s).
 pub(super) struct Held<S> {
@@ -15,6 +17,20 @@ pub(super) struct Held<S> {
 }
 
 impl Plant {
+    /// The forces (N) that the drives make of their commands.
+    pub(crate) fn drive_forces(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> PerCable<f64> {
+        if !self.has.servo {
+            return u.winch_force;
+        }
+        let e = self.evaluate(time, y, u, slack);
+        PerCable::from_fn(self.cables(), |i| {
+            let k = &e.kinematics[i];
+            let (chord, paid_out) = ([k.length, k.speed], [e.unstretched[i], e.unstretched_rate[i]]);
+            let held = Held { chord, paid_out, angular_rate: k.angular_rate, slack: slack[i] };
+            self.servo(i, time, u.winch_force[i], &held, &self.gather_effect_states(i, y))
+        })
+    }
+
     /// The force (N) that the servo of `cable` makes of its command. Out of the way of the evaluation, which few models
     /// interrupt by it.
     #[inline(never)]

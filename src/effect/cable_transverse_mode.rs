@@ -72,6 +72,8 @@ impl Effect for CableTransverseMode {
         ],
     };
 
+    const ALWAYS: Option<&'static str> = Some("a cable that has mass swings all the time");
+
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
         let [linear_density, drag_area_per_length, damping_ratio] = [spec.values[0], spec.values[1], spec.values[2]];
         Ok(Self { linear_density, drag_area_per_length, damping_ratio })

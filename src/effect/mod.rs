@@ -178,6 +178,10 @@ pub trait Effect: Sized {
     /// The catalogue entry.
     const INFO: EffectInfo;
 
+    /// Why it cannot begin or end while the plant moves; `None` where it can. An effect that begins has its states where they
+    /// change nothing.
+    const ALWAYS: Option<&'static str> = None;
+
     /// The effect as specified; `spec.values` are in the order of `INFO.parameters` and within their bounds.
     ///
     /// # Errors
@@ -309,6 +313,16 @@ macro_rules! catalogue {
 
         /// The catalogue, in the order of its documentation.
         pub static CATALOGUE: &[EffectInfo] = &[$(<$effect as Effect>::INFO),*];
+
+        impl EffectInfo {
+            /// Why the effect cannot begin or end while the plant moves; `None` where it can.
+            pub fn always(&self) -> Option<&'static str> {
+                $(if self.id == <$effect as Effect>::INFO.id {
+                    return <$effect as Effect>::ALWAYS;
+                })*
+                None
+            }
+        }
 
         impl EffectKind {
             /// The effect as specified.

@@ -35,6 +35,8 @@ impl Effect for PoseSensorDelay {
         ],
     };
 
+    const ALWAYS: Option<&'static str> = Some("the poses that it holds back are those of all its past");
+
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
         Ok(Self { delay: spec.values[0] })
     }

@@ -14,6 +14,10 @@ pub struct EffectSpec {
     pub cable: Option<usize>,
     /// Parameter values, in the order of the catalogue entry.
     pub values: Vec<f64>,
+    /// When it begins (s); `None` is before all time.
+    pub from: Option<f64>,
+    /// When it ends (s); `None` is never.
+    pub until: Option<f64>,
     /// `length_sensor_bias` only: the measured channel, `unstretched_length` (default) or `cable_length`.
     pub channel: Option<String>,
     /// `expression` only: where the term acts.
@@ -50,8 +54,16 @@ impl EffectSpec {
     /// # Errors
     /// Unknown id, cable out of range or not taken by this effect, wrong count, value out of its bounds.
     pub fn new(id: &str, cable: Option<usize>, values: &[f64]) -> Result<Self, SpecError> {
-        let mut spec =
-            Self { id: id.to_owned(), cable, values: values.to_vec(), channel: None, target: None, expression: None };
+        let mut spec = Self {
+            id: id.to_owned(),
+            cable,
+            values: values.to_vec(),
+            from: None,
+            until: None,
+            channel: None,
+            target: None,
+            expression: None,
+        };
         let left_out = spec.info()?.parameters.iter().skip(values.len());
         spec.values.extend(left_out.map_while(|parameter| parameter.default));
         spec.check()?;
@@ -67,12 +79,44 @@ impl EffectSpec {
             id: "expression".to_owned(),
             cable: None,
             values: Vec::new(),
+            from: None,
+            until: None,
             channel: None,
             target: Some(target.to_owned()),
             expression: Some(expression.to_owned()),
         };
         spec.check()?;
         Ok(spec)
+    }
+
+    /// The same effect, in force only from a time on, until a time (s).
+    ///
+    /// # Errors
+    /// A time that is no number, an end that is not after the beginning, an effect that cannot begin or end.
+    pub fn during(mut self, from: Option<f64>, until: Option<f64>) -> Result<Self, SpecError> {
+        (self.from, self.until) = (from, until);
+        self.check()?;
+        Ok(self)
+    }
+
+    /// Whether it begins or ends.
+    pub fn is_switched(&self) -> bool {
+        self.from.is_some() || self.until.is_some()
+    }
+
+    /// Whether it is in force at `time` (s): at its beginning it is, at its end no longer.
+    pub fn in_force(&self, time: f64) -> bool {
+        self.from.is_none_or(|from| from <= time) && self.until.is_none_or(|until| time < until)
+    }
+
+    /// The number at `index`: the parameters in their order, then when it begins and when it ends, where it does.
+    pub fn number(&mut self, index: usize) -> Option<&mut f64> {
+        match index.checked_sub(self.values.len()) {
+            None => self.values.get_mut(index),
+            Some(0) => self.from.as_mut(),
+            Some(1) => self.until.as_mut(),
+            Some(_) => None,
+        }
     }
 
     /// The catalogue entry.
@@ -83,9 +127,13 @@ impl EffectSpec {
         find(&self.id).ok_or_else(|| SpecError::unknown_id(&self.id))
     }
 
-    /// Name of the FMU variable of parameter `index`: `effect.<id>.<parameter>` or `effect.<id>[cable].<parameter>`.
+    /// Name of the FMU variable of the number at `index`: `effect.<id>.<parameter>` or `effect.<id>[cable].<parameter>`.
     pub fn variable_name(&self, index: usize) -> Option<String> {
-        let parameter = self.info().ok()?.parameters.get(index)?.name;
+        let parameters = self.info().ok()?.parameters;
+        let parameter = match index.checked_sub(parameters.len()) {
+            None => parameters[index].name,
+            Some(beyond) => ["from", "until"].get(beyond)?,
+        };
         Some(match self.cable {
             Some(cable) => format!("effect.{}[{cable}].{parameter}", self.id),
             None => format!("effect.{}.{parameter}", self.id),
@@ -144,7 +192,26 @@ impl EffectSpec {
                 format!("`lower` is {}, expected less than `upper` ({})", self.values[0], self.values[1]),
             ));
         }
+        self.check_times(info)?;
         super::EffectKind::new(self).map(|_| ())
+    }
+
+    fn check_times(&self, info: &EffectInfo) -> Result<(), SpecError> {
+        for (key, time) in [("from", self.from), ("until", self.until)] {
+            let Some(time) = time else { continue };
+            if !time.is_finite() {
+                return Err(SpecError::new(&self.id, format!("`{key}` is {time}, expected a time in s")));
+            }
+            if let Some(reason) = info.always() {
+                return Err(SpecError::new(&self.id, format!("takes no `{key}`, it is always there: {reason}")));
+            }
+        }
+        match (self.from, self.until) {
+            (Some(from), Some(until)) if until <= from => {
+                Err(SpecError::new(&self.id, format!("`until` is {until} s, expected after `from` ({from} s)")))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -195,6 +262,13 @@ impl<'de> Deserialize<'de> for EffectSpec {
             }
         };
         let info = find(&id).ok_or_else(|| D::Error::custom(SpecError::unknown_id(&id)))?;
+        let time = |table: &mut toml::Table, key: &str| match table.remove(key) {
+            None => Ok(None),
+            Some(toml::Value::Float(value)) => Ok(Some(value)),
+            Some(toml::Value::Integer(value)) => Ok(Some(value as f64)),
+            Some(other) => Err(D::Error::custom(format!("effect `{id}`: `{key}` is {other}, expected a time in s"))),
+        };
+        let (from, until) = (time(&mut table, "from")?, time(&mut table, "until")?);
         let mut values = Vec::new();
         for parameter in info.parameters {
             values.push(match table.remove(parameter.name) {
@@ -217,11 +291,11 @@ impl<'de> Deserialize<'de> for EffectSpec {
         if let Some(key) = table.keys().next() {
             let known: Vec<&str> = info.parameters.iter().map(|p| p.name).collect();
             return Err(D::Error::custom(format!(
-                "effect `{id}`: unknown key `{key}`, expected `cable` or one of: {}",
+                "effect `{id}`: unknown key `{key}`, expected `cable`, `from`, `until` or one of: {}",
                 known.join(", ")
             )));
         }
-        let spec = Self { id, cable, values, channel, target, expression };
+        let spec = Self { id, cable, values, from, until, channel, target, expression };
         spec.check().map_err(D::Error::custom)?;
         Ok(spec)
     }
@@ -235,6 +309,11 @@ impl Serialize for EffectSpec {
         map.serialize_entry("id", &self.id)?;
         if let Some(cable) = self.cable {
             map.serialize_entry("cable", &cable)?;
+        }
+        for (key, time) in [("from", self.from), ("until", self.until)] {
+            if let Some(time) = time {
+                map.serialize_entry(key, &time)?;
+            }
         }
         for (key, value) in [("channel", &self.channel), ("target", &self.target), ("expression", &self.expression)] {
             if let Some(value) = value {

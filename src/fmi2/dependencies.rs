@@ -84,7 +84,10 @@ impl Knowns {
         // An expression may name time and any length. A drum's inertia can leave one cable lumped beside massless ones.
         let expression = has("expression");
         let over_cables = |index: &dyn Fn(usize) -> usize| PerCable::from_fn(plant.cables(), index);
-        let in_time = expression || has("cable_thermal_expansion") || has("periodic_gust");
+        let in_time = expression
+            || has("cable_thermal_expansion")
+            || has("periodic_gust")
+            || plant.next_switch(f64::NEG_INFINITY).is_some();
         Self {
             pose: std::array::from_fn(|k| at(Role::State(State::Pose(k)))),
             twist: std::array::from_fn(|k| at(Role::State(State::Twist(k)))),

@@ -22,7 +22,7 @@ impl CablePlatform {
         let roles = |indices: &[usize]| -> Vec<Role> { indices.iter().map(|index| table.roles[*index]).collect() };
         let (unknowns, knowns) = (roles(unknowns), roles(knowns));
         let simulation = self.running()?;
-        let plant = simulation.plant();
+        let plant = simulation.plant().at(simulation.time());
         let mut states = vec![0.0; plant.dimension()];
         let (mut time, mut inputs) = (0.0, Inputs::none(plant.cables()));
         for (role, seed) in knowns.into_iter().zip(seed) {
@@ -71,7 +71,7 @@ fn derivatives(
     unknowns: &[Role],
     out: &mut [f64],
 ) -> Result<(), ModelError> {
-    let plant = simulation.plant();
+    let plant = simulation.plant().at(simulation.time());
     let tangent = simulation.tangent(direction);
     let instant = Instant {
         outputs: &tangent.outputs,

@@ -88,7 +88,7 @@ fn field(model: &mut Model, role: Role) -> Result<&mut f64, ModelError> {
         Role::Parameter(place, i) => {
             (REALS[place].field)(model, i).ok_or_else(|| ModelError::new("the model has no such parameter"))
         }
-        Role::EffectParameter(effect, k) => Ok(&mut model.effects[effect].values[k]),
+        Role::EffectParameter(effect, k) => model.effects[effect].number(k).ok_or_else(none),
         _ => Err(none()),
     }
 }

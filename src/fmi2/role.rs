@@ -92,7 +92,7 @@ impl<S: Real> Instant<'_, S> {
             Role::State(State::Effect(i, k)) => self.states[self.plant.effect_states(i).start + k],
             Role::Rate(State::Pose(k)) => self.rates[k],
             Role::Rate(State::Twist(k)) => self.rates[3 + k],
-            Role::Rate(State::UnstretchedRate(i)) => self.acceleration[i] * self.plant.cable[i].unstretched_sensor.0,
+            Role::Rate(State::UnstretchedRate(i)) => self.acceleration[i] * self.plant.length_sensor_factors(i)[1],
             Role::Rate(State::Effect(i, k)) => self.rates[self.plant.effect_states(i).start + k],
             Role::CableLength(i) => out.cable_length[i],
             Role::Tension(i) => out.tension[i],

@@ -108,7 +108,7 @@ impl CablePlatform {
         for (role, variable) in self.table.roles.iter().zip(&self.table.description.variables) {
             let value = match *role {
                 Role::Parameter(place, i) => (REALS[place].field)(&mut settings.model, i).copied(),
-                Role::EffectParameter(effect, k) => Some(settings.model.effects[effect].values[k]),
+                Role::EffectParameter(effect, k) => settings.model.effects[effect].number(k).copied(),
                 _ => None,
             };
             if let Some(value) = value

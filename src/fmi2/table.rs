@@ -261,6 +261,17 @@ impl Table {
                 self.add(Role::EffectParameter(effect, k), variable);
                 reference += 1;
             }
+            let times = [(spec.from, "time at which it begins"), (spec.until, "time at which it ends")];
+            for (k, (time, text)) in (info.parameters.len()..).zip(times) {
+                if let Some(time) = time {
+                    let variable = real(&self.free_name(spec, k), reference, "s", "Time", 1.0)
+                        .parameter()
+                        .start(time)
+                        .described(format!("{}: {text}", info.title));
+                    self.add(Role::EffectParameter(effect, k), variable);
+                    reference += 1;
+                }
+            }
         }
     }
 

@@ -22,7 +22,10 @@ impl CablePlatform {
                 Some(value) => Value::Real(*value),
                 None => return Err(ModelError::new("the model has no such parameter")),
             },
-            Role::EffectParameter(effect, k) => Value::Real(self.settings.model.effects[effect].values[k]),
+            Role::EffectParameter(effect, k) => match self.settings.model.effects[effect].number(k) {
+                Some(value) => Value::Real(*value),
+                None => return Err(ModelError::new("the effect has no such parameter")),
+            },
             Role::Choice(choice) => Value::Integer(choice.get(&self.settings.model)),
             Role::WinchForce(_) | Role::Disturbance(_) => {
                 let mut inputs = match (self.phase, &self.simulation) {
@@ -69,7 +72,10 @@ impl CablePlatform {
                 }
             }
             (Role::EffectParameter(effect, k), Value::Real(value)) => {
-                self.settings.model.effects[effect].values[k] = *value;
+                match self.settings.model.effects[effect].number(k) {
+                    Some(number) => *number = *value,
+                    None => return Err(ModelError::new("the effect has no such parameter")),
+                }
             }
             (Role::Choice(choice), Value::Integer(number)) => {
                 choice
@@ -147,7 +153,7 @@ pub(super) fn read(simulation: &Simulation, now: &Now, rates: &[f64], role: Role
         }
         _ => &now.evaluation.unstretched_acceleration,
     };
-    let plant = simulation.plant();
+    let plant = simulation.plant().at(simulation.time());
     let instant = Instant { outputs: &now.outputs, states: simulation.states(), rates, acceleration, plant };
     instant.real(role).ok_or_else(|| ModelError::new("no real variable of the plant"))
 }

@@ -165,13 +165,24 @@ impl<'a> InverseDynamics<'a> {
     /// forces.
     ///
     /// # Errors
-    /// [`InverseError::Refused`] for effects that cannot be turned round: dead times, swinging cables, and expressions on the
-    /// platform that depend on what is sought.
+    /// [`InverseError::Refused`] for effects that cannot be turned round: dead times, swinging cables, what begins or ends along
+    /// the trajectory, and expressions on the platform that depend on what is sought.
     pub fn new(
         plant: Arc<Plant>,
         trajectory: &'a dyn Trajectory,
         redundancy: &'a dyn Redundancy,
     ) -> Result<Self, InverseError> {
+        let [first, last] = trajectory.span();
+        if plant.next_switch(first).is_some_and(|time| time <= last) {
+            let switched = plant.effects().iter().find(|spec| spec.is_switched());
+            let id = switched.and_then(|spec| spec.info().ok()).map_or("", |info| info.id);
+            return Err(InverseError::Refused {
+                effect: id,
+                reason: "it begins or ends along the trajectory; ask for the trajectory before and after",
+            });
+        }
+        let plant =
+            if plant.next_switch(f64::NEG_INFINITY).is_some() { Arc::new(plant.at(first).clone()) } else { plant };
         for cable in &plant.cable {
             if cable.delay > 0.0 {
                 return Err(InverseError::Refused {

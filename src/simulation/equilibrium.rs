@@ -25,6 +25,7 @@ const ORIENTATIONS: i32 = 360;
 /// # Errors
 /// No pose at rest between the anchors; the reason is that of Newton's method.
 pub fn static_equilibrium(plant: &Plant, time: f64, guess: [f64; 3], inputs: &Inputs) -> Result<[f64; 3], StartError> {
+    let plant = plant.at(time);
     if plant.has.servo {
         return Err(no_given_force(plant.parameters().winch.command).into());
     }
@@ -34,6 +35,7 @@ pub fn static_equilibrium(plant: &Plant, time: f64, guess: [f64; 3], inputs: &In
 
 /// Force and torque (N, N m) left on the platform at rest at `pose` with every cable carrying its winch's pull.
 pub fn wrench_at_rest(plant: &Plant, time: f64, pose: [f64; 3], inputs: &Inputs) -> [f64; 3] {
+    let plant = plant.at(time);
     let weight = plant.weight([pose[2].cos(), pose[2].sin()]);
     let mut wrench: [f64; 3] = std::array::from_fn(|k| inputs.disturbance[k] + weight[k]);
     let pulls = plant.at_rest(time, &pose, inputs, |context| {

@@ -208,8 +208,12 @@ impl Simulation {
         self.work.linearised_inputs = linearised_inputs;
         self.work.linearised_slack = linearised_slack;
         let segment = InputSegment::new(jacobian_time, linearised_inputs, Inputs::none(cables));
-        let mut system =
-            PlantSystem { plant: &self.plant, inputs: segment, slack: &mut linearised_slack, work: &mut self.work };
+        let mut system = PlantSystem {
+            plant: self.plant.at(jacobian_time),
+            inputs: segment,
+            slack: &mut linearised_slack,
+            work: &mut self.work,
+        };
         self.radau.restore(&memory, &mut system);
         Ok(())
     }

@@ -92,6 +92,7 @@ impl Start {
     /// A biased or scaled sensor shows another value than the true one; a delayed pose sensor shows the start pose.
     #[must_use]
     pub fn behind_sensors(&self, plant: &Plant) -> Self {
+        let plant = plant.at(self.time);
         let sensor = |i: usize| plant.cable[i].unstretched_sensor;
         Self {
             pose: std::array::from_fn(|k| self.pose[k] - plant.pose_bias[k]),
@@ -116,6 +117,7 @@ impl Start {
         plant: &Plant,
         [command, lengths]: [Option<PerCable<f64>>; 2],
     ) -> Result<Self, StartError> {
+        let plant = plant.at(self.time);
         let kind = plant.parameters().winch.command;
         let at_rest = if kind.is_servo() && (lengths.is_none() || command.is_none()) {
             let pose = self.behind_sensors(plant).pose;
@@ -165,6 +167,7 @@ impl Start {
     /// # Errors
     /// Pose outside the anchors, a cable through the platform, a length that is not positive, no equilibrium.
     pub fn states(&self, plant: &Plant) -> Result<Vec<f64>, StartError> {
+        let plant = plant.at(self.time);
         let geometry = plant.geometry();
         geometry.check_pose(&self.pose)?;
         self.check_initialization(plant)?;

@@ -65,6 +65,7 @@ pub fn locked_equilibrium(
     disturbance: &[f64; 3],
     guess: [f64; 3],
 ) -> Result<LockedEquilibrium, StaticsError> {
+    let plant = plant.at(time);
     if plant.data().cables.iter().any(|c| c.model == CableModel::Rigid) {
         return Err(StaticsError::Rigid);
     }

@@ -158,6 +158,7 @@ pub fn locked_model(
     pose: &[f64; 3],
     tension: &PerCable<f64>,
 ) -> Result<LockedModel, StaticsError> {
+    let plant = plant.at(time);
     let data = plant.data();
     if data.cables.iter().any(|c| c.model == CableModel::Rigid) {
         return Err(StaticsError::Rigid);

@@ -86,6 +86,7 @@ pub fn stiffness(
     pose: &[f64; 3],
     tension: &PerCable<f64>,
 ) -> Result<Stiffness, StaticsError> {
+    let plant = plant.at(time);
     let geometry = plant.geometry();
     let lengths = kinematics::cable_lengths(geometry, pose);
     let mut axial = PerCable::filled(plant.cables(), 0.0);

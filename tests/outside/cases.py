@@ -103,6 +103,7 @@ def starting(case: Case, plant: Plant) -> tuple[np.ndarray, dict]:
     Start values are what the sensors show.
     """
     command, wrench = np.split(case.inputs.at(0.0), [plant.cables])
+    plant = plant.at(0.0)
     y0 = plant.initial_state(case.pose, case.twist, command=command)
     if plant.has_length_rate:
         # A start that is not at rest along the cables either.

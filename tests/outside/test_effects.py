@@ -69,6 +69,26 @@ def test_one_effect(pack, name, model):
             assert_close(expected, plain, tolerance=1e-5)
 
 
+@pytest.mark.parametrize("model", (LUMPED_MASS, RIGID))
+def test_effects_that_begin_and_end(pack, model):
+    times = {
+        "winch_coulomb_friction": {"from": 0.43},
+        "anchor_offset": {"until": 2.017},
+        "platform_mass": {"from": 0.9, "until": 1.7},
+        "length_sensor_scale": {"from": 1.234},
+    }
+    effects = [CATALOGUE[name] for name in times]
+    plain = ("force", "transition_speed", "tail", "asymmetry")
+    shape = {key: effects[0].values[key] for key in plain}
+    effects[0] = replace(effects[0], values=shape)
+    effects = tuple(replace(e, values=e.values | times[e.id]) for e in effects)
+    case = random_case(63, model, effects=effects)
+    t = case.grid(9)
+    with pack(case.parameters).instance(start=False) as instance:
+        found = fmu_run(case, instance, t, through_fmi=False)
+    assert_close(found, reference_run(case, t))
+
+
 @pytest.mark.parametrize(
     ("target", "expression"),
     [

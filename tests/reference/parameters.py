@@ -34,6 +34,15 @@ class Effect:
         """Whether it acts on the cable with this zero-based index."""
         return self.cable is None or self.cable == cable_index + 1
 
+    @property
+    def switches(self) -> list[float]:
+        """When it begins or ends (s)."""
+        return [self.values[key] for key in ("from", "until") if key in self.values]
+
+    def in_force(self, t: float) -> bool:
+        """Whether it is there at this time."""
+        return self.values.get("from", -math.inf) <= t < self.values.get("until", math.inf)
+
 
 @dataclass(frozen=True)
 class Cable:

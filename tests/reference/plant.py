@@ -101,6 +101,16 @@ class Plant:
         self.first_bristle = self.first_swing + 2 * len(self.swings)
         self.size = self.first_bristle + len(self.winches.bristles)
 
+    def at(self, t: float) -> Plant:
+        """The plant with the effects that are there at this time; they keep no states."""
+        p = self.parameters
+        if not any(effect.switches for effect in p.effects):
+            return self
+        now = Plant(replace(p, effects=tuple(e for e in p.effects if e.in_force(t))))
+        if now.size != self.size:
+            raise ValueError("an effect with states begins or ends")
+        return now
+
     def _apply(self, effect):
         """Effects that are a change of a parameter."""
         v = effect.values

@@ -27,22 +27,25 @@ def simulate(plant: Plant, y0, inputs: Inputs, t_out, rtol=1e-12, atol=1e-12) ->
     start, end = t_out[0], t_out[-1]
     delays = plant.winches.delays
     knots = {start, end}
+    switches = [t for effect in plant.parameters.effects for t in effect.switches]
+    knots.update(t for t in switches if start < t < end)
     for knot in inputs.times:
         knots.update(t for t in (knot, *(knot + delays)) if start < t < end)
     knots = sorted(knots)
 
     states = [np.asarray(y0, dtype=float)]
-    rows = [_outputs_at(plant, inputs, delays, start, start, states[0])]
+    rows = [_outputs_at(plant.at(start), inputs, delays, start, start, states[0])]
     y = states[0]
     for begin, stop in itertools.pairwise(knots):
         middle = 0.5 * (begin + stop)
+        now = plant.at(middle)
         wanted = t_out[(t_out > begin) & (t_out <= stop)]
 
         # Integrated as the change since the segment's start: a cable of 900 m would otherwise have
         # 1e-9 m of error by its relative tolerance, which the stiff springs turn into force.
-        def rate(t, change, middle=middle, base=y):
+        def rate(t, change, now=now, middle=middle, base=y):
             command, wrench = _inputs_at(inputs, delays, middle, t)
-            return plant.evaluate(t, base + change, command, wrench)[0]
+            return now.evaluate(t, base + change, command, wrench)[0]
 
         grid = wanted if wanted.size and wanted[-1] == stop else np.append(wanted, stop)
         run = solve_ivp(
@@ -58,7 +61,7 @@ def simulate(plant: Plant, y0, inputs: Inputs, t_out, rtol=1e-12, atol=1e-12) ->
             raise RuntimeError(f"reference integration stopped at {run.t[-1]} s: {run.message}")
         for k, t in enumerate(wanted):
             states.append(y + run.y[:, k])
-            rows.append(_outputs_at(plant, inputs, delays, middle, t, states[-1]))
+            rows.append(_outputs_at(now, inputs, delays, middle, t, states[-1]))
         y = y + run.y[:, -1]
 
     outputs = {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -150,8 +150,7 @@ mod tests {
         for info in CATALOGUE.iter().filter(|info| info.id != "expression") {
             let values: Vec<f64> = info.parameters.iter().map(|p| p.typical.0.max(p.min)).collect();
             let cable = (info.scope == Scope::EachCable).then_some(2);
-            let spec =
-                EffectSpec { id: info.id.to_owned(), cable, values, channel: None, target: None, expression: None };
+            let spec = EffectSpec::new(info.id, cable, &values).unwrap();
             let (label, place) = (label(&spec), place(&spec));
             assert!(!label.is_empty() && !label.contains("winch") && !label.contains("cable"), "{}: {label}", info.id);
             let known = ["platform", "winch", "cable", "anchor", "attachment", "sensor."];

@@ -61,6 +61,19 @@ fn one_sensor_effect_on_both_channels_has_two_names() {
     assert_eq!(get(&mut platform, "effect.length_sensor_bias[1].cable_length.bias"), 0.2);
 }
 
+#[test]
+fn when_an_effect_begins_can_be_set() {
+    let bias = EffectSpec::new("winch_force_bias", Some(3), &[500.0]).unwrap().during(Some(2.0), None).unwrap();
+    let mut platform = CablePlatform::new(Model { effects: vec![bias], ..Model::default() }).unwrap();
+    assert!(platform.description().find("effect.winch_force_bias[3].until").is_none());
+    assert_eq!(get(&mut platform, "effect.winch_force_bias[3].from"), 2.0);
+    set(&mut platform, "effect.winch_force_bias[3].from", 0.2);
+    initialise(&mut platform, EXPERIMENT);
+    let before = get(&mut platform, "tension[3]");
+    platform.step(0.0, 0.3).unwrap();
+    assert!((get(&mut platform, "tension[3]") - before).abs() > 1.0);
+}
+
 /// With more cables every name of the default robot keeps its reference, and the others' parameters can be set.
 #[test]
 fn six_cables_have_variables_of_their_own() {
