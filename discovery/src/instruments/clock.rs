@@ -11,10 +11,9 @@ const CLOCK_MOVES: usize = 3;
 impl Sizing<'_> {
     /// What setting the clock of each device would gain, to first order: at the latent forces as they are and without.
     ///
-    /// The recorded forces have the reference clock. A late pose is an effect of the catalogue.
+    /// The recorded forces have the reference clock.
     pub(super) fn clocks(&self, fit: &Fit, from: &At) -> Vec<(Kind, At)> {
-        let devices: Vec<Device> =
-            Device::ALL.into_iter().filter(|d| *d != Device::Pose && !self.channels(*d).is_empty()).collect();
+        let devices: Vec<Device> = Device::ALL.into_iter().filter(|d| !self.channels(*d).is_empty()).collect();
         let mut found: Vec<(Kind, At)> = Vec::new();
         let set = |late: &Randomness, device: Device| self.channels(device).iter().any(|at| late.late[*at] != 0.0);
         for randomness in [from.randomness.clone(), from.randomness.without_latents()] {

@@ -148,7 +148,8 @@ pub(crate) fn take_up(
         if !taken && begin - start.value < PROMISING * gain {
             return Ok(None);
         }
-        if best.value - start.value < 2.0 * WORTH {
+        // A late pose is an effect of the catalogue, which is told from what else delays there.
+        if best.value - start.value < 2.0 * WORTH || kind == Kind::Late(Device::Pose) {
             break;
         }
         let (next_fit, next) = match kind {
@@ -240,7 +241,8 @@ impl<'a> Sizing<'a> {
         let begin = self.at(&begun, fit.randomness.clone());
         let kinds = self.kinds(&fit.randomness).into_iter().filter(|kind| !matches!(kind, Kind::Drift(_)));
         let scanned = kinds.map(|kind| self.scan(&begun, kind, &begin).value);
-        let clocks = self.clocks(&begun, &begin).into_iter().map(|(_, at)| at.value);
+        let clocks = self.clocks(&begun, &begin).into_iter();
+        let clocks = clocks.filter(|(kind, _)| *kind != Kind::Late(Device::Pose)).map(|(_, at)| at.value);
         let least = scanned.chain(clocks).fold(f64::INFINITY, f64::min);
         begin.value - least >= PROMISING * share * gain
     }

@@ -69,11 +69,10 @@ fn an_error_of_the_recorded_forces_is_no_latent_force() {
     assert!(fit.randomness.force.max(fit.randomness.winch) < 5.0, "{:?}", fit.randomness);
 }
 
-#[test]
-fn late_lengths_are_a_late_clock() {
-    let trials = recordings(|_, trial| {
-        let late = 0.02;
-        for j in 3..trial.channels.len() {
+/// Recordings whose channels from `first` to before `end` are late (s).
+fn late_recordings(first: usize, end: usize, late: f64) -> [Trial; 2] {
+    recordings(|_, trial| {
+        for j in first..end.min(trial.channels.len()) {
             let column: Vec<f64> = trial.measured.iter().map(|row| row[j]).collect();
             // The noise stays: what is shown moves by less than a sample of it.
             for (k, row) in trial.measured.iter_mut().enumerate().skip(3).take(column.len().saturating_sub(6)) {
@@ -81,12 +80,23 @@ fn late_lengths_are_a_late_clock() {
                 row[j] -= late * slope;
             }
         }
-    });
-    let fit = taken_up(&trials).expect("an instrument");
+    })
+}
+
+#[test]
+fn late_lengths_are_a_late_clock() {
+    let fit = taken_up(&late_recordings(3, usize::MAX, 0.02)).expect("an instrument");
     for at in 0..fit.randomness.late.len() {
         let expected = if matches!(Channel::all(4)[at], Channel::UnstretchedLength(_)) { 0.02 } else { 0.0 };
         assert!((fit.randomness.late[at] - expected).abs() < 4e-3, "{:?}", fit.randomness.late);
     }
+}
+
+/// It came out as lengths that lead the forces, with a dead time of the winches beside it.
+#[test]
+fn a_late_pose_is_no_early_clock_of_the_lengths() {
+    let late = taken_up(&late_recordings(0, 3, 0.04)).map(|fit| fit.randomness.late);
+    assert!(late.iter().flatten().all(|late| *late == 0.0), "{late:?}");
 }
 
 #[test]
