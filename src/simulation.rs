@@ -16,7 +16,7 @@ pub use start::{Start, StartError};
 pub use tangent::{Direction, Tangent};
 
 use crate::dynamics::{Evaluation, Inputs};
-use crate::integrator::{Radau, RadauError, Statistics};
+use crate::integrator::{IntegrationError, Integrator, Statistics};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
@@ -92,7 +92,7 @@ pub struct Simulation {
     winch_disturbance: PerCable<f64>,
     commands: CommandHistory,
     poses: PoseHistory,
-    radau: Radau,
+    integrator: Integrator,
     work: Workspace,
 }
 
@@ -109,7 +109,7 @@ impl Simulation {
     /// A simulation from these states, laid out as in [`Plant::rates`].
     pub fn from_states(plant: Arc<Plant>, time: f64, y: Vec<f64>, inputs: Inputs, relative_tolerance: f64) -> Self {
         let (n, cables) = (plant.dimension(), plant.cables());
-        let radau = Radau::new(n, plant.cables(), relative_tolerance);
+        let integrator = Integrator::new(n, plant.cables(), relative_tolerance);
         let work = Workspace::new(&plant);
         let commands = CommandHistory::new(&plant, time, inputs.winch_force);
         let poses = PoseHistory::new(plant.pose_delay, time, &y);
@@ -126,7 +126,7 @@ impl Simulation {
             winch_disturbance: PerCable::filled(cables, 0.0),
             commands,
             poses,
-            radau,
+            integrator,
             work,
         };
         simulation.slack = simulation.plant.slack_cables(time, &simulation.y, &simulation.inputs_felt().at(time));
@@ -206,7 +206,7 @@ impl Simulation {
     /// Replaces the states, as after a correction by measurements; the integrator starts afresh.
     pub fn set_states(&mut self, y: &[f64]) {
         self.y.copy_from_slice(y);
-        self.radau.restart();
+        self.integrator.restart();
         self.slack = self.plant.slack_cables(self.time, &self.y, &self.inputs_felt().at(self.time));
     }
 
@@ -222,7 +222,7 @@ impl Simulation {
 
     /// What the integration has cost so far.
     pub fn statistics(&self) -> Statistics {
-        self.radau.statistics()
+        self.integrator.statistics()
     }
 
     /// Advances by `duration` (s) under the inputs as set. Times add up without drift.
@@ -230,7 +230,7 @@ impl Simulation {
     /// # Errors
     /// When the duration is negative or not finite, or the integrator cannot go on; the simulation then stands at the
     /// time named in the error, with the state there.
-    pub fn advance(&mut self, duration: f64) -> Result<(), RadauError> {
+    pub fn advance(&mut self, duration: f64) -> Result<(), IntegrationError> {
         let (end, carry) = two_sum(self.time, duration + self.time_carry);
         self.advance_stretches(end, duration)?;
         self.time_carry = carry;
@@ -241,17 +241,17 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`Simulation::advance`].
-    pub fn advance_to(&mut self, end: f64) -> Result<(), RadauError> {
+    pub fn advance_to(&mut self, end: f64) -> Result<(), IntegrationError> {
         self.advance_stretches(end, end - self.time)
     }
 
     /// Advances by `duration` to what is then called `end`, one stretch of steady inputs after the other.
-    fn advance_stretches(&mut self, end: f64, duration: f64) -> Result<(), RadauError> {
+    fn advance_stretches(&mut self, end: f64, duration: f64) -> Result<(), IntegrationError> {
         if !(duration >= 0.0 && duration.is_finite()) {
-            return Err(RadauError::Duration { duration, time: self.time });
+            return Err(IntegrationError::Duration { duration, time: self.time });
         }
         self.time_carry = 0.0;
-        self.radau.begin(self.time);
+        self.integrator.begin(self.time);
         let mut left = duration;
         while left > 0.0 {
             let mut part = left;
@@ -283,14 +283,14 @@ impl Simulation {
     }
 
     /// Advances by `duration` to `stop`, over which every input is linear in time.
-    fn advance_stretch(&mut self, stop: f64, duration: f64) -> Result<(), RadauError> {
+    fn advance_stretch(&mut self, stop: f64, duration: f64) -> Result<(), IntegrationError> {
         let inputs = self.inputs_felt();
         if self.plant.has.platform_side {
             self.slack = self.plant.slack_cables(self.time, &self.y, &inputs.at(self.time));
         }
         let plant = self.plant.at(self.time);
         let mut system = PlantSystem { plant, inputs, slack: &mut self.slack, work: &mut self.work };
-        let result = self.radau.advance_part(&mut system, self.time, &mut self.y, duration);
+        let result = self.integrator.advance_part(&mut system, self.time, &mut self.y, duration);
         self.time = match &result {
             Ok(()) => stop,
             Err(error) => error.time(),
@@ -308,7 +308,7 @@ impl Simulation {
         let forces = plant.drive_forces(self.time, &self.y, &inputs, &slack);
         plant.begin_effects(self.plant.at(before), &forces, &mut self.y);
         self.slack = plant.slack_cables(self.time, &self.y, &inputs);
-        self.radau.restart();
+        self.integrator.restart();
     }
 
     /// The inputs as the plant feels them from now to the next change: commands after their dead time, forces in place of

@@ -16,7 +16,7 @@ use std::time::Instant;
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
 use cdpr::geometry::Geometry;
-use cdpr::integrator::Radau;
+use cdpr::integrator::Integrator;
 use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{DEFAULT_TOLERANCE, Simulation, Start};
@@ -61,7 +61,7 @@ impl Method for DormandPrince<'_> {
 #[derive(Clone)]
 struct DenseRadau {
     system: DenseSystem,
-    radau: Radau,
+    integrator: Integrator,
     states: Vec<f64>,
     steps: usize,
 }
@@ -74,7 +74,7 @@ impl Method for DenseRadau {
     fn advance(&mut self, inputs: &Inputs) {
         self.system.inputs = *inputs;
         let time = STEP * self.steps as f64;
-        self.radau.advance(&mut self.system, time, &mut self.states, STEP).expect("as with the structured solve");
+        self.integrator.advance(&mut self.system, time, &mut self.states, STEP).expect("as with the structured solve");
         self.steps += 1;
     }
 }
@@ -237,7 +237,7 @@ fn main() {
     let n = start.states().len();
     let dense = DenseRadau {
         system: DenseSystem::new(start.plant().clone()),
-        radau: Radau::new(n, 0, DEFAULT_TOLERANCE),
+        integrator: Integrator::new(n, 0, DEFAULT_TOLERANCE),
         states: start.states().to_vec(),
         steps: 0,
     };

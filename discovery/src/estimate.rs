@@ -1,6 +1,6 @@
 //! Trajectories and sizes of the random parts of a model, estimated from trials.
 
-use cdpr::integrator::RadauError;
+use cdpr::integrator::IntegrationError;
 use cdpr::model_file::Model;
 use cdpr::simulation::Simulation;
 use rayon::prelude::*;
@@ -462,7 +462,7 @@ pub enum FitError {
     Model(String),
     /// The model cannot be simulated along the data.
     #[error("the model cannot be simulated along the data: {0}")]
-    Simulation(RadauError),
+    Simulation(IntegrationError),
     /// The trajectory that should fit the data has run away from them.
     #[error("{trial}: the model's trajectory does not settle near the data at {time} s")]
     Diverged {

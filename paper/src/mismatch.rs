@@ -8,7 +8,7 @@
 
 use crate::CABLES;
 use cdpr::geometry::Geometry;
-use cdpr::integrator::RadauError;
+use cdpr::integrator::IntegrationError;
 use cdpr::kinematics;
 use cdpr::parameters::{CableModel, Parameters};
 use nalgebra::{Matrix3, Vector3};
@@ -97,7 +97,7 @@ impl Mismatch {
     ///
     /// # Errors
     /// When the integrator cannot go on.
-    pub fn release(&self, pose: [f64; 3], force: f64, step: f64, stop: f64) -> Result<Vec<Vec<f64>>, RadauError> {
+    pub fn release(&self, pose: [f64; 3], force: f64, step: f64, stop: f64) -> Result<Vec<Vec<f64>>, IntegrationError> {
         self.run(&self.start(pose, force), &[force; CABLES], step, stop)
     }
 
@@ -105,7 +105,13 @@ impl Mismatch {
     ///
     /// # Errors
     /// When the integrator cannot go on.
-    pub fn run(&self, start: &[f64], force: &[f64; CABLES], step: f64, stop: f64) -> Result<Vec<Vec<f64>>, RadauError> {
+    pub fn run(
+        &self,
+        start: &[f64],
+        force: &[f64; CABLES],
+        step: f64,
+        stop: f64,
+    ) -> Result<Vec<Vec<f64>>, IntegrationError> {
         ode::integrate(|_, y, rates| self.rates(y, force, rates), start, step, stop, 1e-9)
     }
 }

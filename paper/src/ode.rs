@@ -1,6 +1,6 @@
 //! Small initial value problems on the library's integrator, with a numerical Jacobian; and Runge-Kutta beside it.
 
-use cdpr::integrator::{Complex64, Radau, RadauError, System};
+use cdpr::integrator::{Complex64, IntegrationError, Integrator, System};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 /// `ẏ = f(t, y)` with a dense numerical Jacobian.
@@ -81,13 +81,13 @@ pub(crate) fn integrate(
     step: f64,
     stop: f64,
     tolerance: f64,
-) -> Result<Vec<Vec<f64>>, RadauError> {
+) -> Result<Vec<Vec<f64>>, IntegrationError> {
     let mut system = Dense::new(start.len(), rates);
-    let mut radau = Radau::new(start.len(), 0, tolerance);
+    let mut integrator = Integrator::new(start.len(), 0, tolerance);
     let mut y = start.to_vec();
     let mut states = vec![y.clone()];
     for k in 0..(stop / step).round() as usize {
-        radau.advance(&mut system, k as f64 * step, &mut y, step)?;
+        integrator.advance(&mut system, k as f64 * step, &mut y, step)?;
         states.push(y.clone());
     }
     Ok(states)

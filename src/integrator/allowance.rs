@@ -1,6 +1,6 @@
 //! How much work one call may be.
 
-use super::RadauError;
+use super::IntegrationError;
 
 /// Evaluations that a call may use to get over one difficult moment.
 ///
@@ -54,16 +54,16 @@ impl Allowance {
     ///
     /// # Errors
     /// Nothing is left at `time` (s), where the state is `y`.
-    pub(super) fn check(&self, time: f64, y: &[f64]) -> Result<(), RadauError> {
+    pub(super) fn check(&self, time: f64, y: &[f64]) -> Result<(), IntegrationError> {
         let Self { left, since, evaluations, steps, switches } = *self;
         if left >= 0.0 {
             return Ok(());
         }
         let state = y.to_vec();
         Err(if 2 * switches > steps {
-            RadauError::Chatter { switches, since, time, state }
+            IntegrationError::Chatter { switches, since, time, state }
         } else {
-            RadauError::TooMuchWork { evaluations, steps, since, time, state }
+            IntegrationError::TooMuchWork { evaluations, steps, since, time, state }
         })
     }
 }

@@ -6,17 +6,17 @@
 //! The method and its control follow E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., 1996,
 //! sections IV.5 and IV.8; the step size control is K. Gustafsson's, *ACM Trans. Math. Softw.* 20 (1994).
 
+mod advance;
 mod allowance;
-mod coefficients;
 mod outcome;
 mod radau;
-mod step;
+mod radau_coefficients;
 mod switching;
 mod vector;
 
+pub use advance::{Integrator, Memory};
 pub use num_complex::Complex64;
-pub use outcome::{RadauError, Statistics};
-pub use radau::{Memory, Radau};
+pub use outcome::{IntegrationError, Statistics};
 
 /// A system `ẏ = f(t, y)` that knows how to solve with its own Newton matrix, and where its equations switch.
 pub trait System {

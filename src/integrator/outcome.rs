@@ -24,7 +24,7 @@ pub struct Statistics {
 /// Why the integration stopped, with the time reached; the state handed in is the one at that time.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum RadauError {
+pub enum IntegrationError {
     /// The duration asked for is negative or not finite.
     #[error("asked to advance by {duration} s at t = {time} s, expected a finite duration of 0 or more")]
     Duration {
@@ -94,7 +94,7 @@ pub enum RadauError {
     },
 }
 
-impl RadauError {
+impl IntegrationError {
     /// Time reached (s).
     pub fn time(&self) -> f64 {
         match self {

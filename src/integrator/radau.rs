@@ -1,341 +1,266 @@
-//! The integrator: its memory, and the way from one communication point to the next.
+//! One step: simplified Newton in the transformed stages, error estimate, step size.
 
-use super::allowance::Allowance;
-use super::coefficients::END_RATES;
-use super::step::Outcome;
+use super::radau_coefficients::{ALPHA, BETA, C, E, GAMMA, T, T_INVERSE, T_INVERSE_C, T_INVERSE_SUM};
 use super::vector::{Vector, each, root_mean};
-use super::{Complex64, RadauError, Statistics, System};
+use super::{Complex64, Integrator, System};
 
-/// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with less
-/// than that, errors stay where they were.
-const ESTIMATE_FACTOR: f64 = 0.06;
-/// Share of the tolerance that Newton's method may leave in a step.
-const NEWTON_SHARE: f64 = 0.1;
+/// Most Newton iterations of one step.
+const NEWTON_LIMIT: u32 = 8;
+/// Defect that a step may leave: as the change that it would make without the Jacobian, in units of the tolerance.
+///
+/// A correction is small where the solution is near, but also where the Jacobian takes the equations for stiffer than they are:
+/// friction that has begun to slide would be held as if it still stuck. Then the defect stays as large as it was.
+const DEFECT: f64 = 0.01;
+/// From one iteration to the next, the contraction of a larger defect that shows that the Jacobian is right.
+const DEFECT_CONTRACTION: f64 = 0.1;
+/// Contraction that is taken for granted after a single iteration.
+const LEAST_CONTRACTION: f64 = 1e-3;
+/// What a new Jacobian and its factors cost, in Newton iterations. When an old one has cost that much more than it did at its
+/// best, it is taken anew: then neither choice would have saved more than half.
+const JACOBIAN_PRICE: u32 = 1;
+/// Relative change of step size up to which the factors are kept.
+const SAME_STEP: f64 = 1e-6;
 
-/// What must be kept between calls for a continuation to be bit for bit the same.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Memory {
-    /// Step size the error estimate asks for (s); 0 before the first step.
-    pub next_step: f64,
-    /// Step size that the factors are for (s); 0 where there are none.
-    pub factored_step: f64,
-    /// Point `(t, y)` that the Jacobian was taken at; empty where there is none.
-    pub jacobian_time: f64,
-    /// See `jacobian_time`.
-    pub jacobian_state: Vec<f64>,
-    /// Fewest Newton iterations that a step took with the Jacobian; 0 before the first.
-    pub jacobian_least: u32,
-    /// Iterations beyond that, of all steps with it.
-    pub jacobian_excess: u32,
-    /// Last step size and error, for predictive control.
-    pub last: (f64, f64),
+/// What became of a step.
+pub(super) enum Outcome {
+    /// The stages are in `z`.
+    Accepted,
+    /// The error estimate asks for this step size (s).
+    TooInaccurate(f64),
+    /// Newton's method did not converge.
+    NotConverged,
 }
 
-/// The integrator: workspace and memory. No allocation after [`Radau::new`] but in errors.
-#[derive(Clone, Debug)]
-pub struct Radau {
-    pub(super) tolerance: f64,
-    pub(super) newton_tolerance: f64,
-    pub(super) next_step: f64,
-    pub(super) factored_step: f64,
-    pub(super) jacobian_time: f64,
-    pub(super) jacobian_state: Vec<f64>,
-    pub(super) has_jacobian: bool,
-    /// As in [`Memory`].
-    pub(super) jacobian_least: u32,
-    pub(super) jacobian_excess: u32,
-    pub(super) last: (f64, f64),
-    /// What an error in each state weighs: one over its scale and the tolerance.
-    pub(super) weight: Vector,
-    /// Rates at the start of the step.
-    pub(super) rates: Vector,
-    /// Stage increments `Y_s - y`, and the same transformed.
-    pub(super) z: [Vector; 3],
-    pub(super) w: [Vector; 3],
-    pub(super) f: [Vector; 3],
-    pub(super) complex: Vector<Complex64>,
-    /// A state on the way of the step.
-    pub(super) stage: Vector,
-    /// Start of the step, and the stages.
-    pub(super) start: Vector,
-    pub(super) full: [Vector; 3],
-    pub(super) error: Vector,
-    pub(super) switch_values: Vec<f64>,
-    pub(super) switch_start: Vec<f64>,
-    pub(super) statistics: Statistics,
-    pub(super) allowance: Allowance,
+/// Factors the system for steps of `h` (s).
+pub(super) fn factor(system: &mut impl System, h: f64) {
+    system.factor(GAMMA / h, Complex64::new(ALPHA / h, BETA / h));
 }
 
-impl Radau {
-    /// An integrator for `dimension` states and `switches` switching functions.
+/// Whether no more than [`DEFECT`] is left of a defect after its correction, going by its contraction from `before`.
+fn settles(defect: f64, before: f64) -> bool {
+    defect * defect <= DEFECT * (before - defect)
+}
+
+impl Integrator {
+    fn prepare(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
+        if !self.has_jacobian || self.jacobian_excess >= JACOBIAN_PRICE {
+            system.linearise(t, y);
+            self.statistics.jacobians += 1;
+            self.jacobian_time = t;
+            self.jacobian_state.copy_from_slice(y);
+            self.has_jacobian = true;
+            self.jacobian_least = 0;
+            self.jacobian_excess = 0;
+            self.factored_step = 0.0;
+        }
+        if (h - self.factored_step).abs() > SAME_STEP * h {
+            factor(system, h);
+            self.statistics.factorisations += 1;
+            self.factored_step = h;
+        }
+    }
+
+    /// One step attempt from `y` with the rates there in `rates`.
+    pub(super) fn step(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64, rejected: bool) -> Outcome {
+        self.prepare(system, t, y, h);
+        self.start.copy_from_slice(y);
+        let mut last_change = self.guess(system, h);
+        let mut last_defect = f64::NAN;
+        let mut iterations = 0;
+        loop {
+            if iterations == NEWTON_LIMIT {
+                return Outcome::NotConverged;
+            }
+            let defect = self.correct(system, t, h);
+            let change = self.apply_correction([0.0; 3]);
+            iterations += 1;
+            self.statistics.newton_iterations += 1;
+            if !change.is_finite() {
+                return Outcome::NotConverged;
+            }
+            let mut theta = if last_change > 0.0 { change / last_change } else { 0.0 };
+            if iterations == 1 {
+                // Large parts of the motion that the guess has right may hide a small part that converges slowly.
+                theta = theta.max(LEAST_CONTRACTION);
+            }
+            last_change = change;
+            let small = change == 0.0 || theta < 0.99 && theta / (1.0 - theta) * change <= self.newton_tolerance;
+            let solved = defect <= DEFECT
+                || settles(defect, if iterations == 1 { self.first_defect(h) } else { last_defect })
+                || iterations > 1 && defect <= DEFECT_CONTRACTION * last_defect;
+            last_defect = defect;
+            if small && solved {
+                break;
+            }
+            if iterations > 1 {
+                if theta >= 0.99 {
+                    // At the level of rounding the iteration no longer contracts, and need not.
+                    if change < self.newton_tolerance && solved {
+                        break;
+                    }
+                    return Outcome::NotConverged;
+                }
+                let left = (NEWTON_LIMIT - iterations) as i32;
+                if theta.powi(left) / (1.0 - theta) * change > self.newton_tolerance {
+                    return Outcome::NotConverged;
+                }
+            }
+        }
+        self.charge(iterations);
+        let error = self.estimate(system, t, h, rejected);
+        self.control(h, error, iterations, rejected)
+    }
+
+    /// Counts what a step has cost beyond the cheapest one with this Jacobian.
+    fn charge(&mut self, iterations: u32) {
+        if self.jacobian_least == 0 || iterations < self.jacobian_least {
+            self.jacobian_least = iterations;
+        }
+        self.jacobian_excess = self.jacobian_excess.saturating_add(iterations - self.jacobian_least);
+    }
+
+    /// The correction of stages that all stand at the start of the step, where the rates are known: the answer, were the
+    /// system linear. Nothing older than this step is used, since the inputs may have jumped.
     ///
-    /// `relative_tolerance` is that of the solution over one step; the embedded estimate is of order 3, so it is held to
-    /// `0.06 tol^(2/3)`.
-    pub fn new(dimension: usize, switches: usize, relative_tolerance: f64) -> Self {
-        let zeros = || Vector::zeros(dimension);
-        let mut radau = Self {
-            tolerance: 0.0,
-            newton_tolerance: 0.0,
-            next_step: 0.0,
-            factored_step: 0.0,
-            jacobian_time: 0.0,
-            jacobian_state: vec![0.0; dimension],
-            has_jacobian: false,
-            jacobian_least: 0,
-            jacobian_excess: 0,
-            last: (0.0, 0.0),
-            weight: zeros(),
-            rates: zeros(),
-            z: std::array::from_fn(|_| zeros()),
-            w: std::array::from_fn(|_| zeros()),
-            f: std::array::from_fn(|_| zeros()),
-            complex: Vector::zeros(dimension),
-            stage: zeros(),
-            start: zeros(),
-            full: std::array::from_fn(|_| zeros()),
-            error: zeros(),
-            switch_values: vec![0.0; switches],
-            switch_start: vec![0.0; switches],
-            statistics: Statistics::default(),
-            allowance: Allowance::full(0.0),
-        };
-        radau.set_tolerance(relative_tolerance);
-        radau
-    }
-
-    /// Changes the relative tolerance, see [`Radau::new`].
-    pub fn set_tolerance(&mut self, relative_tolerance: f64) {
-        self.tolerance = ESTIMATE_FACTOR * relative_tolerance.powf(2.0 / 3.0);
-        // The iteration error must stay below the discretisation error that the tolerance asks for, not only below the
-        // estimate's coarser one, and short steps add up their errors.
-        self.newton_tolerance =
-            (NEWTON_SHARE * relative_tolerance / self.tolerance).max(10.0 * f64::EPSILON / self.tolerance).min(0.03);
-    }
-
-    /// What it has cost so far.
-    pub fn statistics(&self) -> Statistics {
-        self.statistics
-    }
-
-    /// Forgets step size and Jacobian.
-    pub fn restart(&mut self) {
-        self.next_step = 0.0;
-        self.factored_step = 0.0;
-        self.has_jacobian = false;
-        self.last = (0.0, 0.0);
-    }
-
-    /// What a bit-identical continuation needs.
-    pub fn memory(&self) -> Memory {
-        Memory {
-            next_step: self.next_step,
-            factored_step: self.factored_step,
-            jacobian_time: self.jacobian_time,
-            jacobian_state: if self.has_jacobian { self.jacobian_state.clone() } else { Vec::new() },
-            jacobian_least: self.jacobian_least,
-            jacobian_excess: self.jacobian_excess,
-            last: self.last,
+    /// Returns its size beside steady rates: the part of it that the Jacobian made, by which its error is to be judged. A large
+    /// steady motion would hide how slowly a small rest converges.
+    fn guess(&mut self, system: &mut impl System, h: f64) -> f64 {
+        for (rates, (real, complex)) in
+            self.rates.groups().iter().zip(self.error.groups_mut().iter_mut().zip(self.complex.groups_mut()))
+        {
+            *real = rates.map(|rate| T_INVERSE_SUM[0] * rate);
+            *complex = rates.map(|rate| Complex64::new(T_INVERSE_SUM[1] * rate, T_INVERSE_SUM[2] * rate));
         }
-    }
-
-    /// Takes up a memory; the system must be set to the equations that were in force at the Jacobian's point.
-    pub fn restore(&mut self, memory: &Memory, system: &mut impl System) {
-        let n = self.jacobian_state.len();
-        self.next_step = memory.next_step;
-        self.last = memory.last;
-        self.jacobian_least = memory.jacobian_least;
-        self.jacobian_excess = memory.jacobian_excess;
-        self.factored_step = memory.factored_step;
-        self.jacobian_time = memory.jacobian_time;
-        self.has_jacobian = memory.jacobian_state.len() == n && n > 0;
-        if self.has_jacobian {
-            self.jacobian_state.copy_from_slice(&memory.jacobian_state);
-            system.linearise(self.jacobian_time, &self.jacobian_state);
-            if self.factored_step != 0.0 {
-                super::step::factor(system, self.factored_step);
-            }
+        system.solve_real(&mut self.error);
+        system.solve_complex(&mut self.complex);
+        for w in &mut self.w {
+            w.groups_mut().fill([0.0; 4]);
         }
+        self.apply_correction(T_INVERSE_C.map(|c| c * h))
     }
 
-    /// Advances `y` from `time` by `duration`, locating switches on the way.
-    ///
-    /// # Errors
-    /// When no step size gives convergence, the equations do not hold, or the work does not get anywhere. `y` is then the
-    /// state at the time in the error.
-    pub fn advance(
-        &mut self,
-        system: &mut impl System,
-        time: f64,
-        y: &mut [f64],
-        duration: f64,
-    ) -> Result<(), RadauError> {
-        self.begin(time);
-        self.advance_part(system, time, y, duration)
+    /// Size of the defect of stages that all stand at the start of the step.
+    fn first_defect(&self, h: f64) -> f64 {
+        self.norm(&self.rates) * T_INVERSE_SUM[0] * h / GAMMA
     }
 
-    /// Begins a call that is made up of parts; the work that it may be is for all of them together.
-    pub(crate) fn begin(&mut self, time: f64) {
-        self.allowance = Allowance::full(time);
-    }
-
-    /// [`Radau::advance`] as a part of a call.
-    pub(crate) fn advance_part(
-        &mut self,
-        system: &mut impl System,
-        time: f64,
-        y: &mut [f64],
-        duration: f64,
-    ) -> Result<(), RadauError> {
-        if !(duration >= 0.0 && duration.is_finite()) {
-            return Err(RadauError::Duration { duration, time });
+    /// The correction of the stages by one Newton iteration, into `error` and `complex`. Returns the size of the defect, what the
+    /// stages lack of solving the step.
+    fn correct(&mut self, system: &mut impl System, t: f64, h: f64) -> f64 {
+        for s in 0..3 {
+            system.rates(t + C[s] * h, &self.full[s], &mut self.f[s]);
         }
-        let end = time + duration;
-        let mut t = time;
-        let mut remaining = duration;
-        let smallest = 1e-13 * duration.max(1e-3) + 4.0 * f64::EPSILON * end.abs();
-        self.weigh(system, y);
-        let mut rates_known = false;
-        let mut rejected = false;
-        // Where a switch was seen: a step is made to end there before the switch is believed.
-        let mut limit = f64::INFINITY;
-        while remaining > 0.0 {
-            self.allowance.check(t, y)?;
-            if !rates_known {
-                system.rates(t, y, &mut self.rates);
-                self.count_evaluations(1);
-                if self.rates.iter().any(|r| !r.is_finite()) {
-                    return Err(RadauError::NotFinite { time: t, state: y.to_vec() });
-                }
-                rates_known = true;
-            }
-            if self.next_step <= 0.0 {
-                self.next_step = self.first_step(remaining);
-            }
-            let planned = self.next_step;
-            let h = step_size(planned, remaining).min(limit);
-            match self.step(system, t, y, h, rejected) {
-                Outcome::NotConverged => {
-                    self.statistics.newton_failures += 1;
-                    if self.has_jacobian && self.jacobian_time == t && self.jacobian_state == *y {
-                        self.next_step = 0.25 * h;
-                    }
-                    self.has_jacobian = false;
-                    if h < smallest {
-                        let reason = "Newton's method did not converge";
-                        return Err(RadauError::StepTooSmall { reason, step: h, time: t, state: y.to_vec() });
-                    }
-                    rejected = true;
-                }
-                Outcome::TooInaccurate(next) => {
-                    self.statistics.rejections += 1;
-                    self.next_step = next;
-                    if h < smallest {
-                        let reason = "the error estimate was not met";
-                        return Err(RadauError::StepTooSmall { reason, step: h, time: t, state: y.to_vec() });
-                    }
-                    rejected = true;
-                }
-                Outcome::Accepted => {
-                    let crossing = self.first_crossing(system, t, y, h);
-                    if let Some(fraction) = crossing
-                        && (1e-3..0.999).contains(&fraction)
-                        && h * fraction > smallest
-                    {
-                        // Between its nodes the dense output is two orders less accurate than the step.
-                        limit = fraction * h;
-                        continue;
-                    }
-                    self.statistics.steps += 1;
-                    if h < 0.1 * planned && !rejected {
-                        // Cut very short by the end or a switch, which says little of the steps to come.
-                        self.next_step = self.next_step.max(planned);
-                    }
-                    limit = f64::INFINITY;
-                    rejected = false;
-                    if let Some(fraction) = crossing {
-                        self.statistics.switches += 1;
-                        self.allowance.count_switch();
-                        let part = fraction * h;
-                        self.stage_at(y, fraction);
-                        y.copy_from_slice(&self.stage);
-                        t += part;
-                        remaining -= part;
-                        self.allowance.earn(part, t);
-                        system.switch(t, y);
-                        self.has_jacobian = false;
-                        self.last = (0.0, 0.0);
-                        rates_known = false;
-                    } else {
-                        for (value, end) in y.iter_mut().zip(&*self.full[2]) {
-                            *value = *end;
-                        }
-                        if h < remaining {
-                            self.end_rates(h);
-                        }
-                        remaining = if h == remaining { 0.0 } else { remaining - h };
-                        t = if remaining == 0.0 { end } else { end - remaining };
-                        self.allowance.earn(h, t);
-                    }
-                    if remaining > 0.0 {
-                        self.weigh(system, y);
-                    }
-                    if let Some(reason) = system.out_of_bounds(y) {
-                        return Err(RadauError::OutOfBounds { reason, time: t, state: y.to_vec() });
-                    }
-                }
-            }
-        }
-        Ok(())
-    }
-
-    pub(super) fn count_evaluations(&mut self, count: u64) {
-        self.statistics.evaluations += count;
-        self.allowance.spend(count);
-    }
-
-    /// Takes up what errors weigh at `y`.
-    fn weigh(&mut self, system: &impl System, y: &[f64]) {
-        system.scale(y, &mut self.weight);
-        for weight in self.weight.iter_mut() {
-            *weight = 1.0 / (*weight * self.tolerance);
-        }
-    }
-
-    /// A careful first step from the size of the rates.
-    fn first_step(&self, remaining: f64) -> f64 {
-        // In units of the tolerance per second; the step may change the state by 0.1 tol^(1/4) of its scale.
-        let speed = self.tolerance * self.norm(&self.rates);
-        let guess = if speed > 0.0 { 0.1 * self.tolerance.sqrt().sqrt() / speed } else { remaining };
-        // The first error estimate corrects a guess that is too long at the price of one step.
-        guess.max(0.01).min(remaining)
-    }
-
-    /// Rates at the end of the step: the collocation polynomial's slope there, which is what Newton's method made of them.
-    fn end_rates(&mut self, h: f64) {
-        let weights = END_RATES.map(|w| w / h);
-        let [z0, z1, z2] = self.z.each_ref().map(Vector::groups);
-        for (((rates, z0), z1), z2) in self.rates.groups_mut().iter_mut().zip(z0).zip(z1).zip(z2) {
-            *rates = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
-        }
-    }
-
-    /// Root mean square of `values`, weighed.
-    pub(super) fn norm(&self, values: &Vector) -> f64 {
+        self.count_evaluations(3);
+        let (gamma, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
+        let [f0, f1, f2] = self.f.each_ref().map(Vector::groups);
+        let [w0, w1, w2] = self.w.each_ref().map(Vector::groups);
+        let weights = self.weight.groups();
+        let right = self.error.groups_mut().iter_mut().zip(self.complex.groups_mut());
         let mut sum = [0.0; 4];
-        for (v, w) in values.groups().iter().zip(self.weight.groups()) {
-            sum = each(|l| sum[l] + (v[l] * w[l]) * (v[l] * w[l]));
+        for (((((((real, complex), f0), f1), f2), w0), w1), (w2, weight)) in
+            right.zip(f0).zip(f1).zip(f2).zip(w0).zip(w1).zip(w2.iter().zip(weights))
+        {
+            let g = |s: usize| each(|l| T_INVERSE[s][0] * f0[l] + T_INVERSE[s][1] * f1[l] + T_INVERSE[s][2] * f2[l]);
+            let [g0, g1, g2] = [g(0), g(1), g(2)];
+            *real = each(|l| g0[l] - gamma * w0[l]);
+            let re = each(|l| g1[l] - alpha * w1[l] + beta * w2[l]);
+            let im = each(|l| g2[l] - alpha * w2[l] - beta * w1[l]);
+            *complex = each(|l| Complex64::new(re[l], im[l]));
+            sum = each(|l| sum[l] + (real[l] * weight[l]) * (real[l] * weight[l]));
         }
-        root_mean(sum, values.len())
+        system.solve_real(&mut self.error);
+        system.solve_complex(&mut self.complex);
+        // The real part of it stands for all.
+        root_mean(sum, self.error.len()) * h / GAMMA
     }
-}
 
-/// The step to take where the error estimate asks for `next` and `remaining` is left: no tiny step at the end.
-fn step_size(next: f64, remaining: f64) -> f64 {
-    if next >= 0.9 * remaining {
-        remaining
-    } else if next > 0.5 * remaining {
-        0.5 * remaining
-    } else {
-        next
+    /// Adds the correction to the transformed stages and places the stages anew, `Z = T W`. Returns the size of the correction
+    /// less `steady` times the rates, in units of the tolerance.
+    fn apply_correction(&mut self, steady: [f64; 3]) -> f64 {
+        let [w0, w1, w2] = self.w.each_mut().map(Vector::groups_mut);
+        let [z0, z1, z2] = self.z.each_mut().map(Vector::groups_mut);
+        let [full0, full1, full2] = self.full.each_mut().map(Vector::groups_mut);
+        let (real, complex) = (self.error.groups(), self.complex.groups());
+        let (start, rates, weight) = (self.start.groups(), self.rates.groups(), self.weight.groups());
+        let mut sum = [0.0; 4];
+        for k in 0..start.len() {
+            let (real, re, im) = (real[k], complex[k].map(|c| c.re), complex[k].map(|c| c.im));
+            let part = |correction: [f64; 4], s: usize| each(|l| correction[l] - steady[s] * rates[k][l]);
+            let (a, b, c) = (part(real, 0), part(re, 1), part(im, 2));
+            let square = each(|l| a[l] * a[l] + b[l] * b[l] + c[l] * c[l]);
+            sum = each(|l| sum[l] + square[l] * (weight[k][l] * weight[k][l]));
+            let (a, b, c) = (each(|l| w0[k][l] + real[l]), each(|l| w1[k][l] + re[l]), each(|l| w2[k][l] + im[l]));
+            (w0[k], w1[k], w2[k]) = (a, b, c);
+            let (za, zb, zc) = (
+                each(|l| T[0][0] * a[l] + T[0][1] * b[l] + T[0][2] * c[l]),
+                each(|l| T[1][0] * a[l] + T[1][1] * b[l] + T[1][2] * c[l]),
+                each(|l| T[2][0] * a[l] + T[2][1] * b[l]),
+            );
+            (z0[k], z1[k], z2[k]) = (za, zb, zc);
+            full0[k] = each(|l| start[k][l] + za[l]);
+            full1[k] = each(|l| start[k][l] + zb[l]);
+            full2[k] = each(|l| start[k][l] + zc[l]);
+        }
+        root_mean(sum, 3 * self.error.len())
+    }
+
+    /// The embedded error estimate, in units of the tolerance.
+    fn estimate(&mut self, system: &mut impl System, t: f64, h: f64, rejected: bool) -> f64 {
+        let weights = E.map(|e| e / h);
+        let [z0, z1, z2] = self.z.each_ref().map(Vector::groups);
+        let rates = self.rates.groups();
+        // `w[0]` is done with; it keeps the difference for a second pass.
+        let out = self.error.groups_mut().iter_mut().zip(self.w[0].groups_mut());
+        for ((((error, kept), rates), z0), (z1, z2)) in out.zip(rates).zip(z0).zip(z1.iter().zip(z2)) {
+            *kept = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
+            *error = each(|l| kept[l] + rates[l]);
+        }
+        system.solve_real(&mut self.error);
+        let mut error = self.norm(&self.error);
+        if error >= 1.0 && (rejected || self.last.0 == 0.0) {
+            for ((stage, start), error) in self.stage.iter_mut().zip(&*self.start).zip(&*self.error) {
+                *stage = start + error;
+            }
+            system.rates(t, &self.stage, &mut self.error);
+            self.count_evaluations(1);
+            for (error, kept) in self.error.iter_mut().zip(&*self.w[0]) {
+                *error += kept;
+            }
+            system.solve_real(&mut self.error);
+            error = self.norm(&self.error);
+        }
+        if error.is_finite() { error.max(1e-10) } else { f64::INFINITY }
+    }
+
+    /// Step size control after Gustafsson.
+    fn control(&mut self, h: f64, error: f64, iterations: u32, rejected: bool) -> Outcome {
+        let limit = f64::from(NEWTON_LIMIT);
+        let safety = 0.8 * (2.0 * limit + 1.0) / (2.0 * limit + f64::from(iterations));
+        // The fourth root of the error over the safety factor, its bounds without a root.
+        let bounded = |fourth: f64| {
+            let over = fourth / safety.powi(4);
+            let bounds = (0.125_f64.powi(4), 5.0_f64.powi(4));
+            if over <= bounds.0 {
+                0.125
+            } else if over >= bounds.1 {
+                5.0
+            } else {
+                over.sqrt().sqrt()
+            }
+        };
+        let mut quotient = bounded(error);
+        if error >= 1.0 || !error.is_finite() {
+            return Outcome::TooInaccurate(if error.is_finite() { h / quotient } else { 0.1 * h });
+        }
+        let (last_step, last_error) = self.last;
+        if last_step > 0.0 {
+            quotient = quotient.max(bounded((last_step / h).powi(4) * (error * error / last_error)));
+        }
+        self.last = (h, error.max(1e-2));
+        // A step a little longer is not worth new factors.
+        let keep = (1.0..1.2).contains(&(1.0 / quotient));
+        let next = if keep { h } else { h / quotient };
+        self.next_step = if rejected { next.min(h) } else { next };
+        Outcome::Accepted
     }
 }

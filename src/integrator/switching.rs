@@ -1,9 +1,9 @@
 //! Where the equations switch: the collocation polynomial, and the first crossing on it.
 
-use super::coefficients::C;
-use super::{Radau, System};
+use super::radau_coefficients::C;
+use super::{Integrator, System};
 
-impl Radau {
+impl Integrator {
     /// State at `fraction` of the step just computed, on its collocation polynomial, into `stage`.
     pub(super) fn stage_at(&mut self, y: &[f64], fraction: f64) {
         let nodes = [0.0, C[0], C[1], C[2]];
@@ -36,10 +36,10 @@ impl Radau {
         // crossing where it falls further, not where it rises.
         system.switching_functions(t, y, &mut start);
         self.allowance.spend(1);
-        let mut check = |radau: &mut Self, fraction: f64| {
-            radau.stage_at(y, fraction);
-            radau.allowance.spend(1);
-            system.switching_functions(t + fraction * h, &radau.stage, &mut values);
+        let mut check = |integrator: &mut Self, fraction: f64| {
+            integrator.stage_at(y, fraction);
+            integrator.allowance.spend(1);
+            system.switching_functions(t + fraction * h, &integrator.stage, &mut values);
             values.iter().zip(&start).any(|(v, s)| *v < s.min(0.0))
         };
         let mut low = 0.0;

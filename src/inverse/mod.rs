@@ -25,7 +25,7 @@ use std::sync::Arc;
 use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
 use crate::effect::EffectKind;
 use crate::formula::Variable;
-use crate::integrator::{Radau, RadauError};
+use crate::integrator::{IntegrationError, Integrator};
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
@@ -98,7 +98,7 @@ pub enum InverseError {
     },
     /// The paid-out lengths could not be integrated.
     #[error("the paid-out lengths could not be integrated: {0}")]
-    Integration(RadauError),
+    Integration(IntegrationError),
 }
 
 /// The answer at one instant. SI units.
@@ -406,7 +406,7 @@ impl<'a> InverseDynamics<'a> {
             self.rigid(time)?;
         }
         let mut internal = self.start(*first)?;
-        let mut radau = Radau::new(internal.len(), 0, relative_tolerance);
+        let mut integrator = Integrator::new(internal.len(), 0, relative_tolerance);
         let mut now = None;
         for &time in times {
             let before = now.replace(time).unwrap_or(f64::NEG_INFINITY);
@@ -415,7 +415,7 @@ impl<'a> InverseDynamics<'a> {
             }
             if before.is_finite() && !internal.is_empty() {
                 let mut system = InternalSystem::new(self, &internal);
-                let result = radau.advance(&mut system, before, &mut internal, time - before);
+                let result = integrator.advance(&mut system, before, &mut internal, time - before);
                 system.failure()?;
                 result.map_err(InverseError::Integration)?;
             }

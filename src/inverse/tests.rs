@@ -239,8 +239,8 @@ fn miss(plant: &Arc<Plant>, duration: f64, tolerance: f64) -> f64 {
     y.extend(internal);
     let mut system =
         FeedForward { problem: &problem, plant, jacobian: DMatrix::zeros(0, 0), real: None, complex: None };
-    let mut radau = Radau::new(y.len(), 0, tolerance);
-    radau.advance(&mut system, 0.0, &mut y, duration).unwrap();
+    let mut integrator = Integrator::new(y.len(), 0, tolerance);
+    integrator.advance(&mut system, 0.0, &mut y, duration).unwrap();
     let asked = trajectory.motion(duration).derivative(0);
     (0..3).map(|k| (y[k] - asked[k]).abs()).fold(0.0, f64::max)
 }

@@ -109,7 +109,7 @@ impl Simulation {
             put(out, &[*time]);
             put(out, point);
         }
-        let memory = self.radau.memory();
+        let memory = self.integrator.memory();
         put(out, &[memory.next_step, memory.factored_step, memory.jacobian_time]);
         put(out, &[memory.last.0, memory.last.1]);
         out.extend(count(memory.jacobian_state.len()));
@@ -214,7 +214,7 @@ impl Simulation {
             slack: &mut linearised_slack,
             work: &mut self.work,
         };
-        self.radau.restore(&memory, &mut system);
+        self.integrator.restore(&memory, &mut system);
         Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! Accuracy: tolerances are kept, the order is five, switches are where they are.
 
-use cdpr::integrator::Radau;
+use cdpr::integrator::Integrator;
 
 use crate::problems::{
     Dense, Dragged, Oscillator, Problem, ProtheroRobinson, Robertson, TwoPulls, Unweighed, VanDerPol,
@@ -10,10 +10,10 @@ use crate::scenarios::scenarios;
 fn run(problem: impl Problem, y: &mut [f64], tolerance: f64, stops: &[f64]) {
     let switches = problem.switches();
     let mut system = Dense::new(problem);
-    let mut radau = Radau::new(y.len(), switches, tolerance);
+    let mut integrator = Integrator::new(y.len(), switches, tolerance);
     let mut time = 0.0;
     for stop in stops {
-        radau.advance(&mut system, time, y, stop - time).unwrap();
+        integrator.advance(&mut system, time, y, stop - time).unwrap();
         time = *stop;
     }
 }
@@ -87,13 +87,13 @@ fn order_is_five() {
         let problem = Oscillator { frequency: 2.0, damping: 0.1 };
         let exact = problem.at(1.0);
         let mut system = Dense::new(Unweighed(problem));
-        let mut radau = Radau::new(2, 0, 1e-8);
+        let mut integrator = Integrator::new(2, 0, 1e-8);
         let mut y = [1.0, 0.0];
         let h = 1.0 / f64::from(steps);
         for k in 0..steps {
-            radau.advance(&mut system, f64::from(k) * h, &mut y, h).unwrap();
+            integrator.advance(&mut system, f64::from(k) * h, &mut y, h).unwrap();
         }
-        assert_eq!(radau.statistics().steps, u64::from(steps));
+        assert_eq!(integrator.statistics().steps, u64::from(steps));
         (y[0] - exact[0]).hypot(y[1] - exact[1])
     };
     let errors: Vec<f64> = [8, 16, 32, 64].map(error).to_vec();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
-use cdpr::integrator::{Radau, Statistics};
+use cdpr::integrator::{Integrator, Statistics};
 use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
@@ -26,13 +26,13 @@ fn check(name: &str, found: Cost, recorded: Cost) {
 
 fn problem(problem: impl Problem, y: &mut [f64], stops: &[f64]) -> Cost {
     let mut system = Dense::new(problem);
-    let mut radau = Radau::new(y.len(), 0, 1e-8);
+    let mut integrator = Integrator::new(y.len(), 0, 1e-8);
     let mut time = 0.0;
     for stop in stops {
-        radau.advance(&mut system, time, y, stop - time).unwrap();
+        integrator.advance(&mut system, time, y, stop - time).unwrap();
         time = *stop;
     }
-    cost(radau.statistics())
+    cost(integrator.statistics())
 }
 
 /// Ten seconds at 10 ms between changing inputs.

@@ -1,6 +1,6 @@
 //! The integrator says when it cannot go on, with the time and the state reached.
 
-use cdpr::integrator::{Radau, RadauError};
+use cdpr::integrator::{IntegrationError, Integrator};
 use nalgebra::DMatrix;
 
 use crate::problems::{Dense, Problem};
@@ -22,12 +22,12 @@ impl Problem for Explosion {
 
 #[test]
 fn an_explosion_is_an_error_near_its_time() {
-    let mut radau = Radau::new(1, 0, 1e-8);
+    let mut integrator = Integrator::new(1, 0, 1e-8);
     let mut y = [1.0];
-    let error = radau.advance(&mut Dense::new(Explosion), 0.0, &mut y, 2.0).unwrap_err();
+    let error = integrator.advance(&mut Dense::new(Explosion), 0.0, &mut y, 2.0).unwrap_err();
     assert!((error.time() - 1.0).abs() < 1e-6, "{error}");
-    assert!(matches!(error, RadauError::StepTooSmall { .. } | RadauError::NotFinite { .. }), "{error}");
-    assert!(y[0].is_finite() && radau.statistics().steps < 10_000, "{y:?}");
+    assert!(matches!(error, IntegrationError::StepTooSmall { .. } | IntegrationError::NotFinite { .. }), "{error}");
+    assert!(y[0].is_finite() && integrator.statistics().steps < 10_000, "{y:?}");
 }
 
 /// Rates that are no numbers from t = 0.3 on.
@@ -47,12 +47,12 @@ impl Problem for Ends {
 
 #[test]
 fn rates_that_end_stop_the_integration_there() {
-    let mut radau = Radau::new(1, 0, 1e-8);
+    let mut integrator = Integrator::new(1, 0, 1e-8);
     let mut y = [0.0];
-    let error = radau.advance(&mut Dense::new(Ends), 0.0, &mut y, 1.0).unwrap_err();
+    let error = integrator.advance(&mut Dense::new(Ends), 0.0, &mut y, 1.0).unwrap_err();
     assert!((error.time() - 0.3).abs() < 1e-9 && (y[0] - 0.3).abs() < 1e-9, "{error}");
-    let error = radau.advance(&mut Dense::new(Ends), 0.4, &mut y, 1.0).unwrap_err();
-    assert_eq!(error, RadauError::NotFinite { time: 0.4, state: y.to_vec() });
+    let error = integrator.advance(&mut Dense::new(Ends), 0.4, &mut y, 1.0).unwrap_err();
+    assert_eq!(error, IntegrationError::NotFinite { time: 0.4, state: y.to_vec() });
 }
 
 /// Two pulls that always push back across the switch: it can neither stay nor leave.
@@ -83,10 +83,10 @@ impl Problem for Chatter {
 
 #[test]
 fn endless_switching_is_an_error() {
-    let mut radau = Radau::new(1, 1, 1e-8);
+    let mut integrator = Integrator::new(1, 1, 1e-8);
     let mut y = [-0.5];
-    let error = radau.advance(&mut Dense::new(Chatter { up: true }), 0.0, &mut y, 1.0).unwrap_err();
-    assert!(matches!(error, RadauError::Chatter { .. }), "{error}");
+    let error = integrator.advance(&mut Dense::new(Chatter { up: true }), 0.0, &mut y, 1.0).unwrap_err();
+    assert!(matches!(error, IntegrationError::Chatter { .. }), "{error}");
     assert!((error.time() - 0.5).abs() < 1e-6 && y[0].abs() < 1e-6, "{error}");
 }
 
@@ -115,15 +115,15 @@ impl Problem for Fast {
 #[test]
 fn a_call_that_does_not_get_on_ends() {
     for duration in [0.1, 10.0, 1e3] {
-        let mut radau = Radau::new(2, 0, 1e-8);
+        let mut integrator = Integrator::new(2, 0, 1e-8);
         let mut system = Dense::new(Fast);
         let mut y = [1.0, 0.0];
-        let error = radau.advance(&mut system, 0.0, &mut y, duration).unwrap_err();
-        let RadauError::TooMuchWork { evaluations, since, time, .. } = error else { panic!("{error}") };
-        assert!(evaluations < 300_000 && radau.statistics().evaluations < 300_000, "{error}");
+        let error = integrator.advance(&mut system, 0.0, &mut y, duration).unwrap_err();
+        let IntegrationError::TooMuchWork { evaluations, since, time, .. } = error else { panic!("{error}") };
+        assert!(evaluations < 300_000 && integrator.statistics().evaluations < 300_000, "{error}");
         assert!(since == 0.0 && time > 0.0 && time < 0.1, "{error}");
         assert!((y[0].hypot(y[1]) - 1.0).abs() < 1e-3, "{y:?}");
         // The next call has an allowance of its own.
-        radau.advance(&mut system, time, &mut y, 1e-6).unwrap();
+        integrator.advance(&mut system, time, &mut y, 1e-6).unwrap();
     }
 }

@@ -2,7 +2,7 @@
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
-use cdpr::integrator::RadauError;
+use cdpr::integrator::IntegrationError;
 use cdpr::parameters::{CableInertia, CableModel, Initialization};
 use cdpr::simulation::{Simulation, Start, StartError};
 
@@ -19,7 +19,7 @@ fn durations_must_be_sensible() {
         let before = simulation.states().to_vec();
         for bad in [-0.1, f64::NAN, f64::INFINITY] {
             let error = simulation.advance(bad).unwrap_err();
-            assert!(matches!(error, RadauError::Duration { .. }), "{error}");
+            assert!(matches!(error, IntegrationError::Duration { .. }), "{error}");
             assert_eq!(error.time(), 0.0);
         }
         assert!(simulation.advance_to(-1.0).is_err());
@@ -85,7 +85,7 @@ fn a_cable_wound_in_to_its_end_is_an_error() {
     y[plant.unstretched_index(0).unwrap()] = -1.0;
     simulation.set_states(&y);
     let error = simulation.advance(0.01).unwrap_err();
-    assert!(matches!(error, RadauError::OutOfBounds { .. }), "{error}");
+    assert!(matches!(error, IntegrationError::OutOfBounds { .. }), "{error}");
     assert!(error.to_string().contains("unstretched length is not positive"), "{error}");
     assert!(simulation.states().iter().all(|v| v.is_finite()), "{error}");
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
-use cdpr::integrator::RadauError;
+use cdpr::integrator::IntegrationError;
 use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
@@ -26,7 +26,7 @@ fn expression(target: &str, text: &str) -> Vec<EffectSpec> {
 }
 
 /// Goes on in steps of `step` until `end` or an error, each of them in bounded work, and returns the error.
-fn bounded(simulation: &mut Simulation, step: f64, end: f64) -> Option<RadauError> {
+fn bounded(simulation: &mut Simulation, step: f64, end: f64) -> Option<IntegrationError> {
     while simulation.time() < end {
         let before = simulation.statistics().evaluations;
         let result = simulation.advance(step);
@@ -70,7 +70,7 @@ fn a_torque_of_1e9_newton_metres_ends_in_an_answer() {
             simulation.set_inputs(Inputs { disturbance: [0.0, 0.0, 1e9], ..quiet() });
             let before = simulation.statistics().evaluations;
             let error = simulation.advance(step).unwrap_err();
-            assert!(matches!(error, RadauError::TooMuchWork { .. }), "{error}");
+            assert!(matches!(error, IntegrationError::TooMuchWork { .. }), "{error}");
             assert!(simulation.time() > 0.1 && simulation.time() < 2.0, "{error}");
             assert!(simulation.statistics().evaluations - before < 2_000_000, "{error}");
         }

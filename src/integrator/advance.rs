@@ -1,0 +1,341 @@
+//! The integrator: its memory, and the way from one communication point to the next.
+
+use super::allowance::Allowance;
+use super::radau::Outcome;
+use super::radau_coefficients::END_RATES;
+use super::vector::{Vector, each, root_mean};
+use super::{Complex64, IntegrationError, Statistics, System};
+
+/// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with less
+/// than that, errors stay where they were.
+const ESTIMATE_FACTOR: f64 = 0.06;
+/// Share of the tolerance that Newton's method may leave in a step.
+const NEWTON_SHARE: f64 = 0.1;
+
+/// What must be kept between calls for a continuation to be bit for bit the same.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Memory {
+    /// Step size the error estimate asks for (s); 0 before the first step.
+    pub next_step: f64,
+    /// Step size that the factors are for (s); 0 where there are none.
+    pub factored_step: f64,
+    /// Point `(t, y)` that the Jacobian was taken at; empty where there is none.
+    pub jacobian_time: f64,
+    /// See `jacobian_time`.
+    pub jacobian_state: Vec<f64>,
+    /// Fewest Newton iterations that a step took with the Jacobian; 0 before the first.
+    pub jacobian_least: u32,
+    /// Iterations beyond that, of all steps with it.
+    pub jacobian_excess: u32,
+    /// Last step size and error, for predictive control.
+    pub last: (f64, f64),
+}
+
+/// The integrator: workspace and memory. No allocation after [`Integrator::new`] but in errors.
+#[derive(Clone, Debug)]
+pub struct Integrator {
+    pub(super) tolerance: f64,
+    pub(super) newton_tolerance: f64,
+    pub(super) next_step: f64,
+    pub(super) factored_step: f64,
+    pub(super) jacobian_time: f64,
+    pub(super) jacobian_state: Vec<f64>,
+    pub(super) has_jacobian: bool,
+    /// As in [`Memory`].
+    pub(super) jacobian_least: u32,
+    pub(super) jacobian_excess: u32,
+    pub(super) last: (f64, f64),
+    /// What an error in each state weighs: one over its scale and the tolerance.
+    pub(super) weight: Vector,
+    /// Rates at the start of the step.
+    pub(super) rates: Vector,
+    /// Stage increments `Y_s - y`, and the same transformed.
+    pub(super) z: [Vector; 3],
+    pub(super) w: [Vector; 3],
+    pub(super) f: [Vector; 3],
+    pub(super) complex: Vector<Complex64>,
+    /// A state on the way of the step.
+    pub(super) stage: Vector,
+    /// Start of the step, and the stages.
+    pub(super) start: Vector,
+    pub(super) full: [Vector; 3],
+    pub(super) error: Vector,
+    pub(super) switch_values: Vec<f64>,
+    pub(super) switch_start: Vec<f64>,
+    pub(super) statistics: Statistics,
+    pub(super) allowance: Allowance,
+}
+
+impl Integrator {
+    /// An integrator for `dimension` states and `switches` switching functions.
+    ///
+    /// `relative_tolerance` is that of the solution over one step; the embedded estimate is of order 3, so it is held to
+    /// `0.06 tol^(2/3)`.
+    pub fn new(dimension: usize, switches: usize, relative_tolerance: f64) -> Self {
+        let zeros = || Vector::zeros(dimension);
+        let mut integrator = Self {
+            tolerance: 0.0,
+            newton_tolerance: 0.0,
+            next_step: 0.0,
+            factored_step: 0.0,
+            jacobian_time: 0.0,
+            jacobian_state: vec![0.0; dimension],
+            has_jacobian: false,
+            jacobian_least: 0,
+            jacobian_excess: 0,
+            last: (0.0, 0.0),
+            weight: zeros(),
+            rates: zeros(),
+            z: std::array::from_fn(|_| zeros()),
+            w: std::array::from_fn(|_| zeros()),
+            f: std::array::from_fn(|_| zeros()),
+            complex: Vector::zeros(dimension),
+            stage: zeros(),
+            start: zeros(),
+            full: std::array::from_fn(|_| zeros()),
+            error: zeros(),
+            switch_values: vec![0.0; switches],
+            switch_start: vec![0.0; switches],
+            statistics: Statistics::default(),
+            allowance: Allowance::full(0.0),
+        };
+        integrator.set_tolerance(relative_tolerance);
+        integrator
+    }
+
+    /// Changes the relative tolerance, see [`Integrator::new`].
+    pub fn set_tolerance(&mut self, relative_tolerance: f64) {
+        self.tolerance = ESTIMATE_FACTOR * relative_tolerance.powf(2.0 / 3.0);
+        // The iteration error must stay below the discretisation error that the tolerance asks for, not only below the
+        // estimate's coarser one, and short steps add up their errors.
+        self.newton_tolerance =
+            (NEWTON_SHARE * relative_tolerance / self.tolerance).max(10.0 * f64::EPSILON / self.tolerance).min(0.03);
+    }
+
+    /// What it has cost so far.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// Forgets step size and Jacobian.
+    pub fn restart(&mut self) {
+        self.next_step = 0.0;
+        self.factored_step = 0.0;
+        self.has_jacobian = false;
+        self.last = (0.0, 0.0);
+    }
+
+    /// What a bit-identical continuation needs.
+    pub fn memory(&self) -> Memory {
+        Memory {
+            next_step: self.next_step,
+            factored_step: self.factored_step,
+            jacobian_time: self.jacobian_time,
+            jacobian_state: if self.has_jacobian { self.jacobian_state.clone() } else { Vec::new() },
+            jacobian_least: self.jacobian_least,
+            jacobian_excess: self.jacobian_excess,
+            last: self.last,
+        }
+    }
+
+    /// Takes up a memory; the system must be set to the equations that were in force at the Jacobian's point.
+    pub fn restore(&mut self, memory: &Memory, system: &mut impl System) {
+        let n = self.jacobian_state.len();
+        self.next_step = memory.next_step;
+        self.last = memory.last;
+        self.jacobian_least = memory.jacobian_least;
+        self.jacobian_excess = memory.jacobian_excess;
+        self.factored_step = memory.factored_step;
+        self.jacobian_time = memory.jacobian_time;
+        self.has_jacobian = memory.jacobian_state.len() == n && n > 0;
+        if self.has_jacobian {
+            self.jacobian_state.copy_from_slice(&memory.jacobian_state);
+            system.linearise(self.jacobian_time, &self.jacobian_state);
+            if self.factored_step != 0.0 {
+                super::radau::factor(system, self.factored_step);
+            }
+        }
+    }
+
+    /// Advances `y` from `time` by `duration`, locating switches on the way.
+    ///
+    /// # Errors
+    /// When no step size gives convergence, the equations do not hold, or the work does not get anywhere. `y` is then the
+    /// state at the time in the error.
+    pub fn advance(
+        &mut self,
+        system: &mut impl System,
+        time: f64,
+        y: &mut [f64],
+        duration: f64,
+    ) -> Result<(), IntegrationError> {
+        self.begin(time);
+        self.advance_part(system, time, y, duration)
+    }
+
+    /// Begins a call that is made up of parts; the work that it may be is for all of them together.
+    pub(crate) fn begin(&mut self, time: f64) {
+        self.allowance = Allowance::full(time);
+    }
+
+    /// [`Integrator::advance`] as a part of a call.
+    pub(crate) fn advance_part(
+        &mut self,
+        system: &mut impl System,
+        time: f64,
+        y: &mut [f64],
+        duration: f64,
+    ) -> Result<(), IntegrationError> {
+        if !(duration >= 0.0 && duration.is_finite()) {
+            return Err(IntegrationError::Duration { duration, time });
+        }
+        let end = time + duration;
+        let mut t = time;
+        let mut remaining = duration;
+        let smallest = 1e-13 * duration.max(1e-3) + 4.0 * f64::EPSILON * end.abs();
+        self.weigh(system, y);
+        let mut rates_known = false;
+        let mut rejected = false;
+        // Where a switch was seen: a step is made to end there before the switch is believed.
+        let mut limit = f64::INFINITY;
+        while remaining > 0.0 {
+            self.allowance.check(t, y)?;
+            if !rates_known {
+                system.rates(t, y, &mut self.rates);
+                self.count_evaluations(1);
+                if self.rates.iter().any(|r| !r.is_finite()) {
+                    return Err(IntegrationError::NotFinite { time: t, state: y.to_vec() });
+                }
+                rates_known = true;
+            }
+            if self.next_step <= 0.0 {
+                self.next_step = self.first_step(remaining);
+            }
+            let planned = self.next_step;
+            let h = step_size(planned, remaining).min(limit);
+            match self.step(system, t, y, h, rejected) {
+                Outcome::NotConverged => {
+                    self.statistics.newton_failures += 1;
+                    if self.has_jacobian && self.jacobian_time == t && self.jacobian_state == *y {
+                        self.next_step = 0.25 * h;
+                    }
+                    self.has_jacobian = false;
+                    if h < smallest {
+                        let reason = "Newton's method did not converge";
+                        return Err(IntegrationError::StepTooSmall { reason, step: h, time: t, state: y.to_vec() });
+                    }
+                    rejected = true;
+                }
+                Outcome::TooInaccurate(next) => {
+                    self.statistics.rejections += 1;
+                    self.next_step = next;
+                    if h < smallest {
+                        let reason = "the error estimate was not met";
+                        return Err(IntegrationError::StepTooSmall { reason, step: h, time: t, state: y.to_vec() });
+                    }
+                    rejected = true;
+                }
+                Outcome::Accepted => {
+                    let crossing = self.first_crossing(system, t, y, h);
+                    if let Some(fraction) = crossing
+                        && (1e-3..0.999).contains(&fraction)
+                        && h * fraction > smallest
+                    {
+                        // Between its nodes the dense output is two orders less accurate than the step.
+                        limit = fraction * h;
+                        continue;
+                    }
+                    self.statistics.steps += 1;
+                    if h < 0.1 * planned && !rejected {
+                        // Cut very short by the end or a switch, which says little of the steps to come.
+                        self.next_step = self.next_step.max(planned);
+                    }
+                    limit = f64::INFINITY;
+                    rejected = false;
+                    if let Some(fraction) = crossing {
+                        self.statistics.switches += 1;
+                        self.allowance.count_switch();
+                        let part = fraction * h;
+                        self.stage_at(y, fraction);
+                        y.copy_from_slice(&self.stage);
+                        t += part;
+                        remaining -= part;
+                        self.allowance.earn(part, t);
+                        system.switch(t, y);
+                        self.has_jacobian = false;
+                        self.last = (0.0, 0.0);
+                        rates_known = false;
+                    } else {
+                        for (value, end) in y.iter_mut().zip(&*self.full[2]) {
+                            *value = *end;
+                        }
+                        if h < remaining {
+                            self.end_rates(h);
+                        }
+                        remaining = if h == remaining { 0.0 } else { remaining - h };
+                        t = if remaining == 0.0 { end } else { end - remaining };
+                        self.allowance.earn(h, t);
+                    }
+                    if remaining > 0.0 {
+                        self.weigh(system, y);
+                    }
+                    if let Some(reason) = system.out_of_bounds(y) {
+                        return Err(IntegrationError::OutOfBounds { reason, time: t, state: y.to_vec() });
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn count_evaluations(&mut self, count: u64) {
+        self.statistics.evaluations += count;
+        self.allowance.spend(count);
+    }
+
+    /// Takes up what errors weigh at `y`.
+    fn weigh(&mut self, system: &impl System, y: &[f64]) {
+        system.scale(y, &mut self.weight);
+        for weight in self.weight.iter_mut() {
+            *weight = 1.0 / (*weight * self.tolerance);
+        }
+    }
+
+    /// A careful first step from the size of the rates.
+    fn first_step(&self, remaining: f64) -> f64 {
+        // In units of the tolerance per second; the step may change the state by 0.1 tol^(1/4) of its scale.
+        let speed = self.tolerance * self.norm(&self.rates);
+        let guess = if speed > 0.0 { 0.1 * self.tolerance.sqrt().sqrt() / speed } else { remaining };
+        // The first error estimate corrects a guess that is too long at the price of one step.
+        guess.max(0.01).min(remaining)
+    }
+
+    /// Rates at the end of the step: the collocation polynomial's slope there, which is what Newton's method made of them.
+    fn end_rates(&mut self, h: f64) {
+        let weights = END_RATES.map(|w| w / h);
+        let [z0, z1, z2] = self.z.each_ref().map(Vector::groups);
+        for (((rates, z0), z1), z2) in self.rates.groups_mut().iter_mut().zip(z0).zip(z1).zip(z2) {
+            *rates = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
+        }
+    }
+
+    /// Root mean square of `values`, weighed.
+    pub(super) fn norm(&self, values: &Vector) -> f64 {
+        let mut sum = [0.0; 4];
+        for (v, w) in values.groups().iter().zip(self.weight.groups()) {
+            sum = each(|l| sum[l] + (v[l] * w[l]) * (v[l] * w[l]));
+        }
+        root_mean(sum, values.len())
+    }
+}
+
+/// The step to take where the error estimate asks for `next` and `remaining` is left: no tiny step at the end.
+fn step_size(next: f64, remaining: f64) -> f64 {
+    if next >= 0.9 * remaining {
+        remaining
+    } else if next > 0.5 * remaining {
+        0.5 * remaining
+    } else {
+        next
+    }
+}
