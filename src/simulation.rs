@@ -16,7 +16,7 @@ pub use start::{Start, StartError};
 pub use tangent::{Direction, Tangent};
 
 use crate::dynamics::{Evaluation, Inputs};
-use crate::integrator::{IntegrationError, Integrator, Statistics};
+use crate::integrator::{IntegrationError, Integrator, Solver, Statistics};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
@@ -133,6 +133,24 @@ impl Simulation {
         simulation
     }
 
+    /// The same by another method than Radau IIA.
+    #[must_use]
+    pub fn with_solver(mut self, solver: Solver) -> Self {
+        self.integrator.set_solver(solver);
+        self
+    }
+
+    /// The method that integrates.
+    pub fn solver(&self) -> Solver {
+        self.integrator.solver()
+    }
+
+    /// Time (s) from which on the explicit method has found the equations to be stiff; `None` where it has not, or has not been
+    /// used.
+    pub fn stiff_since(&self) -> Option<f64> {
+        self.integrator.stiff_since()
+    }
+
     /// The plant.
     pub fn plant(&self) -> &Arc<Plant> {
         &self.plant
@@ -196,6 +214,7 @@ impl Simulation {
         if inputs == self.inputs() && slopes == self.input_slopes {
             return;
         }
+        self.integrator.equations_changed();
         self.inputs = inputs;
         self.input_slopes = slopes;
         self.held = slopes.is_zero();
@@ -212,11 +231,13 @@ impl Simulation {
 
     /// Moves the states a little, keeping the integrator's Jacobian and step size: for sensitivities by differences.
     pub fn nudge_states(&mut self, y: &[f64]) {
+        self.integrator.equations_changed();
         self.y.copy_from_slice(y);
     }
 
     /// Sets an unmeasured force (N) added to each winch command after its dead time, for state estimation.
     pub fn set_winch_disturbance(&mut self, force: PerCable<f64>) {
+        self.integrator.equations_changed();
         self.winch_disturbance = force;
     }
 
@@ -285,6 +306,9 @@ impl Simulation {
     /// Advances by `duration` to `stop`, over which every input is linear in time.
     fn advance_stretch(&mut self, stop: f64, duration: f64) -> Result<(), IntegrationError> {
         let inputs = self.inputs_felt();
+        if self.plant.has.platform_side || self.commands.delayed() {
+            self.integrator.equations_changed();
+        }
         if self.plant.has.platform_side {
             self.slack = self.plant.slack_cables(self.time, &self.y, &inputs.at(self.time));
         }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
+use cdpr::integrator::Solver;
 use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
@@ -59,7 +60,12 @@ fn counting_counts() {
 #[test]
 fn a_step_does_not_allocate() {
     for model in [CableModel::Rigid, CableModel::MasslessSpring, CableModel::LumpedMass] {
-        for effects in [vec![], effects()] {
+        for (effects, solver) in [
+            (vec![], Solver::Radau),
+            (vec![], Solver::DormandPrince),
+            (effects(), Solver::Radau),
+            (effects(), Solver::Auto),
+        ] {
             let parameters = Parameters { cable_model: model, ..Parameters::default() };
             let plant = Arc::new(Plant::new(parameters, effects).unwrap());
             let inputs = |k: u32| {
@@ -68,14 +74,19 @@ fn a_step_does_not_allocate() {
                 Inputs { winch_force: [first, 2e4, 2e4, 2e4].into(), disturbance: [10.0, 0.0, 0.0] }
             };
             let start = Start { pose: [1.0, 2.0, 0.05], inputs: inputs(0), ..Start::default() };
-            let mut simulation = Simulation::new(plant, &start, 1e-8).unwrap();
+            let mut simulation = Simulation::new(plant, &start, 1e-8).unwrap().with_solver(solver);
             let before = ALLOCATIONS.get();
             for k in 0..200 {
                 simulation.set_inputs(inputs(k));
                 simulation.advance(0.01).unwrap();
                 std::hint::black_box(simulation.outputs());
             }
-            assert_eq!(ALLOCATIONS.get() - before, 0, "{model:?}, {} effects", simulation.plant().effects().len());
+            assert_eq!(
+                ALLOCATIONS.get() - before,
+                0,
+                "{model:?}, {solver:?}, {} effects",
+                simulation.plant().effects().len()
+            );
         }
     }
 }

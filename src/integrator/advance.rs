@@ -1,14 +1,17 @@
 //! The integrator: its memory, and the way from one communication point to the next.
 
 use super::allowance::Allowance;
+use super::dormand_prince::{Explicit, Stiffness};
 use super::radau::Outcome;
 use super::radau_coefficients::END_RATES;
 use super::vector::{Vector, each, root_mean};
-use super::{Complex64, IntegrationError, Statistics, System};
+use super::{Complex64, IntegrationError, Solver, Statistics, System};
 
 /// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with less
 /// than that, errors stay where they were.
 const ESTIMATE_FACTOR: f64 = 0.06;
+/// Share of the tolerance that an explicit step may err by: errors of steps add up.
+const EXPLICIT_SHARE: f64 = 0.5;
 /// Share of the tolerance that Newton's method may leave in a step.
 const NEWTON_SHARE: f64 = 0.1;
 
@@ -29,11 +32,18 @@ pub struct Memory {
     pub jacobian_excess: u32,
     /// Last step size and error, for predictive control.
     pub last: (f64, f64),
+    /// Rates at the end of the last explicit step, with which the next begins; empty where the equations have changed since.
+    pub rates: Vec<f64>,
+    /// Time (s) from which on the equations are known to be stiff.
+    pub stiff_since: Option<f64>,
 }
 
 /// The integrator: workspace and memory. No allocation after [`Integrator::new`] but in errors.
 #[derive(Clone, Debug)]
 pub struct Integrator {
+    solver: Solver,
+    relative_tolerance: f64,
+    /// What the error estimate of the method in use is held to.
     pub(super) tolerance: f64,
     pub(super) newton_tolerance: f64,
     pub(super) next_step: f64,
@@ -49,6 +59,8 @@ pub struct Integrator {
     pub(super) weight: Vector,
     /// Rates at the start of the step.
     pub(super) rates: Vector,
+    /// They are still those of the state where the last call ended.
+    rates_known: bool,
     /// Stage increments `Y_s - y`, and the same transformed.
     pub(super) z: [Vector; 3],
     pub(super) w: [Vector; 3],
@@ -60,6 +72,9 @@ pub struct Integrator {
     pub(super) start: Vector,
     pub(super) full: [Vector; 3],
     pub(super) error: Vector,
+    pub(super) explicit: Explicit,
+    stiffness: Stiffness,
+    stiff_since: Option<f64>,
     pub(super) switch_values: Vec<f64>,
     pub(super) switch_start: Vec<f64>,
     pub(super) statistics: Statistics,
@@ -67,13 +82,15 @@ pub struct Integrator {
 }
 
 impl Integrator {
-    /// An integrator for `dimension` states and `switches` switching functions.
+    /// An integrator for `dimension` states and `switches` switching functions, by [`Solver::Radau`].
     ///
-    /// `relative_tolerance` is that of the solution over one step; the embedded estimate is of order 3, so it is held to
-    /// `0.06 tol^(2/3)`.
+    /// `relative_tolerance` is that of the solution over one step. The implicit method's embedded estimate is of order 3, so it is
+    /// held to `0.06 tol^(2/3)`.
     pub fn new(dimension: usize, switches: usize, relative_tolerance: f64) -> Self {
         let zeros = || Vector::zeros(dimension);
         let mut integrator = Self {
+            solver: Solver::Radau,
+            relative_tolerance,
             tolerance: 0.0,
             newton_tolerance: 0.0,
             next_step: 0.0,
@@ -86,6 +103,7 @@ impl Integrator {
             last: (0.0, 0.0),
             weight: zeros(),
             rates: zeros(),
+            rates_known: false,
             z: std::array::from_fn(|_| zeros()),
             w: std::array::from_fn(|_| zeros()),
             f: std::array::from_fn(|_| zeros()),
@@ -94,17 +112,56 @@ impl Integrator {
             start: zeros(),
             full: std::array::from_fn(|_| zeros()),
             error: zeros(),
+            explicit: Explicit::new(dimension),
+            stiffness: Stiffness::default(),
+            stiff_since: None,
             switch_values: vec![0.0; switches],
             switch_start: vec![0.0; switches],
             statistics: Statistics::default(),
             allowance: Allowance::full(0.0),
         };
-        integrator.set_tolerance(relative_tolerance);
+        integrator.hold_to_tolerance();
         integrator
     }
 
     /// Changes the relative tolerance, see [`Integrator::new`].
     pub fn set_tolerance(&mut self, relative_tolerance: f64) {
+        self.relative_tolerance = relative_tolerance;
+        self.hold_to_tolerance();
+    }
+
+    /// Changes the method; the integration starts afresh.
+    pub fn set_solver(&mut self, solver: Solver) {
+        self.solver = solver;
+        self.restart();
+    }
+
+    /// The method as chosen.
+    pub fn solver(&self) -> Solver {
+        self.solver
+    }
+
+    /// Time (s) from which on explicit steps have found the equations to be stiff: stability bounds their size.
+    pub fn stiff_since(&self) -> Option<f64> {
+        self.stiff_since
+    }
+
+    /// Whether the next step is an explicit one.
+    pub(super) fn is_explicit(&self) -> bool {
+        match self.solver {
+            Solver::Radau => false,
+            Solver::DormandPrince => true,
+            Solver::Auto => self.stiff_since.is_none(),
+        }
+    }
+
+    /// Takes up what the estimates of the method in use are held to.
+    fn hold_to_tolerance(&mut self) {
+        let relative_tolerance = self.relative_tolerance;
+        if self.is_explicit() {
+            self.tolerance = EXPLICIT_SHARE * relative_tolerance;
+            return;
+        }
         self.tolerance = ESTIMATE_FACTOR * relative_tolerance.powf(2.0 / 3.0);
         // The iteration error must stay below the discretisation error that the tolerance asks for, not only below the
         // estimate's coarser one, and short steps add up their errors.
@@ -117,12 +174,20 @@ impl Integrator {
         self.statistics
     }
 
-    /// Forgets step size and Jacobian.
+    /// Forgets step size, Jacobian and what is known of stiffness.
     pub fn restart(&mut self) {
         self.next_step = 0.0;
         self.factored_step = 0.0;
         self.has_jacobian = false;
         self.last = (0.0, 0.0);
+        self.rates_known = false;
+        self.stiff_since = None;
+        self.hold_to_tolerance();
+    }
+
+    /// The equations or the state have changed since the last call: rates are to be evaluated anew.
+    pub fn equations_changed(&mut self) {
+        self.rates_known = false;
     }
 
     /// What a bit-identical continuation needs.
@@ -135,6 +200,8 @@ impl Integrator {
             jacobian_least: self.jacobian_least,
             jacobian_excess: self.jacobian_excess,
             last: self.last,
+            rates: if self.rates_known { self.rates.to_vec() } else { Vec::new() },
+            stiff_since: self.stiff_since,
         }
     }
 
@@ -143,6 +210,12 @@ impl Integrator {
         let n = self.jacobian_state.len();
         self.next_step = memory.next_step;
         self.last = memory.last;
+        self.rates_known = memory.rates.len() == n && n > 0;
+        if self.rates_known {
+            self.rates.copy_from_slice(&memory.rates);
+        }
+        self.stiff_since = memory.stiff_since;
+        self.hold_to_tolerance();
         self.jacobian_least = memory.jacobian_least;
         self.jacobian_excess = memory.jacobian_excess;
         self.factored_step = memory.factored_step;
@@ -176,6 +249,7 @@ impl Integrator {
     /// Begins a call that is made up of parts; the work that it may be is for all of them together.
     pub(crate) fn begin(&mut self, time: f64) {
         self.allowance = Allowance::full(time);
+        self.stiffness = Stiffness::default();
     }
 
     /// [`Integrator::advance`] as a part of a call.
@@ -194,7 +268,7 @@ impl Integrator {
         let mut remaining = duration;
         let smallest = 1e-13 * duration.max(1e-3) + 4.0 * f64::EPSILON * end.abs();
         self.weigh(system, y);
-        let mut rates_known = false;
+        let mut rates_known = std::mem::take(&mut self.rates_known);
         let mut rejected = false;
         // Where a switch was seen: a step is made to end there before the switch is believed.
         let mut limit = f64::INFINITY;
@@ -213,7 +287,15 @@ impl Integrator {
             }
             let planned = self.next_step;
             let h = step_size(planned, remaining).min(limit);
-            match self.step(system, t, y, h, rejected) {
+            let left = if h == remaining { 0.0 } else { remaining - h };
+            let arrival = if left == 0.0 { end } else { end - left };
+            let explicit = self.is_explicit();
+            let outcome = if explicit {
+                self.explicit_step(system, [t, arrival], y, h, rejected)
+            } else {
+                self.implicit_step(system, t, y, h, rejected)
+            };
+            match outcome {
                 Outcome::NotConverged => {
                     self.statistics.newton_failures += 1;
                     if self.has_jacobian && self.jacobian_time == t && self.jacobian_state == *y {
@@ -256,7 +338,7 @@ impl Integrator {
                         self.statistics.switches += 1;
                         self.allowance.count_switch();
                         let part = fraction * h;
-                        self.stage_at(y, fraction);
+                        self.stage_at(y, h, fraction);
                         y.copy_from_slice(&self.stage);
                         t += part;
                         remaining -= part;
@@ -269,12 +351,17 @@ impl Integrator {
                         for (value, end) in y.iter_mut().zip(&*self.full[2]) {
                             *value = *end;
                         }
-                        if h < remaining {
-                            self.end_rates(h);
-                        }
-                        remaining = if h == remaining { 0.0 } else { remaining - h };
-                        t = if remaining == 0.0 { end } else { end - remaining };
+                        (remaining, t) = (left, arrival);
                         self.allowance.earn(h, t);
+                        if explicit {
+                            std::mem::swap(&mut self.rates, &mut self.explicit.k[5]);
+                            self.note_stiffness(t);
+                        } else if remaining > 0.0 {
+                            self.end_rates(h);
+                        } else {
+                            // The polynomial's slope is not quite what the equations say.
+                            rates_known = false;
+                        }
                     }
                     if remaining > 0.0 {
                         self.weigh(system, y);
@@ -285,7 +372,20 @@ impl Integrator {
                 }
             }
         }
+        self.rates_known = rates_known;
         Ok(())
+    }
+
+    /// Takes note of an explicit step that was taken to `time` (s); by choice the implicit method goes on from stiff equations.
+    fn note_stiffness(&mut self, time: f64) {
+        if self.stiffness.note(self.explicit.at_the_end) && self.stiff_since.is_none() {
+            self.stiff_since = Some(time);
+        }
+        if !self.is_explicit() {
+            self.next_step = 0.0;
+            self.last = (0.0, 0.0);
+            self.hold_to_tolerance();
+        }
     }
 
     pub(super) fn count_evaluations(&mut self, count: u64) {

@@ -1,13 +1,14 @@
-//! Radau IIA of order 5 for stiff and implicit systems.
+//! Radau IIA of order 5 for stiff and implicit systems, and Dormand and Prince's explicit pair of orders 5 and 4 for others.
 //!
-//! A one-step method on purpose: inputs jump at every communication point, and saving the integrator is saving the
-//! state, the last step sizes and the point of the last Jacobian ([`Memory`]).
+//! One-step methods on purpose: inputs jump at every communication point, and saving the integrator is saving the
+//! state, the last step sizes, the point of the last Jacobian and the last explicit step's rates ([`Memory`]).
 //!
-//! The method and its control follow E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., 1996,
+//! The implicit method and its control follow E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., 1996,
 //! sections IV.5 and IV.8; the step size control is K. Gustafsson's, *ACM Trans. Math. Softw.* 20 (1994).
 
 mod advance;
 mod allowance;
+mod dormand_prince;
 mod outcome;
 mod radau;
 mod radau_coefficients;
@@ -17,6 +18,21 @@ mod vector;
 pub use advance::{Integrator, Memory};
 pub use num_complex::Complex64;
 pub use outcome::{IntegrationError, Statistics};
+use serde::Deserialize;
+
+/// Which method integrates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Solver {
+    /// Radau IIA of order 5: implicit, stable whatever the equations.
+    #[default]
+    Radau,
+    /// Dormand and Prince's pair of orders 5 and 4: explicit. Where the equations are stiff, its steps are as short as stability
+    /// asks for.
+    DormandPrince,
+    /// The explicit pair until the equations prove to be stiff, Radau IIA from then on.
+    Auto,
+}
 
 /// A system `ẏ = f(t, y)` that knows how to solve with its own Newton matrix, and where its equations switch.
 pub trait System {

@@ -61,7 +61,14 @@ impl Integrator {
     }
 
     /// One step attempt from `y` with the rates there in `rates`.
-    pub(super) fn step(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64, rejected: bool) -> Outcome {
+    pub(super) fn implicit_step(
+        &mut self,
+        system: &mut impl System,
+        t: f64,
+        y: &[f64],
+        h: f64,
+        rejected: bool,
+    ) -> Outcome {
         self.prepare(system, t, y, h);
         self.start.copy_from_slice(y);
         let mut last_change = self.guess(system, h);

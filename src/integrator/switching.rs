@@ -1,11 +1,14 @@
-//! Where the equations switch: the collocation polynomial, and the first crossing on it.
+//! Where the equations switch: the first crossing on the polynomial through a step.
 
 use super::radau_coefficients::C;
 use super::{Integrator, System};
 
 impl Integrator {
-    /// State at `fraction` of the step just computed, on its collocation polynomial, into `stage`.
-    pub(super) fn stage_at(&mut self, y: &[f64], fraction: f64) {
+    /// State at `fraction` of the step of `h` (s) just computed, into `stage`: on its collocation polynomial or dense output.
+    pub(super) fn stage_at(&mut self, y: &[f64], h: f64, fraction: f64) {
+        if self.is_explicit() {
+            return self.explicit_at(h, fraction);
+        }
         let nodes = [0.0, C[0], C[1], C[2]];
         let mut weight = [0.0; 3];
         for s in 0..3 {
@@ -37,7 +40,7 @@ impl Integrator {
         system.switching_functions(t, y, &mut start);
         self.allowance.spend(1);
         let mut check = |integrator: &mut Self, fraction: f64| {
-            integrator.stage_at(y, fraction);
+            integrator.stage_at(y, h, fraction);
             integrator.allowance.spend(1);
             system.switching_functions(t + fraction * h, &integrator.stage, &mut values);
             values.iter().zip(&start).any(|(v, s)| *v < s.min(0.0))

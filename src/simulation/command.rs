@@ -40,9 +40,14 @@ impl CommandHistory {
         Self { delay, longest, stretches }
     }
 
+    /// Whether a command comes late somewhere.
+    pub(super) fn delayed(&self) -> bool {
+        self.longest > 0.0
+    }
+
     /// Commands from `time` on.
     pub(super) fn push(&mut self, time: f64, value: PerCable<f64>, slope: PerCable<f64>) {
-        if self.longest == 0.0 {
+        if !self.delayed() {
             return;
         }
         let stretch = Stretch { start: time, value, slope };
@@ -58,7 +63,7 @@ impl CommandHistory {
 
     /// The next time after `time` at which a delayed command changes.
     pub(super) fn next_change(&self, time: f64) -> Option<f64> {
-        if self.longest == 0.0 {
+        if !self.delayed() {
             return None;
         }
         let mut next: Option<f64> = None;
@@ -76,7 +81,7 @@ impl CommandHistory {
 
     /// Replaces the commands of winches with a dead time by what they were that long ago.
     pub(super) fn delay(&self, time: f64, value: &mut PerCable<f64>, slope: &mut PerCable<f64>) {
-        if self.longest == 0.0 {
+        if !self.delayed() {
             return;
         }
         for i in (0..value.len()).filter(|i| self.delay[*i] > 0.0) {

@@ -115,6 +115,10 @@ impl Simulation {
         out.extend(count(memory.jacobian_state.len()));
         put(out, &memory.jacobian_state);
         put(out, &[memory.jacobian_least, memory.jacobian_excess].map(f64::from));
+        out.extend(count(memory.rates.len()));
+        put(out, &memory.rates);
+        out.extend(count(memory.stiff_since.iter().len()));
+        put(out, memory.stiff_since.as_slice());
         put_inputs(out, &self.work.linearised_inputs);
         put_flags(out, &self.work.linearised_slack);
     }
@@ -159,6 +163,16 @@ impl Simulation {
             *value = reader.number()?;
         }
         let jacobian_use: [f64; 2] = reader.numbers()?;
+        let rates_count = reader.count(8)?;
+        let mut rates = vec![0.0; rates_count];
+        for value in &mut rates {
+            *value = reader.number()?;
+        }
+        let stiff_since = match reader.count(8)? {
+            0 => None,
+            1 => Some(reader.number()?),
+            _ => return Err(SnapshotError("it is stiff from several times on")),
+        };
         let linearised_inputs = reader.inputs()?;
         let mut linearised_slack = reader.flags()?;
         if !reader.0.is_empty() {
@@ -171,16 +185,20 @@ impl Simulation {
             return Err(SnapshotError("its poses are not in order"));
         }
         let past = |time_then: Option<f64>| time_then.is_none_or(|then| then <= time);
-        let newest = [Some(input_time), stretches.last().map(|s| s.start), points.last().map(|p| p.0)];
+        let newest = [Some(input_time), stiff_since, stretches.last().map(|s| s.start), points.last().map(|p| p.0)];
         if !newest.into_iter().all(past) || time_carry.abs() > f64::EPSILON * time.abs() {
             return Err(SnapshotError("its times are not in order"));
         }
         if self.plant.wound_in(&y) || jacobian_count > 0 && self.plant.wound_in(&jacobian_state) {
             return Err(SnapshotError("an unstretched length is not positive"));
         }
-        let sizes = [next_step, factored_step, last_step, last_error, jacobian_use[0], jacobian_use[1]];
-        let counts = jacobian_use.iter().all(|count| count.fract() == 0.0 && *count <= f64::from(u32::MAX));
-        if ![0, n].contains(&jacobian_count) || sizes.iter().any(|size| *size < 0.0) || !counts {
+        let sizes = [next_step, factored_step, last_step, last_error];
+        let whole = |count: &f64| count.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(count);
+        if ![0, n].contains(&jacobian_count)
+            || ![0, n].contains(&rates_count)
+            || sizes.iter().any(|size| *size < 0.0)
+            || !jacobian_use.iter().all(whole)
+        {
             return Err(SnapshotError("its integrator is in no possible state"));
         }
         self.time = time;
@@ -204,6 +222,8 @@ impl Simulation {
             jacobian_least: jacobian_use[0] as u32,
             jacobian_excess: jacobian_use[1] as u32,
             last: (last_step, last_error),
+            rates,
+            stiff_since,
         };
         self.work.linearised_inputs = linearised_inputs;
         self.work.linearised_slack = linearised_slack;

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod cost;
+mod explicit;
 mod failures;
 mod problems;
 mod scenarios;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
+use cdpr::integrator::Solver;
 use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::release::RELEASE_POSE;
@@ -74,18 +75,19 @@ pub(crate) fn scenarios() -> Vec<Scenario> {
 }
 
 impl Scenario {
-    fn begin(&self, tolerance: f64) -> Simulation {
+    fn begin(&self, solver: Solver, tolerance: f64) -> Simulation {
         let mut parameters = Parameters { cable_model: self.model, ..Parameters::default() };
         parameters.anchor_radius *= self.scale;
         parameters.attachment_radius *= self.scale;
         let plant = Arc::new(Plant::new(parameters, self.effects.clone()).unwrap());
         let inputs = Inputs { winch_force: (self.force)(0.0).into(), disturbance: [0.0; 3] };
-        Simulation::new(plant, &Start { pose: self.start, inputs, ..Start::default() }, tolerance).unwrap()
+        let start = Start { pose: self.start, inputs, ..Start::default() };
+        Simulation::new(plant, &start, tolerance).unwrap().with_solver(solver)
     }
 
     /// Runs it at communication steps of `step` (s); the states at every hundredth of the duration, and at its end.
-    pub(crate) fn run(&self, tolerance: f64, step: f64) -> (Vec<Vec<f64>>, Simulation) {
-        let mut simulation = self.begin(tolerance);
+    pub(crate) fn run(&self, solver: Solver, tolerance: f64, step: f64) -> (Vec<Vec<f64>>, Simulation) {
+        let mut simulation = self.begin(solver, tolerance);
         let steps = (self.duration / step).round() as u32;
         let every = (steps / 100).max(1);
         let mut states = Vec::new();
@@ -102,7 +104,7 @@ impl Scenario {
 
     /// Largest difference of pose and unstretched lengths (m), angles times the platform's radius.
     pub(crate) fn difference(&self, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-        let plant = self.begin(1e-3).plant().clone();
+        let plant = self.begin(Solver::Radau, 1e-3).plant().clone();
         let arm = plant.parameters().attachment_radius;
         let lengths: Vec<usize> = (0..plant.cables()).filter_map(|i| plant.unstretched_index(i)).collect();
         let every = a.len() / b.len().min(a.len());

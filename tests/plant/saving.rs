@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
+use cdpr::integrator::Solver;
 use cdpr::parameters::{CableInertia, CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
@@ -40,12 +41,13 @@ fn saved(simulation: &Simulation) -> Vec<u8> {
 }
 
 /// Saved in mid-run and taken up by a fresh object, which has meanwhile been elsewhere.
-fn continues_bit_for_bit(plant: &Arc<Plant>, what: &dyn std::fmt::Debug) {
-    let mut simulation = Simulation::new(plant.clone(), &start(), 1e-8).unwrap();
+fn continues_bit_for_bit(plant: &Arc<Plant>, solver: Solver, what: &dyn std::fmt::Debug) {
+    let mut simulation = Simulation::new(plant.clone(), &start(), 1e-8).unwrap().with_solver(solver);
     drive(&mut simulation, 0..40);
     let bytes = saved(&simulation);
     drive(&mut simulation, 40..80);
-    let mut fresh = Simulation::new(plant.clone(), &Start { pose: [0.0; 3], ..start() }, 1e-8).unwrap();
+    let mut fresh =
+        Simulation::new(plant.clone(), &Start { pose: [0.0; 3], ..start() }, 1e-8).unwrap().with_solver(solver);
     fresh.advance(0.2).unwrap_or_else(|e| panic!("{what:?}: {e}"));
     fresh.restore(&bytes).unwrap();
     assert_eq!(saved(&fresh), bytes, "{what:?}: saved again it is another");
@@ -72,7 +74,9 @@ fn identical_calls_give_identical_bits() {
 #[test]
 fn a_restored_run_continues_bit_for_bit() {
     for model in MODELS {
-        continues_bit_for_bit(&plant(model, CableInertia::Paper, &[]), &model);
+        for solver in [Solver::Radau, Solver::DormandPrince, Solver::Auto] {
+            continues_bit_for_bit(&plant(model, CableInertia::Paper, &[]), solver, &(model, solver));
+        }
     }
 }
 
@@ -81,7 +85,36 @@ fn a_restored_run_continues_bit_for_bit_with_every_effect() {
     let mut random = Random(62);
     for spec in everything(&mut random) {
         let plant = plant(CableModel::LumpedMass, CableInertia::Paper, std::slice::from_ref(&spec));
-        continues_bit_for_bit(&plant, &spec);
+        for solver in [Solver::Radau, Solver::Auto] {
+            continues_bit_for_bit(&plant, solver, &(&spec, solver));
+        }
+    }
+}
+
+/// Between two calls under the same inputs the explicit method keeps the rates, from stiff equations on the implicit one goes on.
+#[test]
+fn what_the_explicit_method_knows_is_saved() {
+    let friction = EffectSpec::new("winch_coulomb_friction", None, &[250.0, 1e-5]).unwrap();
+    for (effects, stiff) in [(vec![], false), (vec![friction], true)] {
+        let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &effects);
+        let begin = || Simulation::new(plant.clone(), &start(), 1e-8).unwrap().with_solver(Solver::Auto);
+        let mut simulation = begin();
+        let go_on = |simulation: &mut Simulation| (0..100).for_each(|_| simulation.advance(0.01).unwrap());
+        go_on(&mut simulation);
+        assert_eq!(simulation.stiff_since().is_some(), stiff);
+        let bytes = saved(&simulation);
+        let mut fresh = begin();
+        fresh.restore(&bytes).unwrap();
+        assert_eq!(saved(&fresh), bytes);
+        let before = simulation.statistics().evaluations;
+        go_on(&mut simulation);
+        go_on(&mut fresh);
+        assert_eq!(bits(&simulation), bits(&fresh));
+        assert_eq!(
+            fresh.statistics().evaluations,
+            simulation.statistics().evaluations - before,
+            "known rates are used"
+        );
     }
 }
 

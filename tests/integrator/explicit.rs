@@ -1,0 +1,170 @@
+//! The explicit pair, by itself and with the change over to the implicit method.
+
+use std::sync::Arc;
+
+use cdpr::dynamics::Inputs;
+use cdpr::effect::EffectSpec;
+use cdpr::integrator::{IntegrationError, Integrator, Solver};
+use cdpr::parameters::{CableModel, Parameters};
+use cdpr::plant::Plant;
+use cdpr::simulation::{Simulation, Start};
+
+use crate::problems::{Dense, Oscillator, Problem, ProtheroRobinson, TwoPulls, Unweighed, VanDerPol};
+use crate::scenarios::scenarios;
+
+fn run(
+    solver: Solver,
+    problem: impl Problem,
+    y: &mut [f64],
+    tolerance: f64,
+    stops: &[f64],
+) -> Result<Integrator, IntegrationError> {
+    let switches = problem.switches();
+    let mut system = Dense::new(problem);
+    let mut integrator = Integrator::new(y.len(), switches, tolerance);
+    integrator.set_solver(solver);
+    let mut time = 0.0;
+    for stop in stops {
+        integrator.advance(&mut system, time, y, stop - time)?;
+        time = *stop;
+    }
+    Ok(integrator)
+}
+
+/// Equal steps: the error must fall by 2⁵ with each halving.
+#[test]
+fn order_is_five() {
+    let error = |steps: u32| {
+        let problem = Oscillator { frequency: 2.0, damping: 0.1 };
+        let exact = problem.at(1.0);
+        let mut y = [1.0, 0.0];
+        let stops: Vec<f64> = (1..=steps).map(|k| f64::from(k) / f64::from(steps)).collect();
+        let integrator = run(Solver::DormandPrince, Unweighed(problem), &mut y, 1e-8, &stops).unwrap();
+        assert_eq!(integrator.statistics().steps, u64::from(steps));
+        (y[0] - exact[0]).hypot(y[1] - exact[1])
+    };
+    let errors: Vec<f64> = [16, 32, 64, 128].map(error).to_vec();
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((order - 5.0).abs() < 0.15, "order {order}, errors {errors:?}");
+    }
+}
+
+#[test]
+fn tolerances_are_kept_over_many_periods() {
+    for tolerance in [1e-5, 1e-7, 1e-9, 1e-11] {
+        let problem = Oscillator { frequency: 13.0, damping: 0.01 };
+        let exact = problem.at(5.0);
+        let mut y = [1.0, 0.0];
+        run(Solver::DormandPrince, problem, &mut y, tolerance, &[5.0]).unwrap();
+        let error = (y[0] - exact[0]).abs().max((y[1] - exact[1]).abs() / 13.0);
+        assert!(error < 10.0 * tolerance, "tolerance {tolerance:e}: {error:e}");
+    }
+}
+
+/// Parabolas are integrated exactly, so that all error is in the location of the switches.
+#[test]
+fn switches_are_located_to_rounding() {
+    for stops in [vec![10.0], (1..=100).map(|k| 0.1 * f64::from(k)).collect()] {
+        let mut y = [1.0, 0.0];
+        run(Solver::DormandPrince, TwoPulls { above: true }, &mut y, 1e-6, &stops).unwrap();
+        let exact = TwoPulls::at(10.0);
+        for k in 0..2 {
+            assert!((y[k] - exact[k]).abs() < 1e-10, "{} stops: {y:?}, {exact:?}", stops.len());
+        }
+    }
+}
+
+/// Whatever the step, the error in metres is at most ten times the tolerance, over all steps together; against the implicit
+/// method at a tolerance of 1e-13.
+#[test]
+fn the_plant_keeps_its_tolerance_at_every_step() {
+    for scenario in scenarios() {
+        for step in [1e-3, 1e-2, 1e-1] {
+            let (exact, _) = scenario.run(Solver::Radau, 1e-13, step);
+            for tolerance in [1e-6, 1e-8, 1e-10] {
+                let (found, simulation) = scenario.run(Solver::DormandPrince, tolerance, step);
+                let error = scenario.difference(&found, &exact);
+                assert!(
+                    error < 10.0 * tolerance,
+                    "{}, step {step} s, tolerance {tolerance:e}: {error:e} m",
+                    scenario.name
+                );
+                assert!(step > 0.01 || simulation.stiff_since().is_none(), "{}, step {step} s", scenario.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn stiff_problems_are_handed_over() {
+    for (tolerance, allowed) in [(1e-5, 1e-3), (1e-8, 1e-6), (1e-11, 1e-9)] {
+        let mut y = VanDerPol::START;
+        let integrator = run(Solver::Auto, VanDerPol, &mut y, tolerance, &[2.0]).unwrap();
+        assert!(integrator.stiff_since().is_some_and(|since| since < 1e-3), "{:?}", integrator.stiff_since());
+        for k in 0..2 {
+            assert!((y[k] - VanDerPol::AT_2[k]).abs() < allowed, "tolerance {tolerance:e}: {y:?}");
+        }
+    }
+    for lambda in [-1.0, -1e3, -1e6, -1e9] {
+        let mut y = [1.0];
+        let integrator = run(Solver::Auto, ProtheroRobinson { lambda }, &mut y, 1e-9, &[10.0]).unwrap();
+        // At 1e3 1/s it is still accuracy that bounds the steps, within stability.
+        assert_eq!(integrator.stiff_since().is_some(), lambda < -1e3, "λ = {lambda:e}");
+        let error = (y[0] - 10.0_f64.cos()).abs();
+        assert!(error < if lambda < -100.0 { 5e-6 } else { 1e-7 }, "λ = {lambda:e}: {error:e}");
+    }
+}
+
+/// By itself the explicit method says that the equations are stiff, and its work is limited.
+#[test]
+fn stiffness_without_a_way_out_ends_at_the_allowance() {
+    let mut y = VanDerPol::START;
+    let error = run(Solver::DormandPrince, VanDerPol, &mut y, 1e-8, &[2.0]).unwrap_err();
+    assert!(matches!(error, IntegrationError::TooMuchWork { .. }), "{error}");
+}
+
+fn simulation(model: CableModel, effects: Vec<EffectSpec>, solver: Solver) -> Simulation {
+    let parameters = Parameters { cable_model: model, ..Parameters::default() };
+    let plant = Arc::new(Plant::new(parameters, effects).unwrap());
+    let start = Start { pose: [0.1; 3], inputs: Inputs::pulling(4, 2e4), ..Start::default() };
+    Simulation::new(plant, &start, 1e-8).unwrap().with_solver(solver)
+}
+
+/// Six evaluations a step; the rates at the end serve the next step as long as nothing changes.
+#[test]
+fn a_step_costs_six_evaluations_and_one_where_inputs_jump() {
+    let mut held = simulation(CableModel::LumpedMass, Vec::new(), Solver::DormandPrince);
+    let mut jumping = held.clone();
+    for k in 0..100 {
+        held.advance(0.01).unwrap();
+        jumping.set_inputs(Inputs::pulling(4, 2e4 + f64::from(k % 2)));
+        jumping.advance(0.01).unwrap();
+    }
+    let counts = [held, jumping].map(|s| (s.statistics().steps, s.statistics().evaluations, s.statistics().jacobians));
+    assert_eq!(counts, [(100, 601, 0), (100, 700, 0)]);
+}
+
+/// Winches with friction so steep that the fastest rate is some 5e5 1/s while they stand.
+#[test]
+fn a_stiff_plant_ends_where_the_implicit_method_does() {
+    let friction = EffectSpec::new("winch_coulomb_friction", None, &[250.0, 1e-5]).unwrap();
+    for (model, effects) in
+        [(CableModel::LumpedMass, vec![friction.clone()]), (CableModel::MasslessSpring, vec![friction])]
+    {
+        let [auto, radau] = [Solver::Auto, Solver::Radau].map(|solver| {
+            let mut simulation = simulation(model, effects.clone(), solver);
+            for k in 0..200 {
+                let weave = 400.0 * (0.05 * f64::from(k)).sin();
+                let force = [2e4 + weave, 2e4 - weave, 2e4 + weave, 2e4 - weave];
+                simulation.set_inputs(Inputs { winch_force: force.into(), disturbance: [0.0; 3] });
+                simulation.advance(0.01).unwrap();
+            }
+            simulation
+        });
+        assert!(auto.stiff_since().is_some(), "{model:?}");
+        assert_eq!(radau.stiff_since(), None);
+        let apart = auto.states().iter().zip(radau.states()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-6, "{model:?}: {apart:e}");
+    }
+}
