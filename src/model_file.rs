@@ -9,6 +9,7 @@ use toml::Spanned;
 
 use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
+use crate::integrator::Solver;
 use crate::parameters::{
     CableDamper, CableInertia, CableModel, CableParameters, Initialization, ParameterError, Parameters, pair,
 };
@@ -24,6 +25,8 @@ pub struct Model {
     pub parameters: Parameters,
     /// Relative tolerance of the integrator.
     pub relative_tolerance: f64,
+    /// Method of the integrator.
+    pub solver: Solver,
     /// Start values; winch forces and disturbances of the file are the inputs' start values.
     pub start: Start,
     /// The effects.
@@ -35,6 +38,7 @@ impl Default for Model {
         Self {
             parameters: Parameters::default(),
             relative_tolerance: DEFAULT_TOLERANCE,
+            solver: Solver::default(),
             start: Start::default(),
             effects: Vec::new(),
         }
@@ -75,6 +79,7 @@ struct Keys {
     #[serde(default)]
     winch: WinchParameters,
     relative_tolerance: Option<f64>,
+    solver: Option<Solver>,
     #[serde(default)]
     cable: Vec<CableParameters>,
     initialization: Option<Initialization>,
@@ -190,6 +195,7 @@ impl Model {
         let mut model = Self {
             parameters,
             relative_tolerance: keys.relative_tolerance.unwrap_or(DEFAULT_TOLERANCE),
+            solver: keys.solver.unwrap_or_default(),
             start: Start {
                 time: 0.0,
                 initialization: keys.initialization.unwrap_or(way),
@@ -285,7 +291,7 @@ impl Model {
     pub fn simulation(&self) -> Result<Simulation, ModelError> {
         let plant = self.plant()?;
         let start = self.start.behind_sensors(&plant);
-        Ok(Simulation::new(plant, &start, self.relative_tolerance)?)
+        Ok(Simulation::new(plant, &start, self.relative_tolerance)?.with_solver(self.solver))
     }
 
     /// The text of a `model.toml` that reads back as this model, with every unit in a comment.
@@ -315,6 +321,8 @@ impl Model {
         line("cable_area", format!("{:?}", p.cable_area), "m2, cross-section");
         line("cable_damping", format!("{:?}", p.cable_damping), "N s, damping coefficient times length");
         line("relative_tolerance", format!("{:?}", self.relative_tolerance), "1, of the integrator");
+        let comment = "radau (implicit), dormand_prince (explicit) or auto (explicit until stiff)";
+        line("solver", name(format!("{:?}", self.solver)), comment);
         let s = &self.start;
         let initialization = name(format!("{:?}", s.initialization));
         line("initialization", initialization, "from_winch_forces, from_states or static_equilibrium");
@@ -488,6 +496,7 @@ mod tests {
     fn a_written_model_reads_back() {
         let mut model = Model::default();
         model.parameters.platform_mass = 2600.5;
+        model.solver = Solver::DormandPrince;
         model.start.pose = [0.1, -0.2, 0.3];
         model.effects = vec![
             EffectSpec::new("winch_coulomb_friction", Some(3), &[250.0, 0.01]).unwrap(),
@@ -518,6 +527,7 @@ mod tests {
             ("\nplatform_mass = -1.0", Some(2), "`platform_mass` is -1, expected"),
             ("platform_mass = \"heavy\"", Some(1), "`platform_mass`: invalid type: string"),
             ("cable_model = \"elastic\"", Some(1), "rigid"),
+            ("solver = \"euler\"", Some(1), "dormand_prince"),
             ("[[effect]]\nid = \"nothing\"", Some(1), "winch_coulomb_friction"),
             ("[[effect]]\nid = \"winch_lag\"", Some(1), "no `time_constant`"),
             ("[start]\nx = 1\ny = 1000.0", Some(2), "inside the anchors"),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use cdpr::dynamics::Inputs;
+use cdpr::integrator::Solver;
 use cdpr::model_file::{Model, ModelError};
 use cdpr::plant::PlantError;
 use cdpr::simulation::{Outputs, Simulation, StartError};
@@ -106,6 +107,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Ok(())
     })?;
     drop(progress);
+    if let (Solver::DormandPrince, Some(since)) = (simulation.solver(), simulation.stiff_since()) {
+        terminal::tell(&format!(
+            "warning: the model is stiff, as found at t = {since} s: the explicit solver took steps as short as its fastest \
+             motion asks for; `solver = \"auto\"` or \"radau\" would not"
+        ));
+    }
     table.finish()?.finish()?;
     if let (Some(mut file), Some(recording)) = (picture, &recording) {
         let title = arguments.model.as_deref().map_or("default model".into(), Path::to_string_lossy);

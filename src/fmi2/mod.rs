@@ -36,6 +36,7 @@ use fmi2_export::description::ModelDescription;
 use fmi2_export::{Experiment, LogEntry, Model as FmiModel, ModelError, Status, StepError, Value};
 
 use crate::dynamics::{Evaluation, Inputs};
+use crate::integrator::Solver;
 use crate::kinematics;
 use crate::model_file::Model;
 use crate::parameters::{CableModel, Initialization};
@@ -81,6 +82,8 @@ pub struct CablePlatform {
     slack: PerCable<bool>,
     /// A cable through the platform has been told of.
     blocked: bool,
+    /// So has stiffness.
+    stiff: bool,
 }
 
 /// What the host can set before the simulation runs.
@@ -155,6 +158,7 @@ impl CablePlatform {
             events: 0,
             slack: PerCable::filled(plant.cables(), false),
             blocked: false,
+            stiff: false,
         })
     }
 
@@ -254,6 +258,17 @@ impl CablePlatform {
         }
     }
 
+    fn log_stiffness(&mut self, since: f64) {
+        let found = format!("the model is stiff, as found at t = {since} s");
+        match self.settings.model.solver {
+            Solver::DormandPrince => self.warn(format!(
+                "{found}: the explicit solver takes steps as short as its fastest motion asks for; `solver` auto or \
+                 radau does not"
+            )),
+            _ => self.note(LOG_SOLVER, Status::Ok, format!("{found}; the implicit solver goes on from there")),
+        }
+    }
+
     fn log_statistics(&mut self) {
         if let Some(simulation) = &self.simulation {
             let (time, s) = (simulation.time(), simulation.statistics());
@@ -347,6 +362,7 @@ impl FmiModel for CablePlatform {
         let end = time + step;
         let advanced = simulation.advance_to(end);
         let (reached, after) = (simulation.time(), simulation.slack());
+        let stiff = simulation.stiff_since();
         let y = simulation.states();
         let pose = [y[0], y[1], y[2]];
         let geometry = simulation.plant().geometry();
@@ -361,6 +377,10 @@ impl FmiModel for CablePlatform {
                 "cable {} runs through the platform from t = {reached} s on, which the equations take no notice of",
                 i + 1
             ));
+        }
+        if let Some(since) = stiff.filter(|_| !self.stiff) {
+            self.stiff = true;
+            self.log_stiffness(since);
         }
         if advanced.is_err() || self.steps.is_multiple_of(STEPS_PER_STATISTICS) {
             self.log_statistics();
@@ -413,7 +433,8 @@ impl FmiModel for CablePlatform {
         self.simulation = None;
         self.now = None;
         self.log.clear();
-        (self.steps, self.events, self.slack, self.blocked) = (0, 0, self.slack.map(|_| false), false);
+        (self.steps, self.events, self.slack) = (0, 0, self.slack.map(|_| false));
+        (self.blocked, self.stiff) = (false, false);
     }
 
     fn take_log(&mut self) -> Vec<LogEntry> {

@@ -1,5 +1,6 @@
 //! The parameters that a host can set, and where each is kept in the model.
 
+use crate::integrator::Solver;
 use crate::model_file::Model;
 use crate::parameters::{CableInertia, CableModel, Initialization, Parameters};
 use crate::winch::WinchParameters;
@@ -423,6 +424,8 @@ const CABLE_INERTIAS: [CableInertia; 3] = [CableInertia::Paper, CableInertia::Re
 const INITIALIZATIONS: [Initialization; 3] =
     [Initialization::FromWinchForces, Initialization::FromStates, Initialization::StaticEquilibrium];
 
+const SOLVERS: [Solver; 3] = [Solver::Radau, Solver::DormandPrince, Solver::Auto];
+
 fn number<T: PartialEq>(values: &[T], value: &T) -> i32 {
     // The items are numbered from 1 in the order of these lists.
     (1..).zip(values).find(|(_, v)| *v == value).map_or(0, |(n, _)| n)
@@ -433,12 +436,16 @@ fn item<T: Copy>(values: &[T], number: i32) -> Option<T> {
 }
 
 impl Choice {
+    /// All of them, in the order of their value references.
+    pub(super) const ALL: [Self; 4] = [Self::CableModel, Self::CableInertia, Self::Initialization, Self::Solver];
+
     /// Name of the variable.
     pub(super) fn variable(self) -> &'static str {
         match self {
             Self::CableModel => "cable_model",
             Self::CableInertia => "cable_inertia",
             Self::Initialization => "initialization",
+            Self::Solver => "solver",
         }
     }
 
@@ -448,6 +455,7 @@ impl Choice {
             Self::CableModel => number(&CABLE_MODELS, &model.parameters.cable_model),
             Self::CableInertia => number(&CABLE_INERTIAS, &model.parameters.cable_inertia),
             Self::Initialization => number(&INITIALIZATIONS, &model.start.initialization),
+            Self::Solver => number(&SOLVERS, &model.solver),
         }
     }
 
@@ -457,6 +465,7 @@ impl Choice {
             Self::CableModel => model.parameters.cable_model = item(&CABLE_MODELS, number)?,
             Self::CableInertia => model.parameters.cable_inertia = item(&CABLE_INERTIAS, number)?,
             Self::Initialization => model.start.initialization = item(&INITIALIZATIONS, number)?,
+            Self::Solver => model.solver = item(&SOLVERS, number)?,
         }
         Some(())
     }

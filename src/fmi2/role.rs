@@ -66,6 +66,8 @@ pub(super) enum Choice {
     CableInertia,
     /// `initialization`.
     Initialization,
+    /// `solver`.
+    Solver,
 }
 
 /// The plant at one instant, as values or as duals with derivatives.

@@ -9,13 +9,11 @@ use super::{CablePlatform, Phase, Role, Settings, TOLERANCES};
 use crate::model_file::Model;
 use crate::simulation::Simulation;
 
-const CHOICES: [Choice; 3] = [Choice::CableModel, Choice::CableInertia, Choice::Initialization];
-
 impl CablePlatform {
     /// Appends everything that a bit-identical continuation needs.
     pub(super) fn write_state(&self, out: &mut Vec<u8>) {
         let mut settings = self.settings.clone();
-        for choice in CHOICES {
+        for choice in Choice::ALL {
             out.extend(choice.get(&settings.model).to_le_bytes());
         }
         each_number(&mut settings, &mut |number| out.extend(number.to_le_bytes()));
@@ -41,7 +39,7 @@ impl CablePlatform {
     pub(super) fn read_state(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
         let mut reader = Reader(bytes);
         let mut settings = Settings::new(&self.original);
-        for choice in CHOICES {
+        for choice in Choice::ALL {
             let number = i32::from_le_bytes(reader.take()?);
             choice.set(&mut settings.model, number).ok_or_else(broken)?;
         }
@@ -126,7 +124,8 @@ impl CablePlatform {
         let failed = |error: &dyn std::fmt::Display| ModelError::new(error.to_string());
         let same = |simulation: &Simulation| {
             let plant = simulation.plant();
-            *plant.parameters() == model.parameters && plant.effects() == model.effects
+            let same_plant = *plant.parameters() == model.parameters && plant.effects() == model.effects;
+            same_plant && simulation.solver() == model.solver
         };
         let mut simulation = match (self.phase, &self.simulation) {
             (Phase::Running { tolerance: present }, Some(simulation)) if present == tolerance && same(simulation) => {
@@ -137,7 +136,7 @@ impl CablePlatform {
                 let start = model.start.behind_sensors(&plant);
                 let mut y = vec![1.0; plant.dimension()];
                 y[..3].copy_from_slice(&start.pose);
-                Simulation::from_states(plant, start.time, y, start.inputs, tolerance)
+                Simulation::from_states(plant, start.time, y, start.inputs, tolerance).with_solver(model.solver)
             }
         };
         self.same_states(&simulation)?;

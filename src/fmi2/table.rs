@@ -46,6 +46,7 @@ impl Table {
         table.parameters(model);
         table.effect_parameters(model);
         table.winches(model);
+        table.choice(Choice::Solver, model);
         table.units();
         dependencies::declare(&mut table, model, plant);
         table.description.validate().map_err(|error| ModelError::new(error.to_string()))?;
@@ -231,14 +232,19 @@ impl Table {
                 }
             }
         }
-        let choices = [Choice::CableModel, Choice::CableInertia, Choice::Initialization];
-        for (reference, (choice, enumeration)) in (0..).zip(choices.into_iter().zip(enumerations())) {
-            let variable = Variable::enumeration(choice.variable(), reference, &enumeration.name)
-                .parameter()
-                .start_value(Value::Integer(choice.get(&model)))
-                .described(enumeration.description.unwrap_or_default());
-            self.add(Role::Choice(choice), variable);
+        for choice in [Choice::CableModel, Choice::CableInertia, Choice::Initialization] {
+            self.choice(choice, &model);
         }
+    }
+
+    fn choice(&mut self, choice: Choice, model: &Model) {
+        let place = Choice::ALL.iter().position(|which| *which == choice).expect("all choices are among them");
+        let enumeration = &enumerations()[place];
+        let variable = Variable::enumeration(choice.variable(), place as u32, &enumeration.name)
+            .parameter()
+            .start_value(Value::Integer(choice.get(model)))
+            .described(enumeration.description.clone().unwrap_or_default());
+        self.add(Role::Choice(choice), variable);
     }
 
     fn effect_parameters(&mut self, model: &Model) {
@@ -361,7 +367,7 @@ fn header(model: &Model) -> ModelDescription {
 }
 
 /// In the order of the value references.
-fn enumerations() -> [Enumeration; 3] {
+fn enumerations() -> [Enumeration; 4] {
     let named = |name: &str, text: &str, items: [(&str, &str); 3]| Enumeration {
         description: Some(text.into()),
         ..Enumeration::new(name, items)
@@ -392,6 +398,18 @@ fn enumerations() -> [Enumeration; 3] {
                 ("from_winch_forces", "Pose and velocities as set; every spring starts carrying its winch force"),
                 ("from_states", "Every state as set"),
                 ("static_equilibrium", "The pose at rest under the forces as set, searched from the pose as set"),
+            ],
+        ),
+        named(
+            "Solver",
+            "Method of integration",
+            [
+                ("radau", "Implicit: Radau IIA of order 5, stable whatever the model"),
+                (
+                    "dormand_prince",
+                    "Explicit: Dormand and Prince's pair of orders 5 and 4; slow where the model is stiff",
+                ),
+                ("auto", "Explicit until the model proves to be stiff, implicit from then on"),
             ],
         ),
     ]

@@ -118,6 +118,16 @@ def test_slack_flag_tells_a_cable_without_tension(fmu):
     assert [bool(f) for f in flags] == [t == 0.0 for t in tension]
 
 
+@pytest.mark.parametrize("solver", ["dormand_prince", "auto"])
+@pytest.mark.parametrize("model", CABLE_MODELS)
+def test_explicit_solvers_agree_with_the_reference(fmu, model, solver):
+    case = random_case(61, model)
+    t = case.grid()
+    with fmu.instance(start=False) as instance:
+        found = fmu_run(case, instance, t, solver=solver)
+    assert_close(found, reference_run(case, t))
+
+
 @pytest.mark.parametrize("model", CABLE_MODELS)
 def test_input_derivatives_make_linear_inputs(fmu, model):
     case = random_case(51, model)

@@ -101,7 +101,7 @@ def test_variables_have_their_causality(fmu, causality, names):
     for name in names:
         assert fmu.variables[name].causality == causality, name
     others = {n for n, v in fmu.variables.items() if v.causality == causality} - set(names)
-    allowed = {"cable_model", "cable_inertia", "relative_tolerance", "initialization"}
+    allowed = {"cable_model", "cable_inertia", "relative_tolerance", "initialization", "solver"}
     assert others <= (allowed if causality == "parameter" else set())
 
 
@@ -121,6 +121,7 @@ def test_enumerations_have_the_documented_items(fmu):
     def items(name):
         return [i.name for i in fmu.variables[name].declaredType.items]
 
+    assert items("solver") == ["radau", "dormand_prince", "auto"]
     assert sorted(items("cable_model")) == ["lumped_mass", "massless_spring", "rigid"]
     assert sorted(items("initialization")) == [
         "from_states",

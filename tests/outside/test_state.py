@@ -43,9 +43,10 @@ def warm_up(instance: Instance):
     instance.step(0.021)
 
 
+@pytest.mark.parametrize("solver", ["radau", "dormand_prince", "auto"])
 @pytest.mark.parametrize("model", CABLE_MODELS)
-def test_a_saved_state_is_returned_to_bit_for_bit(fmu, model):
-    with fmu.instance(values=prepared(model)) as instance:
+def test_a_saved_state_is_returned_to_bit_for_bit(fmu, model, solver):
+    with fmu.instance(values=prepared(model) | {"solver": solver}) as instance:
         warm_up(instance)
         saved, time, before = instance.slave.getFMUstate(), instance.time, instance.snapshot()
         runs = []

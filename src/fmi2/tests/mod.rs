@@ -5,6 +5,7 @@ mod description;
 mod initial_derivatives;
 mod lifecycle;
 mod saving;
+mod solver;
 
 use fmi2_export::{Experiment, Model as _, Value};
 
