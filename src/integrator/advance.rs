@@ -57,6 +57,8 @@ pub struct Integrator {
     pub(super) last: (f64, f64),
     /// What an error in each state weighs: one over its scale and the tolerance.
     pub(super) weight: Vector,
+    /// The weights are of the tolerance in use.
+    weighed: bool,
     /// Rates at the start of the step.
     pub(super) rates: Vector,
     /// They are still those of the state where the last call ended.
@@ -102,6 +104,7 @@ impl Integrator {
             jacobian_excess: 0,
             last: (0.0, 0.0),
             weight: zeros(),
+            weighed: false,
             rates: zeros(),
             rates_known: false,
             z: std::array::from_fn(|_| zeros()),
@@ -158,6 +161,7 @@ impl Integrator {
     /// Takes up what the estimates of the method in use are held to.
     fn hold_to_tolerance(&mut self) {
         let relative_tolerance = self.relative_tolerance;
+        self.weighed = false;
         if self.is_explicit() {
             self.tolerance = EXPLICIT_SHARE * relative_tolerance;
             return;
@@ -318,6 +322,8 @@ impl Integrator {
                     rejected = true;
                 }
                 Outcome::Accepted => {
+                    // Before anything else is put where its stages are. The last step of a call is as long as the caller has it.
+                    let at_the_end = explicit && left > 0.0 && self.is_at_end_of_stability(h);
                     let crossing = self.first_crossing(system, t, y, h);
                     if let Some(fraction) = crossing
                         && (1e-3..0.999).contains(&fraction)
@@ -355,7 +361,7 @@ impl Integrator {
                         self.allowance.earn(h, t);
                         if explicit {
                             std::mem::swap(&mut self.rates, &mut self.explicit.k[5]);
-                            self.note_stiffness(t);
+                            self.note_stiffness(at_the_end, t);
                         } else if remaining > 0.0 {
                             self.end_rates(h);
                         } else {
@@ -377,8 +383,8 @@ impl Integrator {
     }
 
     /// Takes note of an explicit step that was taken to `time` (s); by choice the implicit method goes on from stiff equations.
-    fn note_stiffness(&mut self, time: f64) {
-        if self.stiffness.note(self.explicit.at_the_end) && self.stiff_since.is_none() {
+    fn note_stiffness(&mut self, at_the_end: bool, time: f64) {
+        if self.stiffness.note(at_the_end) && self.stiff_since.is_none() {
             self.stiff_since = Some(time);
         }
         if !self.is_explicit() {
@@ -395,6 +401,10 @@ impl Integrator {
 
     /// Takes up what errors weigh at `y`.
     fn weigh(&mut self, system: &impl System, y: &[f64]) {
+        if self.weighed && !system.scale_changes() {
+            return;
+        }
+        self.weighed = true;
         system.scale(y, &mut self.weight);
         for weight in self.weight.iter_mut() {
             *weight = 1.0 / (*weight * self.tolerance);

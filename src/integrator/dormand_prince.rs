@@ -40,8 +40,6 @@ const D: [f64; 7] = [
 const LONGER: f64 = 10.0;
 const SHORTER: f64 = 0.2;
 const SAFETY: f64 = 0.9;
-/// Share of the error before in the step size.
-const BETA: f64 = 0.04;
 /// Error of the step before that counts at least, in units of the tolerance.
 const LEAST_ERROR: f64 = 1e-4;
 /// An error so small makes the next step [`LONGER`] whatever the one before was; most steps that a communication point cuts
@@ -86,13 +84,11 @@ impl Stiffness {
 pub(super) struct Explicit {
     /// Rates in the second to the seventh stage; those in the first are the integrator's.
     pub(super) k: [Vector; 6],
-    /// The last step was at the end of stability.
-    pub(super) at_the_end: bool,
 }
 
 impl Explicit {
     pub(super) fn new(dimension: usize) -> Self {
-        Self { k: std::array::from_fn(|_| Vector::zeros(dimension)), at_the_end: false }
+        Self { k: std::array::from_fn(|_| Vector::zeros(dimension)) }
     }
 }
 
@@ -150,38 +146,42 @@ impl Integrator {
         along(end, start, h, [B[0], B[2], B[3], B[4], B[5]], [k1, k3, k4, k5, k6]);
         system.rates(arrival, end, k7);
         self.count_evaluations(6);
-        let error = self.compare(h);
+        let error = self.explicit_estimate(h);
         self.explicit_control(h, error, rejected)
     }
 
-    /// The embedded error estimate, in units of the tolerance; takes note whether the step is at the end of stability, by
-    /// what the last two stages, at the same time, differ by in their rates and in their states.
-    fn compare(&mut self, h: f64) -> f64 {
+    /// The embedded error estimate, in units of the tolerance.
+    fn explicit_estimate(&self, h: f64) -> f64 {
         let weights = E.map(|e| e * h);
         let [_, k3, k4, k5, k6, k7] = self.explicit.k.each_ref().map(Vector::groups);
         let k1 = self.rates.groups();
-        let (sixth, end, weight) = (self.stage.groups(), self.full[2].groups(), self.weight.groups());
-        let (mut errors, mut rates, mut states) = ([0.0; 4], [0.0; 4], [0.0; 4]);
-        for ((((((((k1, k3), k4), k5), k6), k7), sixth), end), weight) in
-            k1.iter().zip(k3).zip(k4).zip(k5).zip(k6).zip(k7).zip(sixth).zip(end).zip(weight)
+        let mut sum = [0.0; 4];
+        for ((((((k1, k3), k4), k5), k6), k7), weight) in
+            k1.iter().zip(k3).zip(k4).zip(k5).zip(k6).zip(k7).zip(self.weight.groups())
         {
             let error = each(|l| {
-                weights[0] * k1[l]
-                    + weights[2] * k3[l]
-                    + weights[3] * k4[l]
-                    + weights[4] * k5[l]
-                    + weights[5] * k6[l]
-                    + weights[6] * k7[l]
+                let early = weights[0] * k1[l] + weights[2] * k3[l] + weights[3] * k4[l];
+                (early + weights[4] * k5[l] + weights[5] * k6[l] + weights[6] * k7[l]) * weight[l]
             });
-            errors = each(|l| errors[l] + (error[l] * weight[l]) * (error[l] * weight[l]));
-            let apart = each(|l| (k7[l] - k6[l]) * weight[l]);
-            rates = each(|l| rates[l] + apart[l] * apart[l]);
-            let apart = each(|l| (end[l] - sixth[l]) * weight[l]);
-            states = each(|l| states[l] + apart[l] * apart[l]);
+            sum = each(|l| sum[l] + error[l] * error[l]);
+        }
+        root_mean(sum, self.start.len())
+    }
+
+    /// Whether the explicit step of `h` (s) just computed is at the end of stability: by what its last two stages, at the same
+    /// time, differ by in their rates and in their states.
+    pub(super) fn is_at_end_of_stability(&self, h: f64) -> bool {
+        let [.., k6, k7] = self.explicit.k.each_ref().map(Vector::groups);
+        let (sixth, end) = (self.stage.groups(), self.full[2].groups());
+        let (mut rates, mut states) = ([0.0; 4], [0.0; 4]);
+        for ((((k6, k7), sixth), end), weight) in k6.iter().zip(k7).zip(sixth).zip(end).zip(self.weight.groups()) {
+            let rate = each(|l| (k7[l] - k6[l]) * weight[l]);
+            rates = each(|l| rates[l] + rate[l] * rate[l]);
+            let state = each(|l| (end[l] - sixth[l]) * weight[l]);
+            states = each(|l| states[l] + state[l] * state[l]);
         }
         let count = self.start.len();
-        self.explicit.at_the_end = h * root_mean(rates, count) > END_OF_STABILITY * root_mean(states, count);
-        root_mean(errors, count)
+        h * root_mean(rates, count) > END_OF_STABILITY * root_mean(states, count)
     }
 
     /// Step size control with a share of the error before.
@@ -189,16 +189,16 @@ impl Integrator {
         if !error.is_finite() {
             return Outcome::TooInaccurate(SHORTER * h);
         }
-        let power = |error: f64| error.powf(0.2 - 0.75 * BETA);
         if error >= 1.0 {
-            return Outcome::TooInaccurate(h * (SAFETY / power(error)).max(SHORTER));
+            return Outcome::TooInaccurate(h * (SAFETY / error.powf(0.17)).max(SHORTER));
         }
         let (last_step, last_error) = self.last;
         let before = if last_step > 0.0 { last_error } else { LEAST_ERROR };
         let factor = if error < TINY_ERROR {
             LONGER
         } else {
-            (SAFETY * before.powf(BETA) / power(error)).clamp(SHORTER, LONGER)
+            // Hairer's `before^0.04 / error^0.17`.
+            (SAFETY * (before.powi(4) / error.powi(17)).powf(0.01)).clamp(SHORTER, LONGER)
         };
         self.last = (h, error.max(LEAST_ERROR));
         self.next_step = if rejected { h * factor.min(1.0) } else { h * factor };

@@ -45,6 +45,11 @@ pub trait System {
     /// Writes the size of an error in each state that the relative tolerance 1 would allow.
     fn scale(&self, y: &[f64], scale: &mut [f64]);
 
+    /// Whether the scale depends on the state; where it does not it is asked for once.
+    fn scale_changes(&self) -> bool {
+        true
+    }
+
     /// Takes up `∂f/∂y` at this point, exactly or nearly.
     fn linearise(&mut self, time: f64, y: &[f64]);
 

@@ -93,6 +93,10 @@ impl System for PlantSystem<'_> {
         scale.copy_from_slice(&self.work.nominal);
     }
 
+    fn scale_changes(&self) -> bool {
+        false
+    }
+
     fn linearise(&mut self, time: f64, y: &[f64]) {
         let u = self.inputs.at(time);
         self.work.linearisation.update(self.plant, time, y, &u, self.slack);
