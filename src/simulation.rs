@@ -3,6 +3,7 @@
 mod command;
 mod equilibrium;
 mod pose_history;
+mod sensors;
 mod snapshot;
 mod start;
 mod system;
@@ -11,6 +12,8 @@ mod tangent;
 use std::sync::Arc;
 
 pub use equilibrium::{static_equilibrium, wrench_at_rest};
+pub use sensors::Outputs;
+pub(crate) use sensors::Shown;
 pub use snapshot::SnapshotError;
 pub use start::{Start, StartError};
 pub use tangent::{Direction, Tangent};
@@ -19,7 +22,6 @@ use crate::dynamics::{Evaluation, Inputs};
 use crate::integrator::{IntegrationError, Integrator, Solver, Statistics};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
-use crate::scalar::Real;
 use command::CommandHistory;
 use pose_history::PoseHistory;
 use system::{InputSegment, PlantSystem, Workspace};
@@ -29,48 +31,6 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-8;
 
 /// Longest stretch between two points of the pose history (s), for a delayed pose sensor.
 const HISTORY_STEP: f64 = 0.02;
-
-/// What the sensors show at one instant. SI units, radians.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outputs<S = f64> {
-    /// Measured pose `[x, y, φ]`.
-    pub pose: [S; 3],
-    /// Twist `[vx, vy, φ̇]`.
-    pub twist: [S; 3],
-    /// Measured geometric cable lengths, equation (4).
-    pub cable_length: PerCable<S>,
-    /// Measured unstretched lengths.
-    pub unstretched_length: PerCable<S>,
-    /// Rates of the unstretched lengths, by the same sensors.
-    pub unstretched_length_rate: PerCable<S>,
-    /// Tensions.
-    pub tension: PerCable<S>,
-    /// Strains `(L - l)/l`.
-    pub strain: PerCable<S>,
-    /// Directions of the cables, from the anchor: unit vectors.
-    pub cable_direction: PerCable<[S; 2]>,
-    /// Whether each cable is slack.
-    pub slack: PerCable<bool>,
-    /// Accelerations `[ax, ay, φ̈]` of the platform.
-    pub acceleration: [S; 3],
-    /// Angles of the drums, zero with nothing paid out, growing as they pay out.
-    pub winch_angle: PerCable<S>,
-    /// Angular rates of the drums.
-    pub winch_rate: PerCable<S>,
-}
-
-impl<S: Real> Outputs<S> {
-    /// Angle `α` (rad) of a cable (from 0), equation (5).
-    pub fn cable_angle(&self, cable: usize) -> S {
-        let [x, y] = self.cable_direction[cable];
-        y.atan2(x)
-    }
-
-    /// Angles (rad) of all cables.
-    pub fn cable_angles(&self) -> PerCable<S> {
-        PerCable::from_fn(self.cable_direction.len(), |i| self.cable_angle(i))
-    }
-}
 
 /// A plant in motion. Everything a simulation is: set inputs, advance, read outputs, save and restore.
 #[derive(Clone, Debug)]
@@ -375,33 +335,14 @@ impl Simulation {
 
     /// What the sensors show, from an evaluation of this instant.
     pub fn outputs_of(&self, e: &Evaluation) -> Outputs {
-        let y = &self.y;
-        let pose = self.poses.at(self.time - self.plant.pose_delay).unwrap_or([y[0], y[1], y[2]]);
-        self.sensed(pose, [y[3], y[4], y[5]], e)
+        self.shown(e).all()
     }
 
-    /// What the sensors make of a pose (their own delay behind it), a twist and an evaluation.
-    fn sensed<S: Real>(&self, pose: [S; 3], twist: [S; 3], e: &Evaluation<S>) -> Outputs<S> {
-        let plant = self.plant.at(self.time);
-        let scaled = |value: S, (factor, bias): (f64, f64)| value * factor + bias;
-        let cable = |i: usize| &plant.cable[i];
-        let cables = plant.cables();
-        Outputs {
-            pose: std::array::from_fn(|k| pose[k] + plant.pose_bias[k]),
-            twist,
-            cable_length: PerCable::from_fn(cables, |i| scaled(e.kinematics[i].length, cable(i).length_sensor)),
-            unstretched_length: PerCable::from_fn(cables, |i| scaled(e.unstretched[i], cable(i).unstretched_sensor)),
-            unstretched_length_rate: PerCable::from_fn(cables, |i| {
-                e.unstretched_rate[i] * cable(i).unstretched_sensor.0
-            }),
-            tension: e.tension,
-            strain: PerCable::from_fn(cables, |i| (e.kinematics[i].length - e.unstretched[i]) / e.unstretched[i]),
-            cable_direction: PerCable::from_fn(cables, |i| e.kinematics[i].direction),
-            slack: e.slack,
-            acceleration: e.acceleration,
-            winch_angle: PerCable::from_fn(cables, |i| e.unstretched[i] / plant.data.cables[i].winch.drum_radius),
-            winch_rate: PerCable::from_fn(cables, |i| e.unstretched_rate[i] / plant.data.cables[i].winch.drum_radius),
-        }
+    /// The same, each value made when it is asked for.
+    pub(crate) fn shown<'a>(&'a self, e: &'a Evaluation) -> Shown<'a> {
+        let y = &self.y;
+        let pose = self.poses.at(self.time - self.plant.pose_delay).unwrap_or([y[0], y[1], y[2]]);
+        Shown { plant: self.plant.at(self.time), pose, twist: [y[3], y[4], y[5]], e }
     }
 }
 

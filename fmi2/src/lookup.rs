@@ -46,6 +46,7 @@ impl Lookup {
     }
 
     /// Index of the variable with this base type and value reference.
+    #[inline]
     pub(crate) fn index(&self, base: BaseType, reference: u32) -> Option<usize> {
         let list = &self.of_type[base as usize];
         match list.dense.get(reference as usize) {

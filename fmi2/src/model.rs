@@ -46,6 +46,34 @@ pub trait Model: Send + Sized + 'static {
     /// The value is refused; the model keeps the old one.
     fn set(&mut self, index: usize, value: Value) -> Result<(), ModelError>;
 
+    /// The values of the Real variables at `indices`, in their order, into `values`; as [`Model::get`] gives them one by one.
+    ///
+    /// For models that can give many at once cheaper. The independent variable is never among them.
+    ///
+    /// # Errors
+    /// The place in `indices` of a value that cannot be computed, and why.
+    fn get_reals(&mut self, indices: &[usize], values: &mut [f64]) -> Result<(), (usize, ModelError)> {
+        for (place, (index, slot)) in indices.iter().zip(values).enumerate() {
+            *slot = match self.get(*index) {
+                Ok(Value::Real(value)) => value,
+                Ok(other) => return Err((place, ModelError::new(format!("it is {other:?}, no real number")))),
+                Err(error) => return Err((place, error)),
+            };
+        }
+        Ok(())
+    }
+
+    /// Give Real variables, each at its index, values; as [`Model::set`] does one by one.
+    ///
+    /// # Errors
+    /// The place among the assignments of a value that is refused, and why; those before it may have been taken.
+    fn set_reals(&mut self, assignments: &[(usize, f64)]) -> Result<(), (usize, ModelError)> {
+        for (place, (index, value)) in assignments.iter().enumerate() {
+            self.set(*index, Value::Real(*value)).map_err(|error| (place, error))?;
+        }
+        Ok(())
+    }
+
     /// Entering initialisation mode. From here to [`Model::initialise`] the host may read outputs and
     /// derivatives, computed from the start values as they stand.
     ///

@@ -74,10 +74,10 @@ fn derivatives(
     let plant = simulation.plant().at(simulation.time());
     let tangent = simulation.tangent(direction);
     let instant = Instant {
-        outputs: &tangent.outputs,
+        shown: tangent.shown(plant),
         states: &tangent.states,
         rates: &tangent.rates,
-        acceleration: &tangent.unstretched_acceleration,
+        acceleration: Some(&tangent.unstretched_acceleration),
         plant,
     };
     for (role, out) in unknowns.iter().zip(out) {

@@ -9,8 +9,8 @@ use fmi2_export::description::Kind;
 use fmi2_export::{Experiment, ModelError};
 
 use super::parameters::REALS;
-use super::values::{input_field, read, start_field};
-use super::{CablePlatform, Now, Role};
+use super::values::{evaluated, input_field, no_real_variable, read, start_field};
+use super::{CablePlatform, Role};
 use crate::model_file::Model;
 
 /// The widest difference, as part of a known's value or, where that is larger, its nominal value.
@@ -73,8 +73,12 @@ impl CablePlatform {
         let simulation = model.simulation().map_err(|e| ModelError::new(e.to_string()))?;
         self.same_states(&simulation)?;
         let mut rates = Vec::new();
-        let now = Now::of(&simulation, &mut rates);
-        unknowns.iter().map(|role| read(&simulation, &now, &rates, *role)).collect()
+        let evaluation = evaluated(&simulation, &mut rates);
+        let mut values = vec![0.0; unknowns.len()];
+        match read(&simulation, &evaluation, &rates, unknowns.iter().copied(), &mut values) {
+            None => Ok(values),
+            Some(_) => Err(no_real_variable()),
+        }
     }
 }
 

@@ -42,7 +42,7 @@ use crate::model_file::Model;
 use crate::parameters::{CableModel, Initialization};
 use crate::per_cable::PerCable;
 use crate::plant::EffectStates;
-use crate::simulation::{Outputs, Simulation, Start};
+use crate::simulation::{Simulation, Start};
 use role::{Role, State};
 use table::{LOG_EVENTS, LOG_SOLVER, Table};
 
@@ -72,7 +72,7 @@ pub struct CablePlatform {
     /// Running: the simulation. Before: a trial from the start values as they stand, made when it is asked for.
     simulation: Option<Simulation>,
     /// What was computed for the present instant; dropped whenever something changes.
-    now: Option<Now>,
+    now: Option<Evaluation>,
     /// Rates of the states at that instant.
     rates: Vec<f64>,
     log: Vec<LogEntry>,
@@ -108,12 +108,6 @@ enum Phase {
     Running {
         tolerance: f64,
     },
-}
-
-/// One instant, evaluated.
-struct Now {
-    evaluation: Evaluation,
-    outputs: Outputs,
 }
 
 impl CablePlatform {
@@ -321,6 +315,14 @@ impl FmiModel for CablePlatform {
 
     fn set(&mut self, index: usize, value: Value) -> Result<(), ModelError> {
         self.set_value(self.table.roles[index], &value)
+    }
+
+    fn get_reals(&mut self, indices: &[usize], values: &mut [f64]) -> Result<(), (usize, ModelError)> {
+        self.real_values(indices, values)
+    }
+
+    fn set_reals(&mut self, assignments: &[(usize, f64)]) -> Result<(), (usize, ModelError)> {
+        self.set_real_values(assignments)
     }
 
     fn enter_initialisation(&mut self, experiment: Experiment) -> Result<(), ModelError> {

@@ -3,7 +3,7 @@
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
-use crate::simulation::Outputs;
+use crate::simulation::Shown;
 
 /// What a variable stands for. Cables count from 0; `[x, y, φ]` are the axes 0 to 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,37 +72,44 @@ pub(super) enum Choice {
 
 /// The plant at one instant, as values or as duals with derivatives.
 pub(super) struct Instant<'a, S> {
-    pub(super) outputs: &'a Outputs<S>,
+    pub(super) shown: Shown<'a, S>,
     pub(super) states: &'a [S],
     pub(super) rates: &'a [S],
-    /// Of the true unstretched lengths.
-    pub(super) acceleration: &'a PerCable<S>,
+    /// Of the true unstretched lengths; `None` where nobody asks for them.
+    pub(super) acceleration: Option<&'a PerCable<S>>,
     pub(super) plant: &'a Plant,
+}
+
+impl Role {
+    /// Whether its value follows from the accelerations of the unstretched lengths.
+    pub(super) fn is_unstretched_acceleration(self) -> bool {
+        matches!(self, Self::Rate(State::UnstretchedRate(_)))
+    }
 }
 
 impl<S: Real> Instant<'_, S> {
     /// The real quantity behind `role`; `None` where it does not follow from the plant's state.
     pub(super) fn real(&self, role: Role) -> Option<S> {
-        let out = self.outputs;
+        let shown = &self.shown;
         Some(match role {
-            Role::State(State::Pose(k)) => out.pose[k],
-            Role::State(State::Twist(k)) => out.twist[k],
-            Role::State(State::UnstretchedLength(i)) => out.unstretched_length[i],
+            Role::State(State::Pose(k)) => shown.pose(k),
+            Role::State(State::Twist(k)) => shown.twist(k),
+            Role::State(State::UnstretchedLength(i)) => shown.unstretched_length(i),
             Role::State(State::UnstretchedRate(i)) | Role::Rate(State::UnstretchedLength(i)) => {
-                out.unstretched_length_rate[i]
+                shown.unstretched_length_rate(i)
             }
             Role::State(State::Effect(i, k)) => self.states[self.plant.effect_states(i).start + k],
             Role::Rate(State::Pose(k)) => self.rates[k],
             Role::Rate(State::Twist(k)) => self.rates[3 + k],
-            Role::Rate(State::UnstretchedRate(i)) => self.acceleration[i] * self.plant.length_sensor_factors(i)[1],
+            Role::Rate(State::UnstretchedRate(i)) => self.acceleration?[i] * self.plant.length_sensor_factors(i)[1],
             Role::Rate(State::Effect(i, k)) => self.rates[self.plant.effect_states(i).start + k],
-            Role::CableLength(i) => out.cable_length[i],
-            Role::Tension(i) => out.tension[i],
-            Role::Strain(i) => out.strain[i],
-            Role::CableAngle(i) => out.cable_angle(i),
-            Role::Acceleration(k) => out.acceleration[k],
-            Role::WinchAngle(i) => out.winch_angle[i],
-            Role::WinchRate(i) => out.winch_rate[i],
+            Role::CableLength(i) => shown.cable_length(i),
+            Role::Tension(i) => shown.tension(i),
+            Role::Strain(i) => shown.strain(i),
+            Role::CableAngle(i) => shown.cable_angle(i),
+            Role::Acceleration(k) => shown.acceleration(k),
+            Role::WinchAngle(i) => shown.winch_angle(i),
+            Role::WinchRate(i) => shown.winch_rate(i),
             Role::Time
             | Role::WinchForce(_)
             | Role::Disturbance(_)

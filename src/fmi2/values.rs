@@ -4,8 +4,8 @@ use fmi2_export::{ModelError, Value};
 
 use super::parameters::REALS;
 use super::role::Instant;
-use super::{CablePlatform, Now, Phase, Role, State};
-use crate::dynamics::Inputs;
+use super::{CablePlatform, Phase, Role, State};
+use crate::dynamics::{Evaluation, Inputs};
 use crate::simulation::{Simulation, Start};
 
 impl CablePlatform {
@@ -34,29 +34,78 @@ impl CablePlatform {
                 };
                 Value::Real(input_field(&mut inputs, role).map_or(0.0, |value| *value))
             }
-            Role::Slack(i) => Value::Boolean(self.now()?.1.outputs.slack[i]),
+            Role::Slack(i) => {
+                let (simulation, evaluation, _) = self.now()?;
+                Value::Boolean(simulation.shown(evaluation).slack(i))
+            }
             Role::Time => Value::Real(self.present()?.time()),
             _ => Value::Real(self.computed(role)?),
         })
     }
 
     /// The simulation, everything evaluated at the present instant, and the rates of the states.
-    fn now(&mut self) -> Result<(&Simulation, &Now, &[f64]), ModelError> {
+    fn now(&mut self) -> Result<(&Simulation, &Evaluation, &[f64]), ModelError> {
         if self.now.is_none() {
             self.present()?;
         }
         if let (Some(simulation), None) = (&self.simulation, &self.now) {
-            self.now = Some(Now::of(simulation, &mut self.rates));
+            self.now = Some(evaluated(simulation, &mut self.rates));
         }
         match (&self.simulation, &self.now) {
-            (Some(simulation), Some(now)) => Ok((simulation, now, &self.rates)),
+            (Some(simulation), Some(evaluation)) => Ok((simulation, evaluation, &self.rates)),
             _ => Err(ModelError::new("there is no simulation")),
         }
     }
 
     fn computed(&mut self, role: Role) -> Result<f64, ModelError> {
-        let (simulation, now, rates) = self.now()?;
-        read(simulation, now, rates, role)
+        let (simulation, evaluation, rates) = self.now()?;
+        let mut value = [0.0];
+        match read(simulation, evaluation, rates, [role], &mut value) {
+            None => Ok(value[0]),
+            Some(_) => Err(no_real_variable()),
+        }
+    }
+
+    /// The values of real variables. While the simulation runs, the instant is evaluated once for all of them.
+    pub(super) fn real_values(&mut self, indices: &[usize], values: &mut [f64]) -> Result<(), (usize, ModelError)> {
+        if let Phase::Running { .. } = self.phase {
+            self.now().map_err(|error| (0, error))?;
+            if let (Some(simulation), Some(evaluation)) = (&self.simulation, &self.now) {
+                let roles = indices.iter().map(|index| self.table.roles[*index]);
+                if read(simulation, evaluation, &self.rates, roles, values).is_none() {
+                    return Ok(());
+                }
+            }
+        }
+        for (place, (index, slot)) in indices.iter().zip(values).enumerate() {
+            *slot = match self.value(self.table.roles[*index]) {
+                Ok(Value::Real(value)) => value,
+                Ok(other) => return Err((place, ModelError::new(format!("it is {other:?}, no real number")))),
+                Err(error) => return Err((place, error)),
+            };
+        }
+        Ok(())
+    }
+
+    /// Sets real variables. While the simulation runs, they are inputs, and change together.
+    pub(super) fn set_real_values(&mut self, assignments: &[(usize, f64)]) -> Result<(), (usize, ModelError)> {
+        if let (Phase::Running { .. }, Some(simulation)) = (self.phase, &mut self.simulation) {
+            let (mut inputs, mut slopes) = (simulation.inputs(), simulation.input_slopes());
+            for (place, (index, value)) in assignments.iter().enumerate() {
+                let role = self.table.roles[*index];
+                match (input_field(&mut inputs, role), input_field(&mut slopes, role)) {
+                    (Some(input), Some(slope)) => (*input, *slope) = (*value, 0.0),
+                    _ => return Err((place, ModelError::new("only inputs can be set while the simulation runs"))),
+                }
+            }
+            simulation.set_inputs_with_slopes(inputs, slopes);
+            self.changed();
+            return Ok(());
+        }
+        for (place, (index, value)) in assignments.iter().enumerate() {
+            self.set_value(self.table.roles[*index], &Value::Real(*value)).map_err(|error| (place, error))?;
+        }
+        Ok(())
     }
 
     /// Gives the variable that stands for `role` a value.
@@ -132,30 +181,40 @@ impl CablePlatform {
     }
 }
 
-impl Now {
-    /// The present instant of `simulation`, and the rates of its states.
-    pub(super) fn of(simulation: &Simulation, rates: &mut Vec<f64>) -> Self {
-        let evaluation = simulation.evaluate();
-        let outputs = simulation.outputs_of(&evaluation);
-        rates.resize(simulation.states().len(), 0.0);
-        simulation.plant().write_rates(simulation.states(), &evaluation, rates);
-        Self { evaluation, outputs }
-    }
+/// The present instant of `simulation`, and the rates of its states.
+pub(super) fn evaluated(simulation: &Simulation, rates: &mut Vec<f64>) -> Evaluation {
+    let evaluation = simulation.evaluate();
+    rates.resize(simulation.states().len(), 0.0);
+    simulation.plant().write_rates(simulation.states(), &evaluation, rates);
+    evaluation
 }
 
-/// A real variable that follows from the states.
-pub(super) fn read(simulation: &Simulation, now: &Now, rates: &[f64], role: Role) -> Result<f64, ModelError> {
-    let along_motion;
-    let acceleration = match role {
-        Role::Rate(State::UnstretchedRate(_)) => {
-            along_motion = simulation.unstretched_accelerations(&now.evaluation);
-            &along_motion
-        }
-        _ => &now.evaluation.unstretched_acceleration,
-    };
+/// Real variables that follow from the states, into `values`. Returns the first role that does not.
+pub(super) fn read(
+    simulation: &Simulation,
+    evaluation: &Evaluation,
+    rates: &[f64],
+    roles: impl IntoIterator<Item = Role>,
+    values: &mut [f64],
+) -> Option<Role> {
     let plant = simulation.plant().at(simulation.time());
-    let instant = Instant { outputs: &now.outputs, states: simulation.states(), rates, acceleration, plant };
-    instant.real(role).ok_or_else(|| ModelError::new("no real variable of the plant"))
+    let (shown, states) = (simulation.shown(evaluation), simulation.states());
+    let mut along_motion = None;
+    for (role, value) in roles.into_iter().zip(values) {
+        if role.is_unstretched_acceleration() && along_motion.is_none() {
+            along_motion = Some(simulation.unstretched_accelerations(evaluation));
+        }
+        let instant = Instant { shown, states, rates, acceleration: along_motion.as_ref(), plant };
+        match instant.real(role) {
+            Some(real) => *value = real,
+            None => return Some(role),
+        }
+    }
+    None
+}
+
+pub(super) fn no_real_variable() -> ModelError {
+    ModelError::new("no real variable of the plant")
 }
 
 /// Where the start value of a state is kept.

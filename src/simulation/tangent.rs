@@ -2,10 +2,11 @@
 
 use num_dual::{Dual, Dual64};
 
-use super::{Outputs, Simulation};
+use super::{Outputs, Shown, Simulation};
 use crate::dynamics::{Evaluation, Inputs};
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
+use crate::plant::Plant;
 use crate::scalar::Real;
 
 /// A direction in which to differentiate: how fast time, states and commanded inputs change along it.
@@ -25,14 +26,27 @@ pub struct Direction<'a> {
 /// Values (`re`) and derivatives along a [`Direction`] (`eps`), with each cable slack or taut as it is.
 #[derive(Clone, Debug)]
 pub struct Tangent {
-    /// What the sensors show.
-    pub outputs: Outputs<Dual64>,
+    pose: [Dual64; 3],
+    evaluation: Evaluation<Dual64>,
     /// The states.
     pub states: Vec<Dual64>,
     /// Rates of the states.
     pub rates: Vec<Dual64>,
     /// Accelerations of the true unstretched lengths (m/s²).
     pub unstretched_acceleration: PerCable<Dual64>,
+}
+
+impl Tangent {
+    /// What the sensors of `plant` show.
+    pub fn outputs(&self, plant: &Plant) -> Outputs<Dual64> {
+        self.shown(plant).all()
+    }
+
+    /// The same, each value made when it is asked for.
+    pub(crate) fn shown<'a>(&'a self, plant: &'a Plant) -> Shown<'a, Dual64> {
+        let y = &self.states;
+        Shown { plant, pose: self.pose, twist: [y[3], y[4], y[5]], e: &self.evaluation }
+    }
 }
 
 impl Simulation {
@@ -61,8 +75,9 @@ impl Simulation {
             _ => [y[0], y[1], y[2]],
         };
         Tangent {
-            outputs: self.sensed(pose, [y[3], y[4], y[5]], &e),
+            pose,
             unstretched_acceleration: self.unstretched_acceleration(time, &y, &inputs, &rates, &e),
+            evaluation: e,
             states: y,
             rates,
         }

@@ -128,7 +128,7 @@ impl LinearModel {
             for (row, rate) in tangent.rates.iter().enumerate() {
                 model.a[(row, column)] = rate.eps;
             }
-            for (row, output) in flat(&tangent.outputs).iter().enumerate() {
+            for (row, output) in flat(&tangent.outputs(plant)).iter().enumerate() {
                 model.c[(row, column)] = output.eps;
             }
         }
@@ -143,7 +143,7 @@ impl LinearModel {
             for (row, rate) in tangent.rates.iter().enumerate() {
                 model.b[(row, column)] = rate.eps;
             }
-            for (row, output) in flat(&tangent.outputs).iter().enumerate() {
+            for (row, output) in flat(&tangent.outputs(plant)).iter().enumerate() {
                 model.d[(row, column)] = output.eps;
             }
         }

@@ -104,11 +104,10 @@ on_instance! {
         let references = unsafe { arguments::input("vr", references, count, limit) }?;
         // SAFETY: the caller's promise.
         let out = unsafe { arguments::output("value", values, count, limit) }?;
-        instance.read(BaseType::Real, references, |place, value| {
-            if let Value::Real(value) = value {
-                out[place].write(value);
+        instance.read_reals(references, |values| {
+            for (place, value) in out.iter_mut().zip(values) {
+                place.write(*value);
             }
-            Ok(())
         })
     }
 
@@ -171,7 +170,7 @@ on_instance! {
         let references = unsafe { arguments::input("vr", references, count, limit) }?;
         // SAFETY: the caller's promise.
         let values = unsafe { arguments::input("value", values, count, limit) }?;
-        instance.write(BaseType::Real, references, |place| Ok(Value::Real(values[place])))
+        instance.write_reals(references, values)
     }
 
     /// `fmi2SetInteger`.

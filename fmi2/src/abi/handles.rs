@@ -6,6 +6,7 @@
 use std::any::Any;
 use std::collections::HashMap;
 use std::ffi::c_void;
+use std::hash::{BuildHasherDefault, Hasher};
 use std::ptr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, RwLock};
@@ -33,7 +34,26 @@ impl<M: Model> Slot<M> {
     }
 }
 
-type Slots = HashMap<usize, Arc<dyn Any + Send + Sync>>;
+type Slots = HashMap<usize, Arc<dyn Any + Send + Sync>, BuildHasherDefault<ByNumber>>;
+
+/// Handles are numbers of our own making, 16 apart: spread over all bits by one multiplication they need no better hash.
+#[derive(Default)]
+struct ByNumber(u64);
+
+impl Hasher for ByNumber {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.write_usize(usize::from(*byte)));
+    }
+
+    fn write_usize(&mut self, number: usize) {
+        // 2^64 over the golden ratio (D. E. Knuth).
+        self.0 = (self.0 ^ number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(32);
+    }
+}
 
 static LIVE: LazyLock<RwLock<Slots>> = LazyLock::new(RwLock::default);
 static USED: AtomicUsize = AtomicUsize::new(0);

@@ -14,7 +14,7 @@ use std::ffi::CString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use crate::description::{Causality, LAYER_LOG_CATEGORIES};
+use crate::description::{Causality, LAYER_LOG_CATEGORIES, Variable};
 use crate::failure::{Failure, Outcome};
 use crate::log::{Filter, Message};
 use crate::lookup::Lookup;
@@ -29,6 +29,8 @@ pub(crate) struct Instance<M> {
     lookup: Lookup,
     /// Time, where the table has it.
     independent: Option<usize>,
+    /// For each variable: is it an input that may be set while the simulation runs?
+    is_running_input: Vec<bool>,
     /// For each variable: is it a continuous state?
     is_state: Vec<bool>,
     /// For each variable: is it an unknown of initialisation mode?
@@ -41,6 +43,11 @@ pub(crate) struct Instance<M> {
     strings: Vec<CString>,
     /// Room for the values of a set call between checking and setting.
     checked: Vec<(usize, Value)>,
+    /// The same for Real variables.
+    assignments: Vec<(usize, f64)>,
+    /// Room for the variables and the values of a call that reads Real variables.
+    indices: Vec<usize>,
+    numbers: Vec<f64>,
 }
 
 impl<M: Model> Instance<M> {
@@ -78,6 +85,8 @@ impl<M: Model> Instance<M> {
         for unknown in table.initial_unknowns() {
             is_initial_unknown[unknown] = true;
         }
+        let running_input = |v: &Variable| v.causality == Causality::Input && v.settable_while_stepping();
+        let is_running_input = table.variables.iter().map(running_input).collect();
         let layer = LAYER_LOG_CATEGORIES.iter().map(|(name, _)| (*name).into());
         let own = table.log_categories.iter().map(|c| c.name.clone());
         let filter = Filter::new(layer.chain(own).collect(), logging_on);
@@ -85,6 +94,7 @@ impl<M: Model> Instance<M> {
             guid: own_guid,
             lookup: Lookup::new(table),
             independent: table.variables.iter().position(|v| v.causality == Causality::Independent),
+            is_running_input,
             is_state,
             is_initial_unknown,
             progress: Progress::default(),
@@ -92,6 +102,9 @@ impl<M: Model> Instance<M> {
             filter,
             strings: Vec::new(),
             checked: Vec::new(),
+            assignments: Vec::new(),
+            indices: Vec::new(),
+            numbers: Vec::new(),
             model,
         })
     }

@@ -35,6 +35,45 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
+    /// Read Real variables, all of them at once; `take` gets the values.
+    pub(crate) fn read_reals(&mut self, references: &[u32], take: impl FnOnce(&[f64])) -> Outcome {
+        let mut indices = std::mem::take(&mut self.indices);
+        let mut numbers = std::mem::take(&mut self.numbers);
+        let outcome = self.read_reals_into(references, &mut indices, &mut numbers);
+        if outcome.is_ok() {
+            take(&numbers);
+        }
+        (self.indices, self.numbers) = (indices, numbers);
+        outcome
+    }
+
+    fn read_reals_into(&mut self, references: &[u32], indices: &mut Vec<usize>, numbers: &mut Vec<f64>) -> Outcome {
+        indices.clear();
+        numbers.clear();
+        let mut with_time = false;
+        for &reference in references {
+            let index = self.index(BaseType::Real, reference)?;
+            with_time |= self.independent == Some(index);
+            indices.push(index);
+        }
+        if with_time {
+            return self.read(BaseType::Real, references, |_, value| {
+                if let Value::Real(number) = value {
+                    numbers.push(number);
+                }
+                Ok(())
+            });
+        }
+        numbers.resize(indices.len(), 0.0);
+        self.model
+            .get_reals(indices, numbers)
+            .map_err(|(place, error)| Failure::refused(format!("`{}`: {error}", self.name(indices[place]))))?;
+        for (index, number) in indices.iter().zip(numbers) {
+            self.finite("", *index, *number)?;
+        }
+        Ok(())
+    }
+
     /// Read string variables into the instance's own memory.
     pub(crate) fn read_strings(&mut self, references: &[u32]) -> Outcome<&[CString]> {
         let mut strings = Vec::with_capacity(references.len());
@@ -68,6 +107,35 @@ impl<M: Model> Instance<M> {
             self.check_values(base, references, value, &mut checked).and_then(|()| self.set_values(&mut checked));
         self.checked = checked;
         outcome
+    }
+
+    /// Set Real variables, all of them at once. All are checked before any is set.
+    pub(crate) fn write_reals(&mut self, references: &[u32], values: &[f64]) -> Outcome {
+        let mut assignments = std::mem::take(&mut self.assignments);
+        let outcome = self.check_reals(references, values, &mut assignments).and_then(|()| {
+            self.model
+                .set_reals(&assignments)
+                .map_err(|(place, error)| Failure::refused(format!("`{}`: {error}", self.name(assignments[place].0))))
+        });
+        self.assignments = assignments;
+        outcome
+    }
+
+    fn check_reals(&self, references: &[u32], values: &[f64], assignments: &mut Vec<(usize, f64)>) -> Outcome {
+        assignments.clear();
+        let running = matches!(self.progress.state, State::StepComplete | State::StepFailed);
+        for (&reference, &value) in references.iter().zip(values) {
+            let index = self.index(BaseType::Real, reference)?;
+            // What hosts do at every step needs no look at the table.
+            if !(running && self.is_running_input[index] && value.is_finite()) {
+                let variable = &self.model.description().variables[index];
+                self.check_settable(variable)?;
+                self.check_value(variable, &Value::Real(value))
+                    .map_err(|failure| Failure::refused(format!("`{}`: {failure}", variable.name)))?;
+            }
+            assignments.push((index, value));
+        }
+        Ok(())
     }
 
     fn check_values(

@@ -1,5 +1,6 @@
 //! The plant through the `Model` trait, as the FMI layer sees it.
 
+mod blocks;
 mod derivatives;
 mod description;
 mod initial_derivatives;
