@@ -14,6 +14,7 @@ mod tests;
 
 pub(crate) use elastic::{tension as elastic_tension, unstretched_length};
 pub use evaluation::Evaluation;
+pub(crate) use evaluation::Margins;
 pub(crate) use factors::Factors;
 pub(crate) use instant::{swing_tension, winch_pull};
 pub use jacobian::Jacobian;

@@ -67,7 +67,8 @@ pub trait System {
         0
     }
 
-    /// Whether a switching function may have turned negative since the last call; spares looking for crossings.
+    /// Whether a switching function may have turned negative since the last call, at the evaluations of the rates or between
+    /// them; spares looking for crossings.
     fn suspects_switch(&mut self) -> bool {
         self.switches() > 0
     }

@@ -1,6 +1,6 @@
 //! The plant as a system for the integrator.
 
-use crate::dynamics::{Factors, Inputs, Linearisation};
+use crate::dynamics::{Factors, Inputs, Linearisation, Margins};
 use crate::integrator::{Complex64, System};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
@@ -46,7 +46,7 @@ pub(super) struct Workspace {
     pub(super) linearised_slack: PerCable<bool>,
     real: Factors<f64>,
     complex: Factors<Complex64>,
-    suspect: bool,
+    margins: Margins,
 }
 
 impl Workspace {
@@ -60,7 +60,7 @@ impl Workspace {
             linearised_slack: PerCable::filled(plant.cables(), false),
             real: Factors::empty(plant.cables()),
             complex: Factors::empty(plant.cables()),
-            suspect: false,
+            margins: Margins::NONE,
         }
     }
 }
@@ -86,7 +86,7 @@ impl System for PlantSystem<'_> {
             moved = self.inputs.at(time);
             &moved
         };
-        self.work.suspect |= self.plant.rates_and_doubt(time, y, inputs, self.slack, rates);
+        self.plant.rates_and_margins(time, y, inputs, self.slack, rates, &mut self.work.margins);
     }
 
     fn scale(&self, _y: &[f64], scale: &mut [f64]) {
@@ -122,7 +122,7 @@ impl System for PlantSystem<'_> {
     }
 
     fn suspects_switch(&mut self) -> bool {
-        std::mem::take(&mut self.work.suspect)
+        std::mem::replace(&mut self.work.margins, Margins::NONE).may_be_negative(self.plant.cables())
     }
 
     fn switching_functions(&mut self, time: f64, y: &[f64], values: &mut [f64]) {

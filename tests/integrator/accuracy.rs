@@ -3,7 +3,7 @@
 use cdpr::integrator::{Integrator, Solver};
 
 use crate::problems::{
-    Dense, Dragged, Oscillator, Problem, ProtheroRobinson, Robertson, TwoPulls, Unweighed, VanDerPol,
+    Dense, Dipping, Dragged, Oscillator, Problem, ProtheroRobinson, Robertson, TwoPulls, Unweighed, VanDerPol,
 };
 use crate::scenarios::scenarios;
 
@@ -116,7 +116,26 @@ fn switches_are_located_to_rounding() {
     }
 }
 
-/// Whatever the step, and with one Newton iteration as with many: the error in metres is at most twenty times the tolerance, over
+/// Lower than -0.99 for a twentieth of its period, or a fifth of a step: seldom at one of the five looks.
+#[test]
+fn a_function_that_dips_between_the_looks_is_seen() {
+    for solver in [Solver::Radau, Solver::DormandPrince] {
+        for k in 0..40 {
+            let step = 1.2 + 0.01 * f64::from(k);
+            let oscillator = Oscillator { frequency: 1.0, damping: 0.0 };
+            let mut system = Dense::new(Dipping { oscillator, level: 0.99, below: false });
+            let mut integrator = Integrator::new(2, 1, 1e-8);
+            integrator.set_solver(solver);
+            let mut y = [1.0, 0.0];
+            for k in 0..5 {
+                integrator.advance(&mut system, f64::from(k) * step, &mut y, step).unwrap();
+            }
+            assert_eq!(integrator.statistics().switches, 2, "{solver:?}, steps of {step}");
+        }
+    }
+}
+
+/// Whatever the step, and with one Newton iteration as with many: the error in metres is at most ten times the tolerance, over
 /// all steps together.
 #[test]
 fn the_plant_keeps_its_tolerance_at_every_step() {
@@ -127,7 +146,7 @@ fn the_plant_keeps_its_tolerance_at_every_step() {
                 let (found, _) = scenario.run(Solver::Radau, tolerance, step);
                 let error = scenario.difference(&found, &exact);
                 assert!(
-                    error < 20.0 * tolerance,
+                    error < 10.0 * tolerance,
                     "{}, step {step} s, tolerance {tolerance:e}: {error:e} m",
                     scenario.name
                 );

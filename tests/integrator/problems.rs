@@ -226,6 +226,38 @@ impl Problem for Unweighed {
     }
 }
 
+/// The unweighed oscillator, watched for being lower than -`level`.
+pub(crate) struct Dipping {
+    pub(crate) oscillator: Oscillator,
+    pub(crate) level: f64,
+    pub(crate) below: bool,
+}
+
+impl Problem for Dipping {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn rates(&self, time: f64, y: &[f64], rates: &mut [f64]) {
+        self.oscillator.rates(time, y, rates);
+    }
+    fn jacobian(&self, time: f64, y: &[f64], j: &mut DMatrix<f64>) {
+        self.oscillator.jacobian(time, y, j);
+    }
+    fn scale(&self, _y: &[f64], scale: &mut [f64]) {
+        scale.fill(1e9);
+    }
+    fn switches(&self) -> usize {
+        1
+    }
+    fn switching_functions(&self, y: &[f64], values: &mut [f64]) {
+        let above = y[0] + self.level;
+        values[0] = if self.below { -above } else { above };
+    }
+    fn switch(&mut self) {
+        self.below = !self.below;
+    }
+}
+
 /// A weight between two constant pulls, `y'' = -sign y`: parabolas that meet where it passes zero.
 pub(crate) struct TwoPulls {
     pub(crate) above: bool,

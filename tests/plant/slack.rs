@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
+use cdpr::integrator::Solver;
 use cdpr::parameters::{CableInertia, CableModel};
 use cdpr::per_cable::PerCable;
 use cdpr::plant::Plant;
@@ -181,4 +182,27 @@ fn a_damper_does_not_pull_on_a_cable_without_strain() {
     y[length] = simulation.outputs().cable_length[0] + 1e-4;
     y[rate] = -50.0;
     assert!(plant.slack_cables(0.0, &y, &inputs(0.0))[0], "a damper of 20 kN s pulls 1 kN at this rate");
+}
+
+/// A cable is let go so far that it swings down to nothing and back within some hundredths of a second, between two stages of the
+/// long steps that a loose tolerance allows.
+#[test]
+fn a_brief_slack_is_seen_at_every_step() {
+    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[]);
+    let after_a_second = |solver: Solver, force: f64, step: f64| {
+        let inputs = |first: f64| Inputs { winch_force: [first, 1e3, 1e3, 1e3].into(), disturbance: [0.0; 3] };
+        let start = Start { inputs: inputs(1e3), ..Start::default() };
+        let mut simulation = Simulation::new(plant.clone(), &start, 1e-3).unwrap().with_solver(solver);
+        simulation.set_inputs(inputs(force));
+        for _ in 0..(1.0 / step).round() as u32 {
+            simulation.advance(step).unwrap();
+        }
+        simulation.statistics().switches
+    };
+    for solver in [Solver::Radau, Solver::DormandPrince] {
+        for force in (430..=455).map(f64::from) {
+            let switches = [1e-3, 0.1, 0.25, 0.5, 1.0].map(|step| after_a_second(solver, force, step));
+            assert!(switches.iter().all(|count| *count >= 2), "{solver:?}, {force} N: {switches:?}");
+        }
+    }
 }
