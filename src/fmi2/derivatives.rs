@@ -7,7 +7,7 @@ use super::values::input_field;
 use super::{CablePlatform, Role, State};
 use crate::dynamics::Inputs;
 use crate::plant::Plant;
-use crate::simulation::{Direction, Simulation};
+use crate::simulation::Direction;
 
 impl CablePlatform {
     /// `out = d(unknowns)/d(knowns) * seed`.
@@ -41,7 +41,7 @@ impl CablePlatform {
                 _ => return Err(ModelError::new("derivatives are with respect to inputs, states and time")),
             }
         }
-        derivatives(simulation, &Direction { time, states: &states, inputs }, &unknowns, out)
+        self.derivatives(&Direction { time, states: &states, inputs }, &unknowns, out)
     }
 
     /// The rate of an output along the motion.
@@ -49,8 +49,31 @@ impl CablePlatform {
         let simulation = self.running()?;
         let (states, inputs) = (simulation.rates(), simulation.input_slopes());
         let mut rate = [0.0];
-        derivatives(simulation, &Direction { time: 1.0, states: &states, inputs }, &[role], &mut rate)?;
+        self.derivatives(&Direction { time: 1.0, states: &states, inputs }, &[role], &mut rate)?;
         Ok(rate[0])
+    }
+
+    /// Derivatives along one direction; hosts ask for several unknowns one after the other, and it is evaluated once for them.
+    fn derivatives(&mut self, direction: &Direction<'_>, unknowns: &[Role], out: &mut [f64]) -> Result<(), ModelError> {
+        let kept = self.tangent.take().filter(|tangent| tangent.is_along(direction));
+        let simulation = self.running()?;
+        let tangent = kept.unwrap_or_else(|| simulation.tangent(direction));
+        let plant = simulation.plant().at(simulation.time());
+        let instant = Instant {
+            shown: tangent.shown(plant),
+            states: &tangent.states,
+            rates: &tangent.rates,
+            acceleration: Some(&tangent.unstretched_acceleration),
+            plant,
+        };
+        for (role, out) in unknowns.iter().zip(out) {
+            let value = instant
+                .real(*role)
+                .ok_or_else(|| ModelError::new("derivatives are of real outputs and derivatives of states"))?;
+            *out = value.eps;
+        }
+        self.tangent = Some(tangent);
+        Ok(())
     }
 }
 
@@ -63,28 +86,4 @@ fn place(plant: &Plant, state: State) -> Option<(usize, f64)> {
         State::UnstretchedRate(i) => (plant.rate_index(i)?, plant.cable[i].unstretched_sensor.0),
         State::Effect(i, k) => (plant.effect_states(i).start + k, 1.0),
     })
-}
-
-fn derivatives(
-    simulation: &Simulation,
-    direction: &Direction<'_>,
-    unknowns: &[Role],
-    out: &mut [f64],
-) -> Result<(), ModelError> {
-    let plant = simulation.plant().at(simulation.time());
-    let tangent = simulation.tangent(direction);
-    let instant = Instant {
-        shown: tangent.shown(plant),
-        states: &tangent.states,
-        rates: &tangent.rates,
-        acceleration: Some(&tangent.unstretched_acceleration),
-        plant,
-    };
-    for (role, out) in unknowns.iter().zip(out) {
-        let value = instant
-            .real(*role)
-            .ok_or_else(|| ModelError::new("derivatives are of real outputs and derivatives of states"))?;
-        *out = value.eps;
-    }
-    Ok(())
 }

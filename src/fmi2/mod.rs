@@ -42,7 +42,7 @@ use crate::model_file::Model;
 use crate::parameters::{CableModel, Initialization};
 use crate::per_cable::PerCable;
 use crate::plant::EffectStates;
-use crate::simulation::{Simulation, Start};
+use crate::simulation::{Simulation, Start, Tangent};
 use role::{Role, State};
 use table::{LOG_EVENTS, LOG_SOLVER, Table};
 
@@ -73,6 +73,8 @@ pub struct CablePlatform {
     simulation: Option<Simulation>,
     /// What was computed for the present instant; dropped whenever something changes.
     now: Option<Evaluation>,
+    /// Derivatives at this instant, along the direction last asked for.
+    tangent: Option<Tangent>,
     /// Rates of the states at that instant.
     rates: Vec<f64>,
     log: Vec<LogEntry>,
@@ -146,6 +148,7 @@ impl CablePlatform {
             phase: Phase::Instantiated,
             simulation: None,
             now: None,
+            tangent: None,
             rates: Vec::new(),
             log: Vec::new(),
             steps: 0,
@@ -226,9 +229,15 @@ impl CablePlatform {
         Ok(self.simulation.as_ref().expect("it has just been made"))
     }
 
+    /// What was computed for the instant before is of no use.
+    fn forget_instant(&mut self) {
+        self.now = None;
+        self.tangent = None;
+    }
+
     /// Something changed that values follow from.
     fn changed(&mut self) {
-        self.now = None;
+        self.forget_instant();
         if !matches!(self.phase, Phase::Running { .. }) {
             self.simulation = None;
         }
@@ -342,7 +351,7 @@ impl FmiModel for CablePlatform {
         let time = simulation.time();
         self.phase = Phase::Running { tolerance: model.relative_tolerance };
         self.simulation = Some(simulation);
-        self.now = None;
+        self.forget_instant();
         if let Some(wanted) = self.asked_tolerance(experiment)
             && wanted < TOLERANCES.0
         {
@@ -370,7 +379,7 @@ impl FmiModel for CablePlatform {
         let geometry = simulation.plant().geometry();
         let inside = geometry.holds(&pose);
         let blocked = if told { None } else { geometry.blocked_cable(&pose) };
-        self.now = None;
+        self.forget_instant();
         self.steps += 1;
         self.log_slack(after, reached);
         if let Some(i) = blocked {
@@ -433,7 +442,7 @@ impl FmiModel for CablePlatform {
         self.settings = Settings::new(&self.original);
         self.phase = Phase::Instantiated;
         self.simulation = None;
-        self.now = None;
+        self.forget_instant();
         self.log.clear();
         (self.steps, self.events, self.slack) = (0, 0, self.slack.map(|_| false));
         (self.blocked, self.stiff) = (false, false);

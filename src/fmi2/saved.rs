@@ -88,7 +88,7 @@ impl CablePlatform {
             _ => return Err(broken()),
         }
         self.settings = settings;
-        self.now = None;
+        self.forget_instant();
         Ok(())
     }
 

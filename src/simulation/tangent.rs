@@ -26,6 +26,8 @@ pub struct Direction<'a> {
 /// Values (`re`) and derivatives along a [`Direction`] (`eps`), with each cable slack or taut as it is.
 #[derive(Clone, Debug)]
 pub struct Tangent {
+    time: f64,
+    inputs: Inputs,
     pose: [Dual64; 3],
     evaluation: Evaluation<Dual64>,
     /// The states.
@@ -37,6 +39,13 @@ pub struct Tangent {
 }
 
 impl Tangent {
+    /// Whether it was made along this direction.
+    pub(crate) fn is_along(&self, direction: &Direction<'_>) -> bool {
+        self.time == direction.time
+            && self.inputs == direction.inputs
+            && self.states.iter().map(|state| &state.eps).eq(direction.states)
+    }
+
     /// What the sensors of `plant` show.
     pub fn outputs(&self, plant: &Plant) -> Outputs<Dual64> {
         self.shown(plant).all()
@@ -75,6 +84,8 @@ impl Simulation {
             _ => [y[0], y[1], y[2]],
         };
         Tangent {
+            time: direction.time,
+            inputs: direction.inputs,
             pose,
             unstretched_acceleration: self.unstretched_acceleration(time, &y, &inputs, &rates, &e),
             evaluation: e,

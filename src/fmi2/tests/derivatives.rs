@@ -75,7 +75,7 @@ fn moved(platform: &mut CablePlatform, unknowns: &[usize], known: usize, amount:
         let value = get(platform, &name);
         set(platform, &name, value + amount);
     }
-    platform.now = None;
+    platform.forget_instant();
     let values = unknowns
         .iter()
         .map(|k| match platform.get(*k).unwrap() {
@@ -221,6 +221,23 @@ fn output_derivatives_are_those_of_differences() {
 /// Some known that `moved` leaves alone when moved by nothing.
 fn ramp_free(platform: &CablePlatform) -> usize {
     index(platform, "x")
+}
+
+/// Hosts ask for one unknown after the other, and go on to the next known or the next instant.
+#[test]
+fn derivatives_one_by_one_are_those_all_at_once() {
+    let mut platform = settled(CableModel::LumpedMass, one_of_each());
+    let (unknowns, knowns) = (unknowns(&platform), knowns(&platform));
+    for time in [0.3, 0.4] {
+        for known in &knowns {
+            let together = column(&mut platform, &unknowns, *known);
+            for (unknown, value) in unknowns.iter().zip(together) {
+                assert_eq!(column(&mut platform, &[*unknown], *known), [value], "{unknown} by {known}");
+            }
+        }
+        platform.step(time, 0.1).unwrap();
+        assert!(platform.tangent.is_none(), "of the instant before");
+    }
 }
 
 #[test]
