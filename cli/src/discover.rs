@@ -250,6 +250,14 @@ fn summary(discovery: &Discovery, report: &Report) -> String {
     if let Some(runs) = report::control_runs(report) {
         line("chance", &runs);
     }
+    if discovery.verdict == Verdict::NoMissingEffect {
+        if let Some(list) = report::would_show(report) {
+            line("would show", &format!("{list}; all in the report"));
+        }
+        if let Some(list) = report::not_excited(report) {
+            line("cannot tell", &list);
+        }
+    }
     for remark in &report.remarks {
         line("remark", remark);
     }

@@ -72,6 +72,8 @@ fn sample(verdict: Verdict) -> Report {
         files: files(),
         settings: settings(),
         method: method(),
+        limits: vec![],
+        at_rest: false,
         remarks: vec![],
     };
     report.effects[0].holdout_gap_without = report.gap.holdout.map(|g| g.before);

@@ -126,8 +126,13 @@ impl Library {
 
     /// The columns of one candidate alone, in its order, and what they are made of.
     pub(crate) fn only(&self, candidate: usize) -> Self {
+        self.of_columns(&self.candidates[candidate].columns)
+    }
+
+    /// These columns alone, in their order, and what they are made of.
+    pub(crate) fn of_columns(&self, columns: &[usize]) -> Self {
         let mut lib = Self::new(self.cables);
-        for column in &self.candidates[candidate].columns {
+        for column in columns {
             let mut combination = Combination::new();
             for (at, weight) in &self.columns[*column] {
                 lib.variations.push(self.variations[*at].clone());

@@ -14,7 +14,9 @@ use crate::estimate::{FitError, noise_of_data};
 use crate::extension::{containing, count_in_use};
 use crate::fitted::{Evidence, Fitted, Trained};
 use crate::instruments;
-use crate::outcome::{Alternative, BeforeAfter, Discovery, Found, HORIZON, HORIZONS, Located, Stability, Verdict};
+use crate::outcome::{
+    Alternative, BeforeAfter, Discovery, Found, HORIZON, HORIZONS, Located, Stability, Verdict, at_rest,
+};
 use crate::report::{channel_words, phrase, printed};
 use crate::rivals::{Rival, told_apart_from};
 use crate::search::{NOTHING_LEFT, Progress, Search, Taken};
@@ -225,6 +227,10 @@ pub(crate) fn examine(
     let (candidates, steps) = (search.tried.len(), std::mem::take(&mut search.steps));
     let horizon = search.reaches.main.horizon;
     let trials = verify::compared(&base, &fitted, &evidence, horizon);
+    let detection_limits = search.detection_limits(&fitted);
+    if at_rest(&detection_limits) {
+        remarks.push(AT_REST.to_owned());
+    }
     progress("done", 1.0);
     Ok(Discovery {
         verdict: judgement.verdict,
@@ -249,10 +255,15 @@ pub(crate) fn examine(
         candidates,
         outliers,
         steps,
+        detection_limits,
         remarks,
         seconds: begun.elapsed().as_secs_f64(),
     })
 }
+
+/// What is said where the data are of a machine at rest.
+const AT_REST: &str = "The machine hardly moves in these recordings: they show no friction and no drag of any size that it may \
+                       have, so they neither find such a law nor clear the machine of it. Record it moving.";
 
 /// Cuts the last 30 % off the longest trial.
 fn hold_out(train: &mut [Trial], holdout: &mut Vec<Trial>) -> Result<String, String> {

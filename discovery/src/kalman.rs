@@ -37,7 +37,8 @@ impl Filtered {
 
     /// Row `r` of the covariance before the measurements of sample `k`; only where it was kept.
     pub(crate) fn covariance_row(&self, linear: &LinearTrial, k: usize, r: usize) -> &[f64] {
-        let at = (k * linear.width() + r) * self.stride;
+        let rows = self.covariance.len() / (self.stride * linear.len);
+        let at = (k * rows + r) * self.stride;
         &self.covariance[at..at + self.stride]
     }
 

@@ -13,6 +13,7 @@ pub mod write;
 mod alike;
 mod candidates;
 mod check;
+mod detection;
 mod discover;
 mod entrance;
 mod estimate;

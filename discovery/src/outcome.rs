@@ -316,6 +316,25 @@ pub struct SearchStep {
     pub reason: String,
 }
 
+/// The smallest size of an effect that the data would have shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DetectionLimit {
+    /// The effect as it was examined: where it acts, and its shape. Its size is the one at which its signature was taken.
+    pub effect: EffectSpec,
+    /// The parameter that is its size; of a vector the names of its parts.
+    pub parameter: String,
+    /// The unit of that.
+    pub unit: &'static str,
+    /// The size from which it would have been found in 99 of 100 repetitions; `None` where the data show nothing of it.
+    pub size: Option<f64>,
+    /// Whether it shows up to this size rather than from it on: a stiffness in series, an upper limit.
+    pub at_most: bool,
+    /// Whether it shows at a size that such a robot may have.
+    pub excited: bool,
+    /// Which of its parameters are the shape for which the size holds.
+    pub shape: Vec<usize>,
+}
+
 /// The result of a discovery.
 #[derive(Clone, Debug)]
 pub struct Discovery {
@@ -357,10 +376,27 @@ pub struct Discovery {
     pub outliers: usize,
     /// The search as it went.
     pub steps: Vec<SearchStep>,
+    /// What the data would have shown of every other law of the catalogue.
+    pub detection_limits: Vec<DetectionLimit>,
     /// Remarks, each a sentence.
     pub remarks: Vec<String>,
     /// Computing time (s).
     pub seconds: f64,
+}
+
+impl Discovery {
+    /// Whether the data show nothing of any law that needs motion, friction and drag; then nothing clears the machine of them.
+    pub fn at_rest(&self) -> bool {
+        at_rest(&self.detection_limits)
+    }
+}
+
+pub(crate) fn at_rest(limits: &[DetectionLimit]) -> bool {
+    let of_motion = |on: &DependsOn| matches!(on, DependsOn::Speed | DependsOn::Direction);
+    let needs_motion =
+        |limit: &&DetectionLimit| limit.effect.depends_on().is_ok_and(|on| !on.is_empty() && on.iter().all(of_motion));
+    let mut laws = limits.iter().filter(needs_motion).peekable();
+    laws.peek().is_some() && laws.all(|limit| !limit.excited)
 }
 
 /// The main horizon (s), unless errors grow too fast for it.

@@ -41,8 +41,33 @@ pub struct Report {
     pub settings: Vec<Setting>,
     /// How the result was reached.
     pub method: Method,
+    /// What the data would have shown of every other law: one row for each size, at the cable where it shows least.
+    pub limits: Vec<Limit>,
+    /// Whether they show nothing of any law that needs motion.
+    pub at_rest: bool,
     /// Remarks and warnings for the reader, each a full sentence.
     pub remarks: Vec<String>,
+}
+
+/// The smallest size of a law that the data would have shown.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Limit {
+    /// The law with its place: `Coulomb friction on winch 3`.
+    pub label: String,
+    /// The kind of place: `winch`, `platform`, `sensor`.
+    pub site: String,
+    /// The parameter that is its size.
+    pub parameter: String,
+    /// The size in SI; `None` where they show nothing of it.
+    pub size: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+    /// Whether it shows up to this size rather than from it on.
+    pub at_most: bool,
+    /// Whether that is a size that such a robot may have.
+    pub excited: bool,
+    /// The shape for which it holds.
+    pub shape: Vec<Parameter>,
 }
 
 /// The outcome of a discovery.

@@ -26,7 +26,7 @@ pub use number::{gap as gap_text, quantity, significant};
 pub use page::render;
 pub use picture::{gap_picture, most_telling};
 pub(crate) use place::channel_words;
-pub use words::{Summary, control_runs, phrase, printed, summary, term};
+pub use words::{Summary, control_runs, not_excited, phrase, printed, summary, term, would_show};
 
 #[cfg(test)]
 mod tests;

@@ -83,6 +83,15 @@ pub fn quantity(name: &str, value: f64, error: Option<f64>, unit: &str) -> Strin
     }
 }
 
+/// A size to two digits with its unit; of a relative change in per cent.
+pub(super) fn rough(name: &str, value: f64, unit: &str) -> String {
+    match unit {
+        "1" | "" if name == "factor" => format!("{}{NBSP}%", significant(100.0 * value, 2)),
+        "1" | "" => significant(value, 2),
+        unit => format!("{}{NBSP}{}", significant(value, 2), unit_text(unit)),
+    }
+}
+
 /// The unit with spaces that do not break.
 pub(super) fn unit_text(unit: &str) -> String {
     unit.replace(' ', &NBSP.to_string())

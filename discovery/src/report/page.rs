@@ -4,7 +4,7 @@ use minijinja::{AutoEscape, Environment, UndefinedBehavior, Value, context};
 use serde::Serialize;
 
 use super::check::{ReportError, check};
-use super::data::{BeforeAfter, Report, Verdict};
+use super::data::{BeforeAfter, Parameter, Report, Verdict};
 use super::number::{self, gap, percent, significant};
 use super::picture::{gap_picture, most_telling};
 use super::place::{Place, channel_words};
@@ -85,8 +85,31 @@ pub fn render(input: &Report) -> Result<String, ReportError> {
         control_runs => words::control_method(input),
         stability => stability::draw(input),
         remarks => input.remarks,
+        limits => limits(input),
+        at_rest => input.at_rest,
     })?;
     Ok(page)
+}
+
+/// A law and from where on it shows.
+#[derive(Serialize)]
+struct LimitRow<'a> {
+    label: &'a str,
+    parameter: &'a str,
+    shows: String,
+    excited: bool,
+    shape: &'a [Parameter],
+}
+
+fn limits(report: &Report) -> Vec<LimitRow<'_>> {
+    let rows = report.limits.iter().map(|limit| LimitRow {
+        label: &limit.label,
+        parameter: &limit.parameter,
+        shows: words::shows(limit),
+        excited: limit.excited,
+        shape: &limit.shape,
+    });
+    rows.collect()
 }
 
 /// Whether nothing was added, so that before and after are the same model.

@@ -90,6 +90,8 @@ fn report() -> Report {
                 reason: "largest gain".to_owned(),
             }],
         },
+        limits: vec![],
+        at_rest: false,
         remarks: vec![],
     }
 }

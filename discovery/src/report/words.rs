@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::data::{Alternative, BeforeAfter, Effect, Parameter, Report, Span, Verdict};
+use super::data::{Alternative, BeforeAfter, Effect, Limit, Parameter, Report, Span, Verdict};
 use super::gather;
-use super::number::{gap, percent, plain, quantity, rounded, significant, with_error};
+use super::number::{self, gap, percent, plain, quantity, rounded, significant, with_error};
 use super::place::Place;
 
 /// The result in words, as at the top of the report.
@@ -33,8 +33,13 @@ pub fn summary(report: &Report) -> Summary {
     detail.extend(located(report));
     detail.extend(evidence(report).or_else(|| control_runs(report)));
     detail.push(remainder(report));
+    if report.verdict == Verdict::NoMissingEffect {
+        detail.extend(would_show(report).map(|list| format!("These data would have shown, with 99\u{a0}%, {list}.")));
+        detail.extend(not_excited(report).map(|list| format!("They do not tell of {list}.")));
+    }
     Summary {
         badge: match report.verdict {
+            Verdict::NoMissingEffect if report.at_rest => "These data cannot tell",
             Verdict::NoMissingEffect => "No missing effect",
             Verdict::Named => "Found and named",
             Verdict::Ambiguous => "Found, not yet unique",
@@ -55,6 +60,9 @@ const NO_FORCE: f64 = 0.1;
 fn headline(report: &Report) -> String {
     let named: Vec<String> = report.effects.iter().filter(|e| e.named).map(effect_phrase).collect();
     match report.verdict {
+        Verdict::NoMissingEffect if report.at_rest => {
+            "These data cannot tell whether anything is missing: the machine hardly moves in them.".to_owned()
+        }
         Verdict::NoMissingEffect if best_gap(report).0.after <= 1.1 => {
             "Nothing is missing: the model agrees with the measurements to within their noise.".to_owned()
         }
@@ -456,6 +464,50 @@ fn next_steps(report: &Report) -> Vec<String> {
         }
     }
     steps
+}
+
+/// What the data would have shown, of each kind of place the first law of the catalogue.
+#[must_use]
+pub fn would_show(report: &Report) -> Option<String> {
+    let mut seen: Vec<&str> = Vec::new();
+    let mut list: Vec<String> = Vec::new();
+    for limit in report.limits.iter().filter(|l| l.excited && !l.at_most) {
+        if !seen.contains(&limit.site.as_str()) {
+            seen.push(&limit.site);
+            list.push(format!("{} {}", without_number(&limit.label), shows(limit)));
+        }
+    }
+    (!list.is_empty()).then(|| join(&list, "and"))
+}
+
+/// The laws of which the data show nothing.
+#[must_use]
+pub fn not_excited(report: &Report) -> Option<String> {
+    let mut list: Vec<String> = Vec::new();
+    for limit in report.limits.iter().filter(|l| !l.excited) {
+        let law = without_number(&limit.label);
+        if !list.contains(&law) {
+            list.push(law);
+        }
+    }
+    (!list.is_empty()).then(|| join(&list, "and"))
+}
+
+/// A law at the cable where it shows least is one at any.
+fn without_number(label: &str) -> String {
+    match label.rsplit_once('\u{a0}') {
+        Some((law, number)) if number.chars().all(|c| c.is_ascii_digit()) => match law.rsplit_once(' ') {
+            Some((front, place)) => format!("{front} any {place}"),
+            None => law.to_owned(),
+        },
+        _ => label.to_owned(),
+    }
+}
+
+/// The sizes at which a law shows: `from 12 N`, `up to 2 × 10⁸ N`, `not at any size met in practice`.
+pub(super) fn shows(limit: &Limit) -> String {
+    let Some(size) = limit.size.filter(|_| limit.excited) else { return "not at any size met in practice".to_owned() };
+    format!("{} {}", if limit.at_most { "up to" } else { "from" }, number::rough(&limit.parameter, size, &limit.unit))
 }
 
 fn unknown_places(report: &Report) -> Vec<String> {

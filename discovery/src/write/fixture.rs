@@ -10,8 +10,8 @@ use cdpr::model_file::Model;
 
 use crate::data::{Channel, Trial};
 use crate::outcome::{
-    Alternative, BeforeAfter, Block, ChannelInstrument, Compared, Discovery, Estimated, Found, HorizonGap, Instruments,
-    Latents, Located, NullTest, Remaining, SearchStep, Stability, Verdict, Whiteness,
+    Alternative, BeforeAfter, Block, ChannelInstrument, Compared, DetectionLimit, Discovery, Estimated, Found,
+    HorizonGap, Instruments, Latents, Located, NullTest, Remaining, SearchStep, Stability, Verdict, Whiteness,
 };
 
 pub(super) const FORCE: f64 = 180.0;
@@ -142,9 +142,37 @@ pub(super) fn discovery() -> Discovery {
             delta_bic: -812.4,
             reason: "largest gain".to_owned(),
         }],
+        detection_limits: limits(),
         remarks: vec!["Pretension stays within 3 % of 20 kN.".to_owned()],
         seconds: 12.5,
     }
+}
+
+/// Two winches of different certainty, a law that does not show, and one whose size is the smaller the more it does.
+fn limits() -> Vec<DetectionLimit> {
+    let limit = |id: &str, cable, values: &[f64], parameter: &str, unit, size| DetectionLimit {
+        effect: EffectSpec::new(id, cable, values).unwrap(),
+        parameter: parameter.to_owned(),
+        unit,
+        size,
+        at_most: false,
+        excited: size.is_some(),
+        shape: Vec::new(),
+    };
+    let coulomb = |cable, size| DetectionLimit {
+        shape: vec![1],
+        ..limit("winch_coulomb_friction", Some(cable), &[50.0, 0.005], "force", "N", Some(size))
+    };
+    vec![
+        coulomb(1, 11.0),
+        coulomb(2, 14.0),
+        limit("platform_linear_drag", None, &[20.0], "coefficient", "N.s/m", None),
+        DetectionLimit {
+            at_most: true,
+            shape: vec![1],
+            ..limit("cable_creep", Some(1), &[3e8, 50.0], "axial_stiffness", "N", Some(2e8))
+        },
+    ]
 }
 
 /// The pose has noise with memory.

@@ -14,6 +14,7 @@ use crate::outcome::{
     Remaining, SearchStep, Stability, Verdict,
 };
 
+use super::detection::{LimitEntry, cannot_tell, limit};
 use super::label::place;
 use super::report::all_channels;
 
@@ -29,6 +30,11 @@ struct Document<'a> {
     remainder: RemainderEntry,
     channels: BTreeMap<String, ChannelEntry>,
     instruments: InstrumentsEntry,
+    detection_limits: Vec<LimitEntry<'a>>,
+    /// Ids of the laws of which the data show nothing.
+    cannot_tell: Vec<&'a str>,
+    /// Whether they show nothing of any law that needs motion: no verdict clears the machine then.
+    at_rest: bool,
     trials: Vec<TrialEntry<'a>>,
     search: SearchEntry<'a>,
     remarks: &'a [String],
@@ -306,6 +312,9 @@ pub fn discovery_json(discovery: &Discovery) -> Result<String, serde_json::Error
         },
         channels: all_channels(discovery).into_iter().map(|c| (c.name(), channel(c, discovery))).collect(),
         instruments: instruments(&discovery.instruments),
+        detection_limits: discovery.detection_limits.iter().map(limit).collect(),
+        cannot_tell: cannot_tell(&discovery.detection_limits),
+        at_rest: discovery.at_rest(),
         trials: discovery
             .trials
             .iter()

@@ -91,7 +91,7 @@ pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<repo
 }
 
 /// A unit as printed: `N.s2/m2` of FMI is `N s²/m²`.
-fn unit(fmi: &str) -> String {
+pub(super) fn unit(fmi: &str) -> String {
     match fmi {
         "1" => "1".to_owned(),
         _ => fmi.replace('.', " ").replace('2', "²").replace('3', "³"),

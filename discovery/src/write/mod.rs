@@ -2,6 +2,7 @@
 //!
 //! Everything here makes text or plain data out of a [`Discovery`](crate::outcome::Discovery); nothing touches files.
 
+mod detection;
 mod json;
 mod label;
 mod moment;

@@ -11,6 +11,7 @@ use crate::report::{
     self, ChannelGap, FileUsed, Gap, HorizonGap, Method, Remainder, Report, Robot, Setting, Span, Step, Term, Whiteness,
 };
 
+use super::detection::rows;
 use super::json::training_trials;
 use super::label::{errors, label, law, parameters, place};
 use super::series::trial;
@@ -80,6 +81,8 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
             null_test: null_test(discovery),
             steps: discovery.steps.iter().map(step).collect(),
         },
+        limits: rows(&discovery.detection_limits),
+        at_rest: discovery.at_rest(),
         remarks: discovery.remarks.clone(),
         channels,
         trials,

@@ -47,6 +47,50 @@ fn the_json_keeps_the_contract() {
 }
 
 #[test]
+fn what_would_have_shown_stands_in_the_json_and_folded_in_the_report() {
+    let document = json(&discovery());
+    let limits = document["detection_limits"].as_array().unwrap();
+    assert_eq!(limits.len(), 4);
+    assert_eq!((&limits[0]["id"], &limits[0]["cable"]), (&"winch_coulomb_friction".into(), &1.into()));
+    assert_eq!(
+        (&limits[0]["parameter"], &limits[0]["size"], &limits[0]["unit"]),
+        (&"force".into(), &11.0.into(), &"N".into())
+    );
+    assert_eq!((&limits[0]["at"]["transition_speed"], &limits[0]["shows"]), (&0.005.into(), &"from".into()));
+    assert_eq!((&limits[2]["size"], &limits[2]["excited"]), (&Value::Null, &false.into()));
+    assert_eq!(limits[3]["shows"], "up_to");
+    assert_eq!(document["cannot_tell"], serde_json::json!(["platform_linear_drag"]));
+    assert_eq!(document["at_rest"], false, "friction shows");
+    let nothing = Discovery { verdict: Verdict::NoMissingEffect, effects: vec![], located: vec![], ..discovery() };
+    let report = report(&nothing, &About::default());
+    let rows: Vec<(&str, Option<f64>)> = report.limits.iter().map(|l| (l.label.as_str(), l.size)).collect();
+    let worst = ("Coulomb friction on winch\u{a0}2", Some(14.0));
+    assert_eq!(rows[..2], [worst, ("linear drag on the platform", None)]);
+    let page = render(&report).unwrap();
+    for text in
+        ["<section id=\"limits\">", "from 14\u{a0}N", "transition speed 0.005", "not at any size met in practice"]
+    {
+        assert!(page.contains(text), "{text}");
+    }
+    let words = summary(&report).detail.join(" ");
+    assert!(
+        words.contains("would have shown, with 99\u{a0}%, Coulomb friction on any winch from 14\u{a0}N."),
+        "{words}"
+    );
+    assert!(words.contains("They do not tell of linear drag on the platform."), "{words}");
+}
+
+#[test]
+fn a_machine_at_rest_is_not_cleared() {
+    let mut nothing = Discovery { verdict: Verdict::NoMissingEffect, effects: vec![], located: vec![], ..discovery() };
+    nothing.detection_limits.retain(|limit| limit.effect.id == "platform_linear_drag");
+    assert_eq!(json(&nothing)["at_rest"], true);
+    let words = summary(&report(&nothing, &About::default()));
+    assert_eq!(words.badge, "These data cannot tell");
+    assert_eq!(words.headline, "These data cannot tell whether anything is missing: the machine hardly moves in them.");
+}
+
+#[test]
 fn evidence_beside_the_criterion_is_written() {
     let document = json(&discovery());
     let effect = &document["effects"][0];
