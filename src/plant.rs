@@ -57,6 +57,8 @@ pub(crate) struct CableEffects {
     /// Measured lengths as `(factor, bias)` of the true ones.
     pub(crate) unstretched_sensor: (f64, f64),
     pub(crate) length_sensor: (f64, f64),
+    /// The measured tension likewise.
+    pub(crate) tension_sensor: (f64, f64),
 }
 
 impl CableEffects {
@@ -166,8 +168,13 @@ impl Plant {
     fn at_time(parameters: Parameters, effects: Vec<EffectSpec>, time: Option<f64>) -> Result<Self, PlantError> {
         let mut data = PlantData::new(&parameters);
         let cables = parameters.cables();
-        let nothing =
-            CableEffects { unstretched_sensor: (1.0, 0.0), length_sensor: (1.0, 0.0), ..CableEffects::default() };
+        let exact = (1.0, 0.0);
+        let nothing = CableEffects {
+            unstretched_sensor: exact,
+            length_sensor: exact,
+            tension_sensor: exact,
+            ..CableEffects::default()
+        };
         let mut cable = vec![nothing; cables];
         let (mut wrench, mut pose_bias, mut pose_delay) = (Vec::new(), [0.0; 3], 0.0);
         // `cable_elasticity` sets what other effects scale, so it comes first whatever the order in the file.
@@ -220,14 +227,17 @@ impl Plant {
                 Stage::Transverse => cables().for_each(|i| cable[i].transverse.push(kind.clone())),
                 Stage::PlatformWrench => wrench.push(kind),
                 Stage::Sensor => {
-                    let (factor, bias) = kind.length_sensor();
+                    let behind = |sensor: &mut (f64, f64), (factor, bias): (f64, f64)| {
+                        *sensor = (sensor.0 * factor, sensor.1 * factor + bias);
+                    };
                     for i in cables() {
-                        let sensor = if spec.channel.as_deref() == Some("cable_length") {
+                        let length = if spec.channel.as_deref() == Some("cable_length") {
                             &mut cable[i].length_sensor
                         } else {
                             &mut cable[i].unstretched_sensor
                         };
-                        *sensor = (sensor.0 * factor, sensor.1 * factor + bias);
+                        behind(length, kind.length_sensor());
+                        behind(&mut cable[i].tension_sensor, kind.tension_sensor());
                     }
                     for (sum, bias) in pose_bias.iter_mut().zip(kind.pose_sensor()) {
                         *sum += bias;

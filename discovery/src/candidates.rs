@@ -51,9 +51,10 @@ pub(crate) struct Situation {
     pub(crate) peaks: Vec<f64>,
     /// Lengths at which the latent forces repeat.
     pub(crate) waves: Vec<Wave>,
-    /// Whether unstretched lengths, cable lengths, poses are measured.
+    /// Whether unstretched lengths, cable lengths, tensions, poses are measured.
     pub(crate) unstretched: Vec<bool>,
     pub(crate) lengths: Vec<bool>,
+    pub(crate) tensions: Vec<bool>,
     pub(crate) pose: bool,
 }
 
@@ -80,6 +81,7 @@ impl Situation {
             waves: Vec::new(),
             unstretched: (0..cables).map(|i| has(Channel::UnstretchedLength(i))).collect(),
             lengths: (0..cables).map(|i| has(Channel::CableLength(i))).collect(),
+            tensions: (0..cables).map(|i| has(Channel::Tension(i))).collect(),
             pose: (0..3).any(|k| has(Channel::Pose(k))),
         }
     }
@@ -453,6 +455,14 @@ fn sensors(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
     if situation.unstretched.iter().any(|p| *p) {
         lib.each_cable("length_sensor_scale", &[vec![1e-4]], 0, proportional(1e-4));
     }
+    if situation.tensions.iter().any(|p| *p) {
+        let force = SMALL * situation.mean_tension;
+        lib.each_cable("tension_sensor_gain", &[vec![0.01]], 0, proportional(0.01));
+        lib.each_cable("tension_sensor_bias", &[vec![force]], 0, proportional(force));
+        // A sensor that is not recorded shows nothing.
+        let recorded = |c: &Candidate| c.cable.is_none_or(|cable| situation.tensions[cable - 1]);
+        lib.candidates.retain(|c| !c.id.starts_with("tension_sensor") || recorded(c));
+    }
     if situation.pose {
         let sets = [vec![0.02, 0.0, 0.0], vec![0.0, 0.02, 0.0], vec![0.0, 0.0, 0.002]];
         lib.whole("pose_sensor_bias", &sets, 0, |a| Some(vec![0.02 * a[0], 0.02 * a[1], 0.002 * a[2]]));
@@ -596,8 +606,43 @@ fn push_term(lib: &mut Library, target: &str, term: &str, size: f64) {
 
 #[cfg(test)]
 mod tests {
+    use cdpr::effect::CATALOGUE;
+
     use super::*;
     use crate::data::recording::record;
+
+    /// Effects that are not looked for, and why.
+    const NOT_SOUGHT: [(&str, &str); 2] = [
+        ("cable_elasticity", "another base model, which `discover` tries as such"),
+        ("expression", "the dictionary of terms"),
+    ];
+
+    #[test]
+    fn every_effect_has_a_candidate_or_a_reason() {
+        let mut trial = record(&[], 5.0, 1);
+        trial.channels.extend((0..4).map(Channel::Tension));
+        let mut situation = Situation::of(&[trial]);
+        situation.peaks.push(1.0);
+        let library = catalogue(&Model::default(), &situation);
+        for info in CATALOGUE {
+            let sought = library.candidates.iter().any(|c| c.id == info.id);
+            let reason = NOT_SOUGHT.iter().find(|(id, _)| *id == info.id);
+            assert!(sought != reason.is_some(), "{}: sought is {sought}, reason {reason:?}", info.id);
+        }
+    }
+
+    #[test]
+    fn the_tension_sensor_of_a_cable_is_a_candidate_where_it_is_recorded() {
+        let mut trial = record(&[], 5.0, 1);
+        let sensors = |trial: &Trial| -> Vec<Option<usize>> {
+            let library = catalogue(&Model::default(), &Situation::of(std::slice::from_ref(trial)));
+            library.candidates.iter().filter(|c| c.id == "tension_sensor_bias").map(|c| c.cable).collect()
+        };
+        trial.channels.retain(|c| !matches!(c, Channel::Tension(_)));
+        assert_eq!(sensors(&trial), []);
+        trial.channels.push(Channel::Tension(2));
+        assert_eq!(sensors(&trial), [Some(3), None]);
+    }
 
     #[test]
     fn a_cable_without_mass_has_no_transverse_mode_and_no_panic() {

@@ -1,6 +1,6 @@
 //! Signatures: what a variation of the model would add to the states at each step and to the sensors at each sample.
 
-use cdpr::effect::{EffectKind, EffectSpec, Stage};
+use cdpr::effect::{EffectKind, EffectSpec, Site, Stage};
 use cdpr::model_file::Model;
 use rayon::prelude::*;
 
@@ -101,7 +101,8 @@ fn acts_by_states(spec: &EffectSpec) -> bool {
 
 /// Whether a variation only changes what the sensors show.
 fn is_of_sensors(id: &str) -> bool {
-    matches!(id, "length_sensor_bias" | "length_sensor_scale" | "pose_sensor_bias" | "pose_sensor_delay")
+    cdpr::effect::find(id)
+        .is_some_and(|info| matches!(info.site, Site::LengthSensor | Site::TensionSensor | Site::PoseSensor))
 }
 
 /// Whether a variation changes what the sensors show of the same states.

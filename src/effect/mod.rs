@@ -296,6 +296,11 @@ pub trait Effect: Sized {
         (1.0, 0.0)
     }
 
+    /// [`Stage::Sensor`]: factor and bias (N) of a measured tension, as of a length.
+    fn tension_sensor(&self) -> (f64, f64) {
+        (1.0, 0.0)
+    }
+
     /// [`Stage::Sensor`]: bias of the measured pose `[x, y, φ]` (m, rad).
     fn pose_sensor(&self) -> [f64; 3] {
         [0.0; 3]
@@ -379,6 +384,8 @@ catalogue! {
     attachment_offset::AttachmentOffset,
     length_sensor_bias::LengthSensorBias,
     length_sensor_scale::LengthSensorScale,
+    tension_sensor_gain::TensionSensorGain,
+    tension_sensor_bias::TensionSensorBias,
     pose_sensor_bias::PoseSensorBias,
     pose_sensor_delay::PoseSensorDelay,
     expression::Expression,
@@ -501,6 +508,10 @@ impl EffectKind {
 
     pub fn length_sensor(&self) -> (f64, f64) {
         dispatch!(self, e => e.length_sensor())
+    }
+
+    pub fn tension_sensor(&self) -> (f64, f64) {
+        dispatch!(self, e => e.tension_sensor())
     }
 
     pub fn pose_sensor(&self) -> [f64; 3] {

@@ -24,6 +24,8 @@ pub enum Site {
     PlatformAlong(usize),
     /// The sensor of a length of its cable, `unstretched_length` unless its `channel` says otherwise.
     LengthSensor,
+    /// The sensor of the tension of its cable.
+    TensionSensor,
     /// The sensor of the pose.
     PoseSensor,
     /// What its `target` names.
@@ -73,8 +75,8 @@ pub enum Place {
     Anchor(Option<usize>),
     /// The attachment of a cable.
     Attachment(Option<usize>),
-    /// The sensor of a length, by its channel.
-    LengthSensor(String, Option<usize>),
+    /// The sensor of something of a cable, by its channel.
+    CableSensor(String, Option<usize>),
     /// The sensor of the pose.
     PoseSensor,
 }
@@ -101,8 +103,9 @@ impl EffectSpec {
             Site::PlatformAlong(angle) => along([value(angle).cos(), value(angle).sin(), 0.0]),
             Site::LengthSensor => {
                 let channel = self.channel.as_deref().unwrap_or("unstretched_length");
-                vec![Place::LengthSensor(channel.to_owned(), self.cable)]
+                vec![Place::CableSensor(channel.to_owned(), self.cable)]
             }
+            Site::TensionSensor => vec![Place::CableSensor("tension".to_owned(), self.cable)],
             Site::PoseSensor => vec![Place::PoseSensor],
             Site::Target => vec![expression::place(self)?],
         })
@@ -170,7 +173,7 @@ impl Place {
             Self::Cable(None) => each(&Self::Cable),
             Self::Anchor(None) => each(&Self::Anchor),
             Self::Attachment(None) => each(&Self::Attachment),
-            Self::LengthSensor(channel, None) => each(&|cable| Self::LengthSensor(channel.clone(), cable)),
+            Self::CableSensor(channel, None) => each(&|cable| Self::CableSensor(channel.clone(), cable)),
             single => vec![single.clone()],
         }
     }
@@ -188,7 +191,7 @@ impl fmt::Display for Place {
             Self::Anchor(cable) => ("anchor", *cable),
             Self::Attachment(cable) => ("attachment", *cable),
             Self::PoseSensor => ("sensor.pose", None),
-            Self::LengthSensor(channel, cable) => {
+            Self::CableSensor(channel, cable) => {
                 write!(f, "sensor.")?;
                 (channel.as_str(), *cable)
             }
@@ -229,7 +232,7 @@ mod tests {
             let fits = match stage {
                 Stage::CommandDelay | Stage::Command(_) | Stage::WinchLoss => info.site == Site::Winch,
                 Stage::ElasticLaw | Stage::Transverse => info.site == Site::Cable,
-                Stage::Sensor => matches!(info.site, Site::LengthSensor | Site::PoseSensor),
+                Stage::Sensor => matches!(info.site, Site::LengthSensor | Site::TensionSensor | Site::PoseSensor),
                 Stage::PlatformWrench => info.id.starts_with("platform") || info.scope == Scope::Whole,
                 Stage::Parameters | Stage::WinchPull(_) => true,
             };
@@ -325,7 +328,7 @@ mod tests {
         let one_by_one = |place: Place| place.one_by_one(3).iter().map(Place::to_string).collect::<Vec<_>>();
         assert_eq!(one_by_one(Place::Winch(None)), ["winch[1]", "winch[2]", "winch[3]"]);
         assert_eq!(one_by_one(Place::Cable(Some(2))), ["cable[2]"]);
-        let sensor = Place::LengthSensor("cable_length".to_owned(), None);
+        let sensor = Place::CableSensor("cable_length".to_owned(), None);
         assert_eq!(sensor.to_string(), "sensor.cable_length");
         assert_eq!(one_by_one(sensor)[0], "sensor.cable_length[1]");
     }

@@ -18,7 +18,7 @@ pub struct Outputs<S = f64> {
     pub unstretched_length: PerCable<S>,
     /// Rates of the unstretched lengths, by the same sensors.
     pub unstretched_length_rate: PerCable<S>,
-    /// Tensions.
+    /// Measured tensions.
     pub tension: PerCable<S>,
     /// Strains `(L - l)/l`.
     pub strain: PerCable<S>,
@@ -91,7 +91,8 @@ impl<S: Real> Shown<'_, S> {
 
     #[inline]
     pub(crate) fn tension(&self, i: usize) -> S {
-        self.e.tension[i]
+        let (factor, bias) = self.plant.cable[i].tension_sensor;
+        self.e.tension[i] * factor + bias
     }
 
     #[inline]
@@ -128,7 +129,7 @@ impl<S: Real> Shown<'_, S> {
             cable_length: each(&|i| self.cable_length(i)),
             unstretched_length: each(&|i| self.unstretched_length(i)),
             unstretched_length_rate: each(&|i| self.unstretched_length_rate(i)),
-            tension: self.e.tension,
+            tension: each(&|i| self.tension(i)),
             strain: each(&|i| self.strain(i)),
             cable_direction: PerCable::from_fn(cables, |i| self.e.kinematics[i].direction),
             slack: self.e.slack,

@@ -32,6 +32,8 @@ PLACES = {
     "attachment_offset": (*_ON_CABLE, "platform.torque"),
     "length_sensor_bias": ("sensor.{channel}[{i}]",),
     "length_sensor_scale": ("sensor.{channel}[{i}]",),
+    "tension_sensor_gain": ("sensor.tension[{i}]",),
+    "tension_sensor_bias": ("sensor.tension[{i}]",),
     "pose_sensor_bias": ("sensor.x", "sensor.y", "sensor.phi"),
     "pose_sensor_delay": ("sensor.x", "sensor.y", "sensor.phi"),
 }

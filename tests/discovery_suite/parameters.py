@@ -228,7 +228,12 @@ def apply_effect(values, effect):
                 values["body_x"][i] += p["x"]
                 values["body_y"][i] += p["y"]
         case (
-            "length_sensor_bias" | "length_sensor_scale" | "pose_sensor_bias" | "pose_sensor_delay"
+            "length_sensor_bias"
+            | "length_sensor_scale"
+            | "tension_sensor_gain"
+            | "tension_sensor_bias"
+            | "pose_sensor_bias"
+            | "pose_sensor_delay"
         ):
             pass
         case "outside":

@@ -207,6 +207,8 @@ def test_sensor_maps():
         effect("length_sensor_bias", 2, bias=0.05),
         effect("length_sensor_scale", 4, factor=1e-3),
         dict(effect("length_sensor_bias", 1, bias=-0.2), channel="cable_length"),
+        effect("tension_sensor_gain", 3, factor=0.02),
+        effect("tension_sensor_bias", 3, bias=-70.0),
     ]
     record = trial.run(plain, hidden)
     true_lengths = record.states[:, 6:10]
@@ -216,6 +218,8 @@ def test_sensor_maps():
     chord = np.empty(4)
     lengths(record.params, record.states[7], chord)
     assert record.clean["cable_length[1]"][7] == pytest.approx(chord[0] - 0.2, abs=1e-12)
+    np.testing.assert_allclose(record.clean["tension[2]"], record.tensions[:, 1])
+    np.testing.assert_allclose(record.clean["tension[3]"], 1.02 * record.tensions[:, 2] - 70.0)
     # Tension from an independent evaluation of the law without damping: within the damping's part.
     static = TELESCOPE.stiffness * (chord / true_lengths[7] - 1.0)
     np.testing.assert_allclose(record.tensions[7], static, atol=50.0)

@@ -265,10 +265,11 @@ def _read_sensors(record, poses, pose_errors, effects, asked):
         for i in range(cables):
             reading = truth[channel][:, i].copy()
             for effect in effects:
-                if not effect["id"].startswith("length_sensor"):
+                if not effect["id"].startswith(("length_sensor", "tension_sensor")):
                     continue
                 p = effect["parameters"]
-                if effect.get("channel", "unstretched_length") != channel:
+                usual = "unstretched_length" if effect["id"].startswith("length") else "tension"
+                if effect.get("channel", usual) != channel:
                     continue
                 if effect["cable"] in (None, i + 1):
                     reading = reading * (1.0 + p.get("factor", 0.0)) + p.get("bias", 0.0)

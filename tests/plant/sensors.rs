@@ -41,6 +41,39 @@ fn sensors_do_not_touch_the_motion() {
 }
 
 #[test]
+fn a_tension_sensor_shows_its_gain_and_its_bias_and_nothing_else() {
+    let gain = EffectSpec::new("tension_sensor_gain", Some(2), &[-0.03]).unwrap();
+    let bias = EffectSpec::new("tension_sensor_bias", None, &[120.0]).unwrap();
+    let (with, without) = (moving(&[gain, bias]), moving(&[]));
+    assert_eq!(with.states(), without.states());
+    let (a, b) = (with.outputs(), without.outputs());
+    for i in 0..4 {
+        let factor = if i == 1 { 0.97 } else { 1.0 };
+        assert!(
+            (a.tension[i] - (factor * b.tension[i] + 120.0)).abs() < 1e-9,
+            "{i}: {} {}",
+            a.tension[i],
+            b.tension[i]
+        );
+    }
+    assert_eq!((a.slack, a.strain, a.unstretched_length), (b.slack, b.strain, b.unstretched_length));
+    assert_eq!(with.evaluate().tension, without.evaluate().tension);
+}
+
+/// What the sensor of a slack cable shows is its bias; a host is told by `slack` and not by the sign.
+#[test]
+fn the_tension_sensor_of_a_slack_cable_shows_its_bias() {
+    let bias = EffectSpec::new("tension_sensor_bias", Some(3), &[-40.0]).unwrap();
+    let gain = EffectSpec::new("tension_sensor_gain", Some(3), &[0.05]).unwrap();
+    let mut simulation = moving(&[gain, bias]);
+    let mut y = simulation.states().to_vec();
+    y[simulation.plant().unstretched_index(2).unwrap()] += 50.0;
+    simulation.set_states(&y);
+    let out = simulation.outputs();
+    assert!(out.slack[2] && out.tension[2] == -40.0, "{out:?}");
+}
+
+#[test]
 fn a_delayed_pose_is_the_pose_of_then() {
     let delayed = moving(&[EffectSpec::new("pose_sensor_delay", None, &[0.1234]).unwrap()]);
     let start = Start { pose: [3.0, -2.0, 0.1], twist: [0.4, 0.7, -0.05], ..Start::default() };

@@ -512,6 +512,12 @@ class Plant:
                     out[f"{channel}[{i + 1}]"] *= 1.0 + v["factor"]
                     if channel == "unstretched_length":
                         out[f"{channel}_rate[{i + 1}]"] *= 1.0 + v["factor"]
+            case "tension_sensor_gain":
+                for i in cables:
+                    out[f"tension[{i + 1}]"] *= 1.0 + v["factor"]
+            case "tension_sensor_bias":
+                for i in cables:
+                    out[f"tension[{i + 1}]"] += v["bias"]
             case "pose_sensor_bias":
                 for name in ("x", "y", "phi"):
                     out[name] += v.get(name, 0.0)

@@ -3,8 +3,8 @@
 use super::data::Located;
 
 /// Places of which there is one for each cable; all of them are the place without a number.
-const OF_CABLES: [&str; 6] =
-    ["winch", "cable", "anchor", "attachment", "sensor.cable_length", "sensor.unstretched_length"];
+const OF_CABLES: [&str; 7] =
+    ["winch", "cable", "anchor", "attachment", "sensor.cable_length", "sensor.unstretched_length", "sensor.tension"];
 
 /// Families of places that make up a whole, with the name of the whole.
 fn wholes(cables: usize) -> Vec<(&'static str, Vec<String>)> {

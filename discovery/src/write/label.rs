@@ -6,7 +6,7 @@ use crate::outcome::Found;
 use crate::report;
 
 /// The ends of catalogue titles that a place says better, and what takes their stead in front.
-const ENDS: [(&str, &str); 11] = [
+const ENDS: [(&str, &str); 12] = [
     (" in the winch", ""),
     (" of the winch force", "force "),
     (" of the winch encoder", ""),
@@ -15,6 +15,7 @@ const ENDS: [(&str, &str); 11] = [
     (" of the platform", ""),
     (" of the cables", ""),
     (" of a length sensor", ""),
+    (" of the tension sensor", ""),
     (" of the pose sensor", ""),
     (" given as an expression", ""),
     (" cable", ""),
@@ -128,6 +129,7 @@ mod tests {
             (spec("platform_inertia", None, &[50.0]), "inertia error on the platform's rotation"),
             (spec("anchor_offset", Some(2), &[0.1, 0.0]), "offset at anchor\u{a0}2"),
             (spec("length_sensor_scale", Some(2), &[0.001]), "scale error in the measured unstretched length\u{a0}2"),
+            (spec("tension_sensor_gain", Some(2), &[0.02]), "gain error in the measured tension\u{a0}2"),
             (spec("pose_sensor_delay", None, &[0.1]), "delay in the measured pose"),
             (EffectSpec::expression("platform.torque", "3*phi").unwrap(), "term on the platform's rotation"),
         ];
