@@ -130,6 +130,7 @@ impl Plant {
         let dot = |wrench: &[f64; 3]| wrench.iter().zip(&twist).map(|(w, v)| w * v).sum::<f64>();
         let context = PlatformContext {
             time,
+            geometry: &self.data.geometry,
             pose: &pose,
             twist: &twist,
             inputs: u,

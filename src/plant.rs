@@ -493,6 +493,7 @@ impl Plant {
         let zero = PerCable::filled(self.cables(), 0.0);
         look(&PlatformContext {
             time,
+            geometry,
             pose,
             twist: &[0.0; 3],
             inputs: &self.driven(inputs),

@@ -161,6 +161,7 @@ impl Plant {
         if self.has.force {
             let context = PlatformContext {
                 time,
+                geometry: &data.geometry,
                 pose: &pose,
                 twist: &twist,
                 inputs: u,

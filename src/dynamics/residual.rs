@@ -43,6 +43,7 @@ impl Plant {
         });
         let context = PlatformContext {
             time,
+            geometry: &self.data.geometry,
             pose: &pose,
             twist: &twist,
             inputs: u,

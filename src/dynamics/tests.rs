@@ -136,10 +136,15 @@ fn plant(model: CableModel, inertia: CableInertia, effects: Vec<EffectSpec>) -> 
     Plant::new(parameters, effects).unwrap()
 }
 
-/// An entry of every effect but expressions with values within its typical range.
+/// An entry of every effect but expressions with values within its typical range. Its draws are its own: another effect in the
+/// catalogue does not change them.
 fn everything(random: &mut Random) -> Vec<EffectSpec> {
     let mut all = Vec::new();
+    random.next();
+    let seed = random.0;
     for info in CATALOGUE.iter().filter(|info| info.id != "expression") {
+        let mut random = Random(info.id.bytes().fold(seed, |seed, b| (seed * 31 + u64::from(b)) % 2_147_483_646 + 1));
+        random.next();
         let mut values: Vec<f64> = info
             .parameters
             .iter()

@@ -12,7 +12,7 @@ use crate::scalar::Real;
 const MODE_SHARE: f64 = 2.0 / (PI * PI);
 
 /// Points of Gauss and Legendre's rule on the cable, from anchor to platform, and their weights.
-const POINTS: [(f64, f64); 6] = [
+pub(super) const POINTS: [(f64, f64); 6] = [
     (0.033_765_242_898_424_03, 0.085_662_246_189_585_14),
     (0.169_395_306_766_867_76, 0.180_380_786_524_069_36),
     (0.380_690_406_958_401_56, 0.233_956_967_286_345_52),

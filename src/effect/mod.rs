@@ -12,6 +12,7 @@ pub use site::{Axis, DependsOn, Place, Site};
 pub use spec::{EffectSpec, SpecError};
 
 use crate::dynamics::PlantData;
+use crate::geometry::Geometry;
 use crate::per_cable::PerCable;
 use crate::scalar::Real;
 
@@ -157,6 +158,8 @@ pub struct SwingContext<S> {
 pub struct PlatformContext<'a, S> {
     /// Time (s).
     pub time: S,
+    /// Anchors and attachment points.
+    pub geometry: &'a Geometry,
     /// `[x, y, φ]` (m, rad).
     pub pose: &'a [S; 3],
     /// `[vx, vy, φ̇]` (m/s, rad/s).
@@ -359,6 +362,7 @@ catalogue! {
     cable_sag::CableSag,
     cable_thermal_expansion::CableThermalExpansion,
     cable_drag::CableDrag,
+    cable_wind::CableWind,
     cable_transverse_mode::CableTransverseMode,
     cable_axial_mass::CableAxialMass,
     winch_coulomb_friction::WinchCoulombFriction,

@@ -206,6 +206,8 @@ mod tests {
     use super::*;
     use crate::dynamics::Inputs;
     use crate::effect::{CATALOGUE, EffectKind, PlatformContext, Scope, Stage, WinchContext};
+    use crate::geometry::Geometry;
+    use crate::parameters::Parameters;
 
     /// An effect of the catalogue at the middle of what is typical of it, on cable 2 where it takes one.
     fn typical(info: &'static crate::effect::EffectInfo) -> EffectSpec {
@@ -245,6 +247,7 @@ mod tests {
         let lengths = [900.0; 4];
         kind.wrench(&PlatformContext {
             time,
+            geometry: &Geometry::new(&Parameters::default()),
             pose: &pose,
             twist: &twist,
             inputs: &Inputs::none(4),

@@ -325,6 +325,7 @@ impl<'a> InverseDynamics<'a> {
             pull[i] -= cable.axial_mass(length) * second + cable.axial_bias(length, speed, rigid.angular_rate[i]);
         }
         let mut context = Context {
+            geometry: plant.geometry(),
             inputs: Inputs {
                 winch_force: PerCable::filled(plant.cables(), Jet::from(0.0)),
                 disturbance: rigid.prescribed.disturbance,

@@ -3,6 +3,7 @@
 use crate::dynamics::Inputs;
 use crate::dynamics::matrix3;
 use crate::effect::PlatformContext;
+use crate::geometry::Geometry;
 use crate::kinematics::CableKinematics;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
@@ -28,6 +29,7 @@ pub(crate) fn cable_motion<S: Real>(plant: &Plant, p: &Prescribed<S>) -> (PerCab
 
 /// What platform-side effects see under a prescribed motion.
 pub(crate) struct Context<'a, S> {
+    pub(crate) geometry: &'a Geometry,
     pub(crate) inputs: Inputs<S>,
     pub(crate) length: PerCable<S>,
     pub(crate) speed: PerCable<S>,
@@ -40,6 +42,7 @@ impl<S: Real> Context<'_, S> {
     pub(crate) fn view(&self) -> PlatformContext<'_, S> {
         PlatformContext {
             time: self.motion.time,
+            geometry: self.geometry,
             pose: &self.motion.pose,
             twist: &self.motion.twist,
             inputs: &self.inputs,
@@ -69,6 +72,7 @@ pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &PerCa
     // Effects on the platform that the inverse problem admits see neither winch forces nor unstretched lengths.
     let zero = PerCable::filled(plant.cables(), S::from(0.0));
     let context = Context {
+        geometry: &data.geometry,
         inputs: Inputs { winch_force: zero, disturbance: p.disturbance },
         length: cables.map(|c| c.length),
         speed: cables.map(|c| c.speed),

@@ -186,6 +186,17 @@ CATALOGUE = {
         ),
         ("cable_drag", None, {"drag_area_per_length": 0.05}),
         (
+            "cable_wind",
+            None,
+            {
+                "wind_x": 9.0,
+                "wind_y": -4.0,
+                "drag_area_per_length": 0.02,
+                "exponent": 0.15,
+                "ground": -900.0,
+            },
+        ),
+        (
             "cable_transverse_mode",
             None,
             {"linear_density": 0.4, "drag_area_per_length": 0.05, "damping_ratio": 0.03},

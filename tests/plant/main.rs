@@ -8,6 +8,7 @@ mod energy;
 mod failures;
 mod kinematics;
 mod long_run;
+mod machine;
 mod onset;
 mod presliding;
 mod random;

@@ -304,6 +304,8 @@ class Plant:
             m.L**2 * angle_acc + 3.0 * m.L * m.L_rate * m.angle_rate
         )
         transverse -= self.drag * m.L**3 * np.abs(m.angle_rate) * m.angle_rate
+        for effect in self.parameters.find("cable_wind"):
+            transverse += self._wind(effect.values, m)
         pull = (-tension - self.end * m.L * L_acc + 1j * transverse) * m.S
         force, torque = self._external(t, pose, twist, wrench)
         offset = self.com * np.exp(1j * pose[2])
@@ -319,6 +321,24 @@ class Plant:
             - (m.arm.conj() * pull).imag.sum()
         )
         return np.array([balance.real, balance.imag, moment])
+
+    def _wind(self, v, m) -> np.ndarray:
+        """Force across each cable at its platform end by the wind on all of it."""
+        nodes, weights = np.polynomial.legendre.leggauss(6)
+        share = 0.5 * (nodes + 1.0)  # of the way from the anchor
+        force = np.zeros(self.cables)
+        for i in range(self.cables):
+            s = share * m.L[i]
+            height = self.anchors[i].imag + s * m.S[i].imag - v.get("ground", 0.0)
+            profile = np.ones(6)
+            if v.get("exponent", 0.0):
+                above = np.maximum(height, 0.0) / v.get("reference_height", 10.0)
+                profile = above ** v["exponent"]
+            wind = complex(v["wind_x"], v["wind_y"])
+            across = (wind * (1j * m.S[i]).conjugate()).real * profile - s * m.angle_rate[i]
+            load = 0.5 * AIR_DENSITY * v["drag_area_per_length"] * np.abs(across) * across
+            force[i] = 0.5 * m.L[i] * np.sum(weights * share * load)
+        return force
 
     def _solve_accelerations(self, residual):
         """The root of a residual that is affine in three accelerations."""

@@ -24,6 +24,7 @@ pub(super) struct Moment {
     /// Speed at which cable leaves each winch (m/s), and its rate (m/s²).
     pub(super) winch_speed: PerCable<f64>,
     pub(super) winch_acceleration: PerCable<f64>,
+    pub(super) geometry: Geometry,
     pub(super) cables: PerCable<CableKinematics>,
     /// What the model as given misses: force and torque on the platform (N, N m), pull at each winch (N).
     pub(super) latent: Latents,
@@ -54,6 +55,7 @@ pub(super) fn moments(compared: &Compared, geometry: &Geometry, interval: f64) -
                 force_rate: over_cables(&|i| slope(&|k| trial.inputs[k].winch_force[i])),
                 winch_speed: compared.winch_speed[k],
                 winch_acceleration: over_cables(&|i| slope(&|k| compared.winch_speed[k][i])),
+                geometry: *geometry,
                 cables: cables(geometry, &pose, &twist),
                 latent: compared.latents[k],
             }
@@ -115,6 +117,7 @@ impl Moment {
         let length = self.cables.map(|cable| cable.length);
         use_it(&PlatformContext {
             time: self.time,
+            geometry: &self.geometry,
             pose: &self.pose,
             twist: &self.twist,
             inputs: &self.inputs,

@@ -219,6 +219,7 @@ impl Local<'_> {
             };
             let context = PlatformContext {
                 time,
+                geometry: &self.plant.data.geometry,
                 pose: &self.pose.map(S::from),
                 twist: &self.twist.map(S::from),
                 inputs: &self.u.lift(),

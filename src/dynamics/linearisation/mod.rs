@@ -128,6 +128,7 @@ impl Linearisation {
         };
         let context = PlatformContext {
             time: Gradient::from(time),
+            geometry: &plant.data.geometry,
             pose: &std::array::from_fn(|k| Gradient::from(pose[k]).derivative(k)),
             twist: &std::array::from_fn(|k| Gradient::from(twist[k]).derivative(3 + k)),
             inputs: &u.lift(),
