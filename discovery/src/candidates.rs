@@ -612,7 +612,8 @@ mod tests {
     use crate::data::recording::record;
 
     /// Effects that are not looked for, and why.
-    const NOT_SOUGHT: [(&str, &str); 3] = [
+    const NOT_SOUGHT: [(&str, &str); 4] = [
+        ("pulley_wrap_friction", "to first order it is the capstan loss, which is looked for"),
         ("cable_wind", "at poses near each other it is a steady wind and drag, which are looked for"),
         ("cable_elasticity", "another base model, which `discover` tries as such"),
         ("expression", "the dictionary of terms"),

@@ -93,7 +93,8 @@ fn acts_through_rates(id: &str) -> bool {
 /// Whether what a variation adds to the rates depends on states and time alone, and not on the inputs.
 fn acts_by_states(spec: &EffectSpec) -> bool {
     let text = spec.expression.as_deref().unwrap_or_default();
-    let by_inputs = spec.id == "pulley_capstan_loss" || ["winch_force", "disturbance"].iter().any(|i| text.contains(i));
+    let by_inputs = ["pulley_capstan_loss", "pulley_wrap_friction"].contains(&spec.id.as_str())
+        || ["winch_force", "disturbance"].iter().any(|i| text.contains(i));
     let Ok(stage) = EffectKind::new(spec).map(|kind| kind.stage()) else { return false };
     let added = matches!(stage, Stage::WinchLoss | Stage::WinchPull(_) | Stage::PlatformWrench);
     !by_inputs && (added || matches!(stage, Stage::ElasticLaw | Stage::Transverse))

@@ -369,6 +369,7 @@ catalogue! {
     winch_viscous_friction::WinchViscousFriction,
     winch_stribeck_friction::WinchStribeckFriction,
     pulley_capstan_loss::PulleyCapstanLoss,
+    pulley_wrap_friction::PulleyWrapFriction,
     winch_force_gain::WinchForceGain,
     winch_force_bias::WinchForceBias,
     winch_lag::WinchLag,

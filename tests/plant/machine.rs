@@ -114,3 +114,26 @@ fn a_profile_over_height_loads_the_upper_end() {
     let found = without[0] - with[0];
     assert!((found - upright - level).abs() < 1e-4 * upright, "{found} {upright} {level}");
 }
+#[test]
+fn wrap_friction_multiplies_by_the_capstan_s_exponential() {
+    let kind = |id: &str, values: &[f64]| EffectKind::new(&effect(id, Some(1), values)).unwrap();
+    let (friction, wrap) = (0.12, 2.5);
+    let kind_of_wrap = kind("pulley_wrap_friction", &[friction, wrap, 0.01]);
+    let felt = |force: f64, speed: f64| force + kind_of_wrap.loss(force, &WinchContext { time: 0.0, speed });
+    let factor = f64::exp(friction * wrap);
+    assert!((felt(2e4, 1.0) - 2e4 * factor).abs() < 1e-9);
+    assert!((felt(2e4, -1.0) - 2e4 / factor).abs() < 1e-9);
+    assert_eq!(felt(2e4, 0.0), 2e4);
+    // It takes energy at every speed, whatever the sign of the force.
+    for force in [2e4, -2e4] {
+        for speed in [-1.0, -0.003, 0.001, 0.5] {
+            assert!((felt(force, speed) - force) * speed > 0.0, "{force} {speed}");
+        }
+    }
+    // A small wrap is the capstan loss: what they differ by is of second order.
+    let small = kind("pulley_wrap_friction", &[0.02, 0.5, 0.01]);
+    let capstan = kind("pulley_capstan_loss", &[0.01, 0.01]);
+    let context = WinchContext { time: 0.0, speed: 0.4 };
+    let (a, b) = (small.loss(1e4, &context), capstan.loss(1e4, &context));
+    assert!(a > b && a - b < 0.51 * 1e4 * 0.01_f64.powi(2), "{a} {b}");
+}

@@ -140,4 +140,8 @@ class WinchChain:
         for i, effect in self._each("pulley_capstan_loss"):
             v = effect.values
             pull[i] += v["loss"] * abs(force[i]) * math.tanh(reeling_rate[i] / CAPSTAN_SPEED)
+        for i, effect in self._each("pulley_wrap_friction"):
+            v = effect.values
+            speed = math.tanh(reeling_rate[i] / v.get("transition_speed", CAPSTAN_SPEED))
+            pull[i] += abs(force[i]) * (math.exp(v["friction"] * v["wrap_angle"] * speed) - 1.0)
         return pull
