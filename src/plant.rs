@@ -209,6 +209,7 @@ impl Plant {
                     cable[i].loss.push((kind.clone(), at));
                 }),
                 Stage::WinchPull(i) => cable[i].pull.push(kind),
+                Stage::WinchPosition => cables().for_each(|i| cable[i].pull.push(kind.clone())),
                 Stage::ElasticLaw => cables().for_each(|i| {
                     let at = cable[i].states;
                     cable[i].states += kind.states();
@@ -512,7 +513,7 @@ impl Plant {
             let mut states = [0.0; MAX_EFFECT_STATES];
             let command = context.inputs.winch_force[i];
             plant.start_effect_states(i, command, 0.0, &mut states);
-            let added = effects.pull.iter().map(|kind| kind.pull(context)).sum();
+            let added = effects.pull.iter().map(|kind| kind.pull(context, i)).sum();
             let winch = WinchContext { time: context.time, speed: 0.0 };
             dynamics::winch_pull(plant, i, command, added, &winch, &states, &mut [0.0; MAX_EFFECT_STATES])
         })

@@ -612,7 +612,8 @@ mod tests {
     use crate::data::recording::record;
 
     /// Effects that are not looked for, and why.
-    const NOT_SOUGHT: [(&str, &str); 4] = [
+    const NOT_SOUGHT: [(&str, &str); 5] = [
+        ("winch_torque_ripple", "waves along the paid-out length are found in the spectrum and named as terms"),
         ("pulley_wrap_friction", "to first order it is the capstan loss, which is looked for"),
         ("cable_wind", "at poses near each other it is a steady wind and drag, which are looked for"),
         ("cable_elasticity", "another base model, which `discover` tries as such"),

@@ -96,7 +96,7 @@ fn acts_by_states(spec: &EffectSpec) -> bool {
     let by_inputs = ["pulley_capstan_loss", "pulley_wrap_friction"].contains(&spec.id.as_str())
         || ["winch_force", "disturbance"].iter().any(|i| text.contains(i));
     let Ok(stage) = EffectKind::new(spec).map(|kind| kind.stage()) else { return false };
-    let added = matches!(stage, Stage::WinchLoss | Stage::WinchPull(_) | Stage::PlatformWrench);
+    let added = matches!(stage, Stage::WinchLoss | Stage::WinchPull(_) | Stage::WinchPosition | Stage::PlatformWrench);
     !by_inputs && (added || matches!(stage, Stage::ElasticLaw | Stage::Transverse))
 }
 

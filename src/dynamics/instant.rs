@@ -178,7 +178,7 @@ impl Plant {
             }
             for i in 0..cables {
                 let effects = &self.cable[i];
-                let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context));
+                let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context, i));
                 let winch = WinchContext { time, speed: unstretched_rate[i] };
                 let states = self.gather_effect_states(i, y);
                 let mut command = u.winch_force[i];

@@ -77,7 +77,7 @@ impl Plant {
             let states = self.gather_effect_states(i, y);
             let mut effect_rates = [zero; MAX_EFFECT_STATES];
             let winch = WinchContext { time, speed: unstretched[i][1] };
-            let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context));
+            let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context, i));
             let mut command = u.winch_force[i];
             if self.has.servo {
                 let (chord, paid_out) = ([k.length, k.speed], unstretched[i]);

@@ -126,7 +126,7 @@ impl Effect for Expression {
         }
     }
 
-    fn pull<S: Real>(&self, context: &PlatformContext<'_, S>) -> S {
+    fn pull<S: Real>(&self, context: &PlatformContext<'_, S>, _cable: usize) -> S {
         self.value(context)
     }
 

@@ -40,6 +40,8 @@ pub enum Stage {
     ElasticLaw,
     /// Adds a pull to the force of one winch (from 0), depending on anything a platform-side effect sees.
     WinchPull(usize),
+    /// Adds a pull to the winch force, depending on the length that is paid out.
+    WinchPosition,
     /// Adds a force across the cable.
     Transverse,
     /// Adds a wrench on the platform.
@@ -284,8 +286,8 @@ pub trait Effect: Sized {
         S::from(0.0)
     }
 
-    /// [`Stage::WinchPull`]: pull added to the winch force (N).
-    fn pull<S: Real>(&self, _context: &PlatformContext<'_, S>) -> S {
+    /// [`Stage::WinchPull`] and [`Stage::WinchPosition`]: pull added to the force of the winch of `cable` (from 0), in N.
+    fn pull<S: Real>(&self, _context: &PlatformContext<'_, S>, _cable: usize) -> S {
         S::from(0.0)
     }
 
@@ -370,6 +372,7 @@ catalogue! {
     winch_stribeck_friction::WinchStribeckFriction,
     pulley_capstan_loss::PulleyCapstanLoss,
     pulley_wrap_friction::PulleyWrapFriction,
+    winch_torque_ripple::WinchTorqueRipple,
     winch_force_gain::WinchForceGain,
     winch_force_bias::WinchForceBias,
     winch_lag::WinchLag,
@@ -502,8 +505,8 @@ impl EffectKind {
     }
 
     #[inline]
-    pub fn pull<S: Real>(&self, context: &PlatformContext<'_, S>) -> S {
-        dispatch!(self, e => e.pull(context))
+    pub fn pull<S: Real>(&self, context: &PlatformContext<'_, S>, cable: usize) -> S {
+        dispatch!(self, e => e.pull(context, cable))
     }
 
     #[inline]

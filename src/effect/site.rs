@@ -232,7 +232,9 @@ mod tests {
             }
             let stage = EffectKind::new(&spec).unwrap().stage();
             let fits = match stage {
-                Stage::CommandDelay | Stage::Command(_) | Stage::WinchLoss => info.site == Site::Winch,
+                Stage::CommandDelay | Stage::Command(_) | Stage::WinchLoss | Stage::WinchPosition => {
+                    info.site == Site::Winch
+                }
                 Stage::ElasticLaw | Stage::Transverse => info.site == Site::Cable,
                 Stage::Sensor => matches!(info.site, Site::LengthSensor | Site::TensionSensor | Site::PoseSensor),
                 Stage::PlatformWrench => info.id.starts_with("platform") || info.scope == Scope::Whole,

@@ -81,7 +81,7 @@ impl Knowns {
             Role::EffectParameter(..) | Role::Choice(Choice::Initialization) => true,
             _ => false,
         });
-        // An expression may name time and any length. A drum's inertia can leave one cable lumped beside massless ones.
+        // An expression may name time and any length, a ripple moves the platform by its own cable's. A drum's inertia can leave one cable lumped beside massless ones.
         let expression = has("expression");
         let over_cables = |index: &dyn Fn(usize) -> usize| PerCable::from_fn(plant.cables(), index);
         let in_time = expression
@@ -99,7 +99,7 @@ impl Knowns {
             initialization: at(Role::Choice(Choice::Initialization)),
             rest: rest.map(|(index, _)| index).collect(),
             time: in_time.then(|| at(Role::Time)),
-            coupled: expression || has("winch_drum_inertia"),
+            coupled: expression || has("winch_drum_inertia") || has("winch_torque_ripple"),
             late_pose: has("pose_sensor_delay"),
         }
     }

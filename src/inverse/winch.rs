@@ -33,7 +33,8 @@ pub(super) fn forces(
         let mut states = PerCable::filled(cables, [0.0; MAX_EFFECT_STATES]);
         let mut next = PerCable::filled(cables, 0.0);
         for i in 0..cables {
-            let added = plant.cable[i].pull.iter().fold(Jet::from(0.0), |sum, kind| sum + kind.pull(&context.view()));
+            let added =
+                plant.cable[i].pull.iter().fold(Jet::from(0.0), |sum, kind| sum + kind.pull(&context.view(), i));
             let winch = WinchContext { time, speed: speed[i] };
             next[i] = command(plant, i, pull[i], added, &winch, &mut states[i])?;
         }

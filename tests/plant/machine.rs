@@ -137,3 +137,29 @@ fn wrap_friction_multiplies_by_the_capstan_s_exponential() {
     let (a, b) = (small.loss(1e4, &context), capstan.loss(1e4, &context));
     assert!(a > b && a - b < 0.51 * 1e4 * 0.01_f64.powi(2), "{a} {b}");
 }
+/// The pull of winch 2 at a paid-out length, of all cable models that have it as a state.
+#[test]
+fn a_ripple_is_a_wave_along_the_cable_and_does_no_work_in_a_period() {
+    let (amplitude, period, phase) = (150.0, 1.7, 0.6);
+    for model in MODELS {
+        let with =
+            plant(model, CableInertia::Paper, &[effect("winch_torque_ripple", Some(2), &[amplitude, period, phase])]);
+        let (y, u) = state(&mut Random(3), &with);
+        let pull = |more: f64| {
+            let mut y = y.clone();
+            if let Some(at) = with.unstretched_index(1) {
+                y[at] += more;
+            }
+            let e = with.evaluate(0.0, &y, &u, &[false; 4].into());
+            let expected = u.winch_force[1] + amplitude * (TAU * e.unstretched[1] / period + phase).sin();
+            assert!((e.pull[1] - expected).abs() < 1e-7, "{model:?}: {} {expected}", e.pull[1]);
+            assert_eq!(e.pull[0], u.winch_force[0]);
+            e.pull[1]
+        };
+        pull(0.0);
+        if with.unstretched_index(1).is_some() {
+            let work: f64 = (0..1000).map(|k| pull(period * f64::from(k) / 1000.0) - u.winch_force[1]).sum();
+            assert!((work / 1000.0).abs() < 1e-7 * amplitude, "{work}");
+        }
+    }
+}

@@ -426,7 +426,7 @@ class Plant:
         bowed = self._bowed(y, m.L)
         if self.has_length_rate:
             length, rate = y[self.lengths], y[self.length_rates]
-            pull = self.winches.deliver(lagged, rate, deflections)
+            pull = self.winches.deliver(lagged, length, rate, deflections)
             tension = self._carried(t, y, m)
             across, swing_rates = self._swinging(y, m, tension)
             acceleration = self._solve_accelerations(
@@ -438,7 +438,8 @@ class Plant:
         else:
             # The losses see the rate of the geometric length, so that the platform moves as with
             # rigid cables whatever the springs do.
-            pull = self.winches.deliver(lagged, m.L_rate, deflections)
+            paid_out = y[self.lengths] if self.has_length else m.L
+            pull = self.winches.deliver(lagged, paid_out, m.L_rate, deflections)
             acceleration, tension = self._dynamics_with_force_driven_cables(
                 t, pose, twist, m, pull, wrench, lambda carried: self._swinging(y, m, carried)
             )
@@ -477,7 +478,7 @@ class Plant:
                 lag = self.winches.lag_at_rest(limited)
                 lagged, _ = self.winches.lag(limited, lag)
                 pull = self.winches.deliver(
-                    lagged, np.zeros(self.cables), np.zeros(len(self.winches.bristles))
+                    lagged, m.L, np.zeros(self.cables), np.zeros(len(self.winches.bristles))
                 )
                 unstretched = self.unstretched_for(m.L, np.maximum(pull, 0.0))
             y[self.lengths] = unstretched

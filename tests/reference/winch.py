@@ -112,14 +112,23 @@ class WinchChain:
         return rates
 
     def deliver(
-        self, lagged: np.ndarray, reeling_rate: np.ndarray, deflections: np.ndarray
+        self,
+        lagged: np.ndarray,
+        length: np.ndarray,
+        reeling_rate: np.ndarray,
+        deflections: np.ndarray,
     ) -> np.ndarray:
-        """The pull felt by the cables; `reeling_rate` is positive when paying out."""
+        """The pull felt by the cables of these paid-out lengths; `reeling_rate` is positive when
+        paying out."""
         force = np.array(lagged, dtype=float)
         for i, effect in self._each("winch_force_gain"):
             force[i] *= 1.0 + effect.values["factor"]
         for i, effect in self._each("winch_force_bias"):
             force[i] += effect.values["bias"]
+        for i, effect in self._each("winch_torque_ripple"):
+            v = effect.values
+            angle = 2.0 * math.pi * length[i] / v["period"] + v["phase"]
+            force[i] += v["amplitude"] * math.sin(angle)
         pull = force.copy()
         for i, effect in self._each("winch_coulomb_friction"):
             if not effect.values.get("presliding_stiffness", 0.0):

@@ -88,7 +88,8 @@ impl Moment {
             Stage::CommandDelay => -kind.delay() * self.force_rate[i],
             Stage::Command(_) if spec.id == "winch_lag" => -spec.values[0] * self.force_rate[i],
             Stage::Command(_) => kind.command(force, &[], &mut [], &context) - force,
-            Stage::WinchPull(at) if at == i => self.in_context(|context| kind.pull(context)),
+            Stage::WinchPull(at) if at != i => 0.0,
+            Stage::WinchPull(_) | Stage::WinchPosition => self.in_context(|context| kind.pull(context, i)),
             Stage::Parameters if spec.id == "winch_drum_inertia" => spec.values[0] * self.winch_acceleration[i],
             _ => 0.0,
         }

@@ -291,7 +291,7 @@ fn term(spec: &EffectSpec, errors: &[f64], kind: &EffectKind) -> Option<View> {
         y,
         points: Box::new(move |m, rest| {
             let own = match winch {
-                Some(_) => m.in_context(|context| kind.pull(context)),
+                Some(winch) => m.in_context(|context| kind.pull(context, winch)),
                 None => m.in_context(|context| kind.wrench(context))[axis],
             };
             vec![[own, residual(m, rest)]]

@@ -228,7 +228,7 @@ impl Local<'_> {
                 unstretched_length: &replaced(e.unstretched, unstretched),
                 unstretched_rate: &replaced(e.unstretched_rate, unstretched_rate),
             };
-            added = effects.pull.iter().fold(added, |sum, kind| sum + kind.pull(&context));
+            added = effects.pull.iter().fold(added, |sum, kind| sum + kind.pull(&context, i));
         }
         let winch = WinchContext { time, speed: unstretched_rate };
         let mut command = command;
