@@ -29,12 +29,12 @@ fn elastic_strain<S: Real>(laws: &[Law], time: S, chord: S, unstretched: S, stat
     (length - free) / free - inelastic
 }
 
-/// Tension (N) at this elastic strain of a straight cable.
+/// Tension (N) at this elastic strain of a straight cable of this chord (m).
 #[inline]
-fn straight_tension<S: Real>(data: &CableData, laws: &[Law], strain: S) -> S {
+fn straight_tension<S: Real>(data: &CableData, laws: &[Law], strain: S, chord: S) -> S {
     let mut tension = strain * data.axial_stiffness;
     for (law, _) in laws {
-        tension *= law.tension_factor(strain);
+        tension *= law.tension_factor(strain, chord, data.axial_stiffness);
     }
     tension
 }
@@ -55,7 +55,7 @@ pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S
     }
     let strain = elastic_strain(laws, time, chord, unstretched, states);
     if !laws.iter().any(|(law, _)| law.has_chord_strain()) {
-        return straight_tension(data, laws, strain);
+        return straight_tension(data, laws, strain, chord);
     }
     // The misfit rises monotonically from minus infinity at zero and is hollow downwards: Newton from the left climbs
     // without overshoot, and from the right lands on the left, where a quarter of the last value bounds it away from
@@ -80,7 +80,7 @@ pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S
             refined -= misfit(data, laws, refined, strain, chord) / slope;
         }
     }
-    straight_tension(data, laws, refined)
+    straight_tension(data, laws, refined, chord)
 }
 
 /// Tension (N) of a cable with a mass at its winch end: spring and damper, nothing where it is slack.
@@ -102,7 +102,7 @@ pub(crate) fn carried<S: Real>(
 
 /// How far the strain at this elastic strain, with the chord strain of its tension, is from `strain`.
 fn misfit<S: Real>(data: &CableData, laws: &[Law], elastic: S, strain: S, chord: S) -> S {
-    elastic + chord_strain(laws, straight_tension(data, laws, elastic), chord) - strain
+    elastic + chord_strain(laws, straight_tension(data, laws, elastic, chord), chord) - strain
 }
 
 /// The unstretched length (m) at which a cable at rest with this chord (m) carries `tension` (N); the inverse of
@@ -116,7 +116,7 @@ pub(crate) fn unstretched_length<S: Real>(
     states: &[S],
 ) -> S {
     let wanted = if tension_wanted.re() > 0.0 { tension_wanted } else { S::from(0.0) };
-    let law = |elastic: f64| straight_tension(data, laws, Dual64::new(elastic, 1.0));
+    let law = |elastic: f64| straight_tension(data, laws, Dual64::new(elastic, 1.0), chord.re().into());
     let mut elastic = wanted.re() / data.axial_stiffness;
     for _ in 0..100 {
         let tension = law(elastic);
@@ -129,7 +129,7 @@ pub(crate) fn unstretched_length<S: Real>(
     let df = law(elastic).eps;
     let mut strain = S::from(elastic);
     for _ in 0..S::NDERIV {
-        strain -= (straight_tension(data, laws, strain) - wanted) / df;
+        strain -= (straight_tension(data, laws, strain, chord) - wanted) / df;
     }
     if wanted.re() > 0.0 {
         strain += chord_strain(laws, wanted, chord);

@@ -44,7 +44,7 @@ impl Effect for CableStiffening {
         Stage::ElasticLaw
     }
 
-    fn tension_factor<S: Real>(&self, strain: S) -> S {
+    fn tension_factor<S: Real>(&self, strain: S, _chord: S, _axial_stiffness: f64) -> S {
         strain * strain * self.coefficient + 1.0
     }
 }

@@ -242,8 +242,8 @@ pub trait Effect: Sized {
         S::from(0.0)
     }
 
-    /// [`Stage::ElasticLaw`]: factor on the elastic tension at this elastic strain.
-    fn tension_factor<S: Real>(&self, _strain: S) -> S {
+    /// [`Stage::ElasticLaw`]: factor on the elastic tension at this elastic strain, chord (m) and axial stiffness (N).
+    fn tension_factor<S: Real>(&self, _strain: S, _chord: S, _axial_stiffness: f64) -> S {
         S::from(1.0)
     }
 
@@ -389,6 +389,7 @@ catalogue! {
     periodic_gust::PeriodicGust,
     umbilical::Umbilical,
     anchor_offset::AnchorOffset,
+    anchor_compliance::AnchorCompliance,
     attachment_offset::AttachmentOffset,
     length_sensor_bias::LengthSensorBias,
     length_sensor_scale::LengthSensorScale,
@@ -458,8 +459,8 @@ impl EffectKind {
     }
 
     #[inline]
-    pub fn tension_factor<S: Real>(&self, strain: S) -> S {
-        dispatch!(self, e => e.tension_factor(strain))
+    pub fn tension_factor<S: Real>(&self, strain: S, chord: S, axial_stiffness: f64) -> S {
+        dispatch!(self, e => e.tension_factor(strain, chord, axial_stiffness))
     }
 
     #[inline]

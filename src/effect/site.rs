@@ -235,7 +235,8 @@ mod tests {
                 Stage::CommandDelay | Stage::Command(_) | Stage::WinchLoss | Stage::WinchPosition => {
                     info.site == Site::Winch
                 }
-                Stage::ElasticLaw | Stage::Transverse => info.site == Site::Cable,
+                Stage::ElasticLaw => matches!(info.site, Site::Cable | Site::Anchor),
+                Stage::Transverse => info.site == Site::Cable,
                 Stage::Sensor => matches!(info.site, Site::LengthSensor | Site::TensionSensor | Site::PoseSensor),
                 Stage::PlatformWrench => info.id.starts_with("platform") || info.scope == Scope::Whole,
                 Stage::Parameters | Stage::WinchPull(_) => true,

@@ -251,6 +251,7 @@ CATALOGUE = {
         ),
         ("umbilical", None, {"stiffness": 25.0, "damping": 60.0, "x": 10.0, "y": -30.0}),
         ("anchor_offset", 1, {"x": 0.8, "y": -0.5}),
+        ("anchor_compliance", 4, {"stiffness": 2e5}),
         ("attachment_offset", 2, {"x": 0.3, "y": 0.2}),
         ("length_sensor_bias", 4, {"bias": 0.12}),
         ("length_sensor_scale", None, {"factor": 1e-3}),

@@ -163,3 +163,30 @@ fn a_ripple_is_a_wave_along_the_cable_and_does_no_work_in_a_period() {
         }
     }
 }
+/// Two springs in series: the cable's EA/l and the anchor's k, as far as L stands for l in the smaller of the two.
+#[test]
+fn an_anchor_that_gives_is_a_spring_in_series() {
+    let tension = |effects: &[EffectSpec], chord: f64, unstretched: f64| {
+        plant(CableModel::LumpedMass, CableInertia::Paper, effects).tension_for(0, 0.0, chord, unstretched, &[0.0; 6])
+    };
+    let stiffness = 4e5;
+    let gives = effect("anchor_compliance", Some(1), &[stiffness]);
+    let (chord, unstretched) = (640.0, 639.5);
+    let axial = Parameters::default().youngs_modulus * Parameters::default().cable_area;
+    let strain = (chord - unstretched) / unstretched;
+    let expected = strain / (1.0 / axial + 1.0 / (stiffness * chord));
+    let found = tension(std::slice::from_ref(&gives), chord, unstretched);
+    assert!((found - expected).abs() < 1e-9 * expected, "{found} {expected}");
+    // What the two take up is what there is: to the strain's square.
+    let taken = found * unstretched / axial + found / stiffness;
+    assert!((taken - 0.5).abs() < 1e-3 * 0.5, "{taken}");
+    assert!(found < tension(&[], chord, unstretched));
+    // It is slack where the cable is, and an anchor of rock is none.
+    assert!(tension(std::slice::from_ref(&gives), 639.0, unstretched) < 0.0);
+    let rock = effect("anchor_compliance", None, &[1e15]);
+    assert!((tension(&[rock], chord, unstretched) - tension(&[], chord, unstretched)).abs() < 1e-3);
+    // The length at which it carries a tension is the inverse.
+    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[gives, effect("cable_stiffening", None, &[2e4])]);
+    let length = plant.unstretched_length_for(0, 0.0, chord, 2e4, &[0.0; 6]);
+    assert!((plant.tension_for(0, 0.0, chord, length, &[0.0; 6]) - 2e4).abs() < 1e-6);
+}

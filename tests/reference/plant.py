@@ -75,6 +75,7 @@ class Plant:
         self.bl = p.each("damping", p.cable_damping)
         self.rho = p.each("density", p.cable_density)
         self.stiffening = np.zeros(n)
+        self.compliance = np.zeros(n)  # m/N of the anchors
         self.gearing = p.of_winches("gear_ratio") / p.of_winches("drum_radius")  # 1/m
         self.drum_mass = p.of_winches("rotor_inertia") * self.gearing**2
         self.drag = np.zeros(n)
@@ -132,6 +133,8 @@ class Plant:
                 self.bl[cables] *= 1.0 + v["factor"]
             case "cable_stiffening":
                 self.stiffening[cables] += v["coefficient"]
+            case "anchor_compliance":
+                self.compliance[cables] += 1.0 / v["stiffness"]
             case "winch_drum_inertia":
                 self.drum_mass[cables] += v["mass"]
             case "cable_drag":
@@ -225,6 +228,7 @@ class Plant:
         """Elastic force for a geometric and an unstretched length; negative when slack."""
         strain = (L - unstretched) / unstretched - creep
         force = self.EA * strain * (1.0 + self.stiffening * strain**2)
+        force /= 1.0 + self.EA * self.compliance / L
         for effect in self.parameters.find("cable_sag"):
             for i in range(self.cables):
                 if effect.acts_on(i):
@@ -246,8 +250,9 @@ class Plant:
         tension = np.asarray(tension, dtype=float)
         strain = tension / self.EA
         for _ in range(50):
-            force = self.EA * strain * (1.0 + self.stiffening * strain**2)
-            slope = self.EA * (1.0 + 3.0 * self.stiffening * strain**2)
+            both = self.EA / (1.0 + self.EA * self.compliance / L)
+            force = both * strain * (1.0 + self.stiffening * strain**2)
+            slope = both * (1.0 + 3.0 * self.stiffening * strain**2)
             strain = strain - (force - tension) / slope
         return L / (1.0 + strain)
 

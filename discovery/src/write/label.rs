@@ -6,7 +6,7 @@ use crate::outcome::Found;
 use crate::report;
 
 /// The ends of catalogue titles that a place says better, and what takes their stead in front.
-const ENDS: [(&str, &str); 13] = [
+const ENDS: [(&str, &str); 14] = [
     (" in the winch", ""),
     (" of the winch force", "force "),
     (" of the winch encoder", ""),
@@ -16,6 +16,7 @@ const ENDS: [(&str, &str); 13] = [
     (" of the cables", ""),
     (" of a length sensor", ""),
     (" on the cables", ""),
+    (" of the anchor", ""),
     (" of the tension sensor", ""),
     (" of the pose sensor", ""),
     (" given as an expression", ""),
