@@ -94,7 +94,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ])?;
     let (_, mut model) = model::read(arguments.model.as_deref())?;
     let (distribution, redundancy) = arguments.choice.resolve(arguments.pretension)?;
-    let plant = model.plant()?;
+    // The robot as it is at the start: effects may begin or end later.
+    let plant = Arc::new(model.plant()?.at(model.start.time).clone());
     plant.geometry().check_pose(&arguments.pose).map_err(|error| BadInput(format!("--pose: {error}")))?;
     if let Some(bad) = arguments.wrench.iter().find(|w| **w < 0.0) {
         return Err(BadInput(format!("--wrench has {bad}, expected half widths of 0 or more")).into());

@@ -114,6 +114,7 @@ fn a_profile_over_height_loads_the_upper_end() {
     let found = without[0] - with[0];
     assert!((found - upright - level).abs() < 1e-4 * upright, "{found} {upright} {level}");
 }
+
 #[test]
 fn wrap_friction_multiplies_by_the_capstan_s_exponential() {
     let kind = |id: &str, values: &[f64]| EffectKind::new(&effect(id, Some(1), values)).unwrap();
@@ -137,6 +138,7 @@ fn wrap_friction_multiplies_by_the_capstan_s_exponential() {
     let (a, b) = (small.loss(1e4, &context), capstan.loss(1e4, &context));
     assert!(a > b && a - b < 0.51 * 1e4 * 0.01_f64.powi(2), "{a} {b}");
 }
+
 /// The pull of winch 2 at a paid-out length, of all cable models that have it as a state.
 #[test]
 fn a_ripple_is_a_wave_along_the_cable_and_does_no_work_in_a_period() {
@@ -163,6 +165,7 @@ fn a_ripple_is_a_wave_along_the_cable_and_does_no_work_in_a_period() {
         }
     }
 }
+
 /// Two springs in series: the cable's EA/l and the anchor's k, as far as L stands for l in the smaller of the two.
 #[test]
 fn an_anchor_that_gives_is_a_spring_in_series() {
