@@ -13,6 +13,7 @@ pub mod geometry;
 pub mod integrator;
 pub mod inverse;
 pub mod kinematics;
+pub mod length_sensor;
 pub mod model_file;
 pub mod parameters;
 pub mod per_cable;

@@ -6,6 +6,7 @@ use crate::dynamics::{CableConstants, CableData, Inputs, MAX_EFFECT_STATES, Plan
 use crate::effect::{EffectKind, EffectSpec, PlatformContext, SpecError, Stage, WinchContext, acts_on};
 use crate::formula::Variable;
 use crate::kinematics::CableEnds;
+use crate::length_sensor::LengthSensor;
 use crate::parameters::{CableModel, ParameterError, Parameters};
 use crate::per_cable::PerCable;
 use crate::scalar::Real;
@@ -54,8 +55,8 @@ pub(crate) struct CableEffects {
     pub(crate) states: usize,
     /// Dead time of the winch command (s).
     pub(crate) delay: f64,
-    /// Measured lengths as `(factor, bias)` of the true ones.
-    pub(crate) unstretched_sensor: (f64, f64),
+    pub(crate) unstretched_sensor: LengthSensor,
+    /// Measured length of the chord as `(factor, bias)` of the true one.
     pub(crate) length_sensor: (f64, f64),
     /// The measured tension likewise.
     pub(crate) tension_sensor: (f64, f64),
@@ -169,12 +170,7 @@ impl Plant {
         let mut data = PlantData::new(&parameters);
         let cables = parameters.cables();
         let exact = (1.0, 0.0);
-        let nothing = CableEffects {
-            unstretched_sensor: exact,
-            length_sensor: exact,
-            tension_sensor: exact,
-            ..CableEffects::default()
-        };
+        let nothing = CableEffects { length_sensor: exact, tension_sensor: exact, ..CableEffects::default() };
         let mut cable = vec![nothing; cables];
         let (mut wrench, mut pose_bias, mut pose_delay) = (Vec::new(), [0.0; 3], 0.0);
         // `cable_elasticity` sets what other effects scale, so it comes first whatever the order in the file.
@@ -232,12 +228,15 @@ impl Plant {
                         *sensor = (sensor.0 * factor, sensor.1 * factor + bias);
                     };
                     for i in cables() {
-                        let length = if spec.channel.as_deref() == Some("cable_length") {
-                            &mut cable[i].length_sensor
+                        if spec.channel.as_deref() == Some("cable_length") {
+                            behind(&mut cable[i].length_sensor, kind.length_sensor());
                         } else {
-                            &mut cable[i].unstretched_sensor
-                        };
-                        behind(length, kind.length_sensor());
+                            let sensor = &mut cable[i].unstretched_sensor;
+                            let mut line = (sensor.factor, sensor.bias);
+                            behind(&mut line, kind.length_sensor());
+                            (sensor.factor, sensor.bias) = line;
+                            sensor.drum = kind.eccentric_drum().or(sensor.drum);
+                        }
                         behind(&mut cable[i].tension_sensor, kind.tension_sensor());
                     }
                     for (sum, bias) in pose_bias.iter_mut().zip(kind.pose_sensor()) {
@@ -273,6 +272,11 @@ impl Plant {
             !(c.command.is_empty() && c.loss.is_empty() && c.pull.is_empty() && c.transverse.is_empty())
         };
         let command = parameters.winch.command;
+        let eccentric = effects.iter().find(|spec| spec.id == "winch_drum_eccentricity");
+        if let Some(spec) = eccentric.filter(|_| command != WinchCommand::Force) {
+            let message = format!("takes winches commanded by force, found {}", command.name());
+            return Err(SpecError::new(&spec.id, message).into());
+        }
         if command.is_servo() {
             check_servo(&data, &effects)?;
         }
@@ -365,9 +369,10 @@ impl Plant {
         self.pose_bias
     }
 
-    /// Factors by which the sensors of `cable` (from 0) show its length and its unstretched length.
-    pub fn length_sensor_factors(&self, cable: usize) -> [f64; 2] {
-        [self.cable[cable].length_sensor.0, self.cable[cable].unstretched_sensor.0]
+    /// How what the sensors of `cable` (from 0) show changes with its length and with its unstretched length, at this unstretched
+    /// length (m).
+    pub fn length_sensor_slopes(&self, cable: usize, unstretched: f64) -> [f64; 2] {
+        [self.cable[cable].length_sensor.0, self.cable[cable].unstretched_sensor.slope(unstretched)]
     }
 
     /// Index of the unstretched length of `cable` (from 0) among the states; `None` for a rigid cable.

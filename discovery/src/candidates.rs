@@ -454,6 +454,11 @@ fn sensors(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
     }
     if situation.unstretched.iter().any(|p| *p) {
         lib.each_cable("length_sensor_scale", &[vec![1e-4]], 0, proportional(1e-4));
+        // The wave e (cos(l/r + ψ) - cos ψ) has these two parts.
+        let (radius, off) = (sizes.drum_radius, 1e-3 * sizes.drum_radius);
+        let sets = [vec![off, radius, 0.0], vec![off, radius, PI / 2.0]];
+        let build = move |a: &[f64]| Some(vec![off * a[0].hypot(a[1]), radius, a[1].atan2(a[0])]);
+        lib.each_cable("winch_drum_eccentricity", &sets, 0, build);
     }
     if situation.tensions.iter().any(|p| *p) {
         let force = SMALL * situation.mean_tension;
@@ -617,9 +622,9 @@ mod tests {
             "anchor_compliance",
             "at lengths that change little it is an error of the cable's stiffness, which is looked for",
         ),
-        ("winch_torque_ripple", "waves along the paid-out length are found in the spectrum and named as terms"),
-        ("pulley_wrap_friction", "to first order it is the capstan loss, which is looked for"),
         ("cable_wind", "at poses near each other it is a steady wind and drag, which are looked for"),
+        ("pulley_wrap_friction", "to first order it is the capstan loss, which is looked for"),
+        ("winch_torque_ripple", "waves along the paid-out length are found in the spectrum and named as terms"),
         ("cable_elasticity", "another base model, which `discover` tries as such"),
         ("expression", "the dictionary of terms"),
     ];

@@ -97,7 +97,7 @@ impl Examined {
                 }
                 Channel::Tension(_) => unreachable!("tensions were left to others"),
             };
-            let factor = self.plant.at(time).length_sensor_factors(cable)[sensor];
+            let factor = self.plant.at(time).length_sensor_slopes(cable, e.unstretched[cable])[sensor];
             match self.plant.unstretched_index(cable).filter(|_| sensor == 1) {
                 Some(at) => slopes[at] = factor,
                 None => {

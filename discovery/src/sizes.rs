@@ -20,6 +20,8 @@ pub(crate) struct Sizes {
     pub(crate) inertia: f64,
     /// Mass that swings at a winch on its cable (kg).
     pub(crate) winch_mass: f64,
+    /// Radius of the drums, their mean (m).
+    pub(crate) drum_radius: f64,
     /// Period in which the platform swings on cables of fixed length (s).
     pub(crate) swing: f64,
 }
@@ -44,6 +46,7 @@ impl Sizes {
             inertia: data.inertia,
             winch_mass: cables().map(|(cable, length)| 0.5 * cable.density * length + cable.drum_mass).sum::<f64>()
                 / count,
+            drum_radius: cables().map(|(cable, _)| cable.winch.drum_radius).sum::<f64>() / count,
             swing: TAU * ((data.mass + carried) / stiffness).sqrt(),
         }
     }

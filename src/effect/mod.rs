@@ -13,6 +13,7 @@ pub use spec::{EffectSpec, SpecError};
 
 use crate::dynamics::PlantData;
 use crate::geometry::Geometry;
+use crate::length_sensor::EccentricDrum;
 use crate::per_cable::PerCable;
 use crate::scalar::Real;
 
@@ -301,6 +302,11 @@ pub trait Effect: Sized {
         (1.0, 0.0)
     }
 
+    /// [`Stage::Sensor`]: the drum by which an unstretched length is measured, where it is off its axis.
+    fn eccentric_drum(&self) -> Option<EccentricDrum> {
+        None
+    }
+
     /// [`Stage::Sensor`]: factor and bias (N) of a measured tension, as of a length.
     fn tension_sensor(&self) -> (f64, f64) {
         (1.0, 0.0)
@@ -393,6 +399,7 @@ catalogue! {
     attachment_offset::AttachmentOffset,
     length_sensor_bias::LengthSensorBias,
     length_sensor_scale::LengthSensorScale,
+    winch_drum_eccentricity::WinchDrumEccentricity,
     tension_sensor_gain::TensionSensorGain,
     tension_sensor_bias::TensionSensorBias,
     pose_sensor_bias::PoseSensorBias,
@@ -517,6 +524,10 @@ impl EffectKind {
 
     pub fn length_sensor(&self) -> (f64, f64) {
         dispatch!(self, e => e.length_sensor())
+    }
+
+    pub fn eccentric_drum(&self) -> Option<EccentricDrum> {
+        dispatch!(self, e => e.eccentric_drum())
     }
 
     pub fn tension_sensor(&self) -> (f64, f64) {

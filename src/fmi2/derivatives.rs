@@ -34,8 +34,8 @@ impl CablePlatform {
                     }
                 }
                 Role::State(state) => {
-                    if let Some((index, scale)) = place(plant, state) {
-                        states[index] += seed / scale;
+                    for (index, by) in places(plant, simulation.states(), state).into_iter().flatten() {
+                        states[index] += by * seed;
                     }
                 }
                 _ => return Err(ModelError::new("derivatives are with respect to inputs, states and time")),
@@ -77,13 +77,23 @@ impl CablePlatform {
     }
 }
 
-/// Where a state is kept, and what the sensor multiplies it by; `None` where it is no state of this plant.
-fn place(plant: &Plant, state: State) -> Option<(usize, f64)> {
-    Some(match state {
-        State::Pose(k) => (k, 1.0),
-        State::Twist(k) => (3 + k, 1.0),
-        State::UnstretchedLength(i) => (plant.unstretched_index(i)?, plant.cable[i].unstretched_sensor.0),
-        State::UnstretchedRate(i) => (plant.rate_index(i)?, plant.cable[i].unstretched_sensor.0),
-        State::Effect(i, k) => (plant.effect_states(i).start + k, 1.0),
-    })
+/// The states that change with one as it is shown, and how; none where it is no state of this plant.
+fn places(plant: &Plant, y: &[f64], state: State) -> [Option<(usize, f64)>; 2] {
+    let one = |index: usize| [Some((index, 1.0)), None];
+    let length = |i: usize| plant.unstretched_index(i).map(|at| (at, y[at]));
+    match state {
+        State::Pose(k) => one(k),
+        State::Twist(k) => one(3 + k),
+        State::UnstretchedLength(i) => {
+            let sensor = &plant.cable[i].unstretched_sensor;
+            let Some((at, length)) = length(i) else { return [None; 2] };
+            let rate = plant.rate_index(i).map(|at| (at, sensor.rate_by_shown(length, y[at])));
+            [Some((at, 1.0 / sensor.slope(length))), rate]
+        }
+        State::UnstretchedRate(i) => {
+            let slope = length(i).map_or(1.0, |(_, length)| plant.cable[i].unstretched_sensor.slope(length));
+            [plant.rate_index(i).map(|at| (at, 1.0 / slope)), None]
+        }
+        State::Effect(i, k) => one(plant.effect_states(i).start + k),
+    }
 }

@@ -101,7 +101,10 @@ impl<S: Real> Instant<'_, S> {
             Role::State(State::Effect(i, k)) => self.states[self.plant.effect_states(i).start + k],
             Role::Rate(State::Pose(k)) => self.rates[k],
             Role::Rate(State::Twist(k)) => self.rates[3 + k],
-            Role::Rate(State::UnstretchedRate(i)) => self.acceleration?[i] * self.plant.length_sensor_factors(i)[1],
+            Role::Rate(State::UnstretchedRate(i)) => {
+                let now = (shown.unstretched_length(i), shown.unstretched_length_rate(i));
+                self.plant.cable[i].unstretched_sensor.shown_acceleration(now.0, now.1, self.acceleration?[i])
+            }
             Role::Rate(State::Effect(i, k)) => self.rates[self.plant.effect_states(i).start + k],
             Role::CableLength(i) => shown.cable_length(i),
             Role::Tension(i) => shown.tension(i),

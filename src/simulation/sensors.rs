@@ -1,6 +1,7 @@
 //! What the sensors show.
 
 use crate::dynamics::Evaluation;
+use crate::length_sensor::LengthSensor;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
@@ -58,6 +59,11 @@ pub(crate) struct Shown<'a, S = f64> {
 
 impl<S: Real> Shown<'_, S> {
     #[inline]
+    fn drum(&self, i: usize) -> &LengthSensor {
+        &self.plant.cable[i].unstretched_sensor
+    }
+
+    #[inline]
     pub(crate) fn pose(&self, axis: usize) -> S {
         self.pose[axis] + self.plant.pose_bias[axis]
     }
@@ -80,13 +86,12 @@ impl<S: Real> Shown<'_, S> {
 
     #[inline]
     pub(crate) fn unstretched_length(&self, i: usize) -> S {
-        let (factor, bias) = self.plant.cable[i].unstretched_sensor;
-        self.e.unstretched[i] * factor + bias
+        self.drum(i).shown(self.e.unstretched[i])
     }
 
     #[inline]
     pub(crate) fn unstretched_length_rate(&self, i: usize) -> S {
-        self.e.unstretched_rate[i] * self.plant.cable[i].unstretched_sensor.0
+        self.drum(i).shown_rate(self.e.unstretched[i], self.e.unstretched_rate[i])
     }
 
     #[inline]
@@ -111,12 +116,13 @@ impl<S: Real> Shown<'_, S> {
 
     #[inline]
     pub(crate) fn winch_angle(&self, i: usize) -> S {
-        self.e.unstretched[i] / self.plant.data.cables[i].winch.drum_radius
+        self.drum(i).counted(self.e.unstretched[i]) / self.plant.data.cables[i].winch.drum_radius
     }
 
     #[inline]
     pub(crate) fn winch_rate(&self, i: usize) -> S {
-        self.e.unstretched_rate[i] / self.plant.data.cables[i].winch.drum_radius
+        let rate = self.drum(i).counted_rate(self.e.unstretched[i], self.e.unstretched_rate[i]);
+        rate / self.plant.data.cables[i].winch.drum_radius
     }
 
     /// All of it.

@@ -93,14 +93,12 @@ impl Start {
     #[must_use]
     pub fn behind_sensors(&self, plant: &Plant) -> Self {
         let plant = plant.at(self.time);
-        let sensor = |i: usize| plant.cable[i].unstretched_sensor;
+        let sensor = |i: usize| &plant.cable[i].unstretched_sensor;
         Self {
             pose: std::array::from_fn(|k| self.pose[k] - plant.pose_bias[k]),
-            unstretched_length: PerCable::from_fn(plant.cables(), |i| {
-                (self.unstretched_length[i] - sensor(i).1) / sensor(i).0
-            }),
+            unstretched_length: PerCable::from_fn(plant.cables(), |i| sensor(i).behind(self.unstretched_length[i])),
             unstretched_length_rate: PerCable::from_fn(plant.cables(), |i| {
-                self.unstretched_length_rate[i] / sensor(i).0
+                sensor(i).rate_behind(self.unstretched_length[i], self.unstretched_length_rate[i])
             }),
             ..*self
         }
@@ -130,8 +128,7 @@ impl Start {
                 if !(length.is_finite() && length > 0.0) {
                     return Err(StartError::NoLength { cable: i + 1, pull: START_PULL, found: length });
                 }
-                let (factor, bias) = plant.cable[i].unstretched_sensor;
-                shown[i] = length * factor + bias;
+                shown[i] = plant.cable[i].unstretched_sensor.shown(length);
             }
             Some(shown)
         } else {

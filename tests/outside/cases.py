@@ -255,6 +255,11 @@ CATALOGUE = {
         ("attachment_offset", 2, {"x": 0.3, "y": 0.2}),
         ("length_sensor_bias", 4, {"bias": 0.12}),
         ("length_sensor_scale", None, {"factor": 1e-3}),
+        (
+            "winch_drum_eccentricity",
+            3,
+            {"eccentricity": 0.02, "drum_radius": 0.3, "phase": 0.9},
+        ),
         ("tension_sensor_gain", 3, {"factor": -0.04}),
         ("tension_sensor_bias", None, {"bias": 60.0}),
         ("pose_sensor_bias", None, {"x": 0.2, "y": -0.1, "phi": 0.01}),

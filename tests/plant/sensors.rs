@@ -60,6 +60,55 @@ fn a_tension_sensor_shows_its_gain_and_its_bias_and_nothing_else() {
     assert_eq!(with.evaluate().tension, without.evaluate().tension);
 }
 
+/// A drum of 0.2 m whose axis is 10 mm beside its centre: the lever summed over the angle is what is paid out.
+#[test]
+fn an_eccentric_drum_counts_another_length_than_it_pays_out() {
+    let (e, r, psi) = (0.01, 0.2, 0.7);
+    let drum = EffectSpec::new("winch_drum_eccentricity", Some(2), &[e, r, psi]).unwrap();
+    let (mut with, without) = (moving(std::slice::from_ref(&drum)), moving(&[]));
+    assert_eq!(with.states(), without.states());
+    let at = with.plant().unstretched_index(1).unwrap();
+    for step in 0..40 {
+        let mut y = without.states().to_vec();
+        y[at] += 0.05 * f64::from(step);
+        with.set_states(&y);
+        let out = with.outputs();
+        let (angle, rate) = (out.unstretched_length[1] / r, out.unstretched_length_rate[1] / r);
+        // Simpson's rule over the angle, in parts of a turn.
+        let lever = |angle: f64| r + e * (angle + psi).sin();
+        let parts = 60_000;
+        let h = angle / f64::from(parts);
+        let summed: f64 = (0..parts)
+            .map(|k| {
+                let a = f64::from(k) * h;
+                h / 6.0 * (lever(a) + 4.0 * lever(a + 0.5 * h) + lever(a + h))
+            })
+            .sum();
+        assert!((summed - y[at]).abs() < 1e-8, "{step}: {summed} {}", y[at]);
+        assert!((rate * lever(angle) - y[at + 1]).abs() < 1e-12, "{step}");
+        let counted = out.winch_angle[1] * with.plant().parameters().winch.drum_radius;
+        assert!((counted - out.unstretched_length[1]).abs() < 1e-9);
+        assert_eq!(out.unstretched_length[0], y[with.plant().unstretched_index(0).unwrap()]);
+        // A start from what is shown is where it was shown.
+        let shown = Start {
+            unstretched_length: out.unstretched_length,
+            unstretched_length_rate: out.unstretched_length_rate,
+            ..Start::default()
+        };
+        let behind = shown.behind_sensors(with.plant());
+        assert!((behind.unstretched_length[1] - y[at]).abs() < 1e-9);
+        assert!((behind.unstretched_length_rate[1] - y[at + 1]).abs() < 1e-12);
+    }
+    let round = EffectSpec::new("winch_drum_eccentricity", Some(2), &[0.0, r, psi]).unwrap();
+    assert!((moving(&[round]).outputs().unstretched_length[1] - without.outputs().unstretched_length[1]).abs() < 1e-9);
+    let error = EffectSpec::new("winch_drum_eccentricity", None, &[0.11, r, psi]).unwrap_err().to_string();
+    assert!(error.contains("less than half of `drum_radius`"), "{error}");
+    let text = "[winch]\ncommand = \"torque\"\n[[effect]]\nid = \"winch_drum_eccentricity\"\n\
+                eccentricity = 0.01\ndrum_radius = 0.2\nphase = 0\n";
+    let error = cdpr::model_file::Model::from_toml(text).unwrap_err().to_string();
+    assert!(error.contains("commanded by force"), "{error}");
+}
+
 /// What the sensor of a slack cable shows is its bias; a host is told by `slack` and not by the sign.
 #[test]
 fn the_tension_sensor_of_a_slack_cable_shows_its_bias() {

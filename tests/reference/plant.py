@@ -529,6 +529,23 @@ class Plant:
         cables = [i for i in range(self.cables) if effect.acts_on(i)]
         channel = v.get("channel", "unstretched_length")
         match effect.id:
+            case "winch_drum_eccentricity":
+                drum = self.parameters.of_winches("drum_radius")
+                e, r, phase = v["eccentricity"], v["drum_radius"], v["phase"]
+                for i in cables:
+                    n = f"[{i + 1}]"
+                    length = out["unstretched_length" + n]
+
+                    def excess(angle, length=length):
+                        wave = np.cos(angle + phase) - np.cos(phase)
+                        return r * angle - e * wave - length
+
+                    turned = brentq(excess, (length - 3 * e) / r, (length + 3 * e) / r, xtol=1e-14)
+                    rate = out["unstretched_length_rate" + n] / (r + e * np.sin(turned + phase))
+                    out["unstretched_length" + n] = r * turned
+                    out["unstretched_length_rate" + n] = r * rate
+                    out["winch_angle" + n] = r * turned / drum[i]
+                    out["winch_rate" + n] = r * rate / drum[i]
             case "length_sensor_bias":
                 for i in cables:
                     out[f"{channel}[{i + 1}]"] += v["bias"]

@@ -60,15 +60,31 @@ fn moved(platform: &mut CablePlatform, unknowns: &[usize], known: usize, amount:
     let slot = match role {
         Role::State(State::Pose(k)) => Some((k, 1.0)),
         Role::State(State::Twist(k)) => Some((3 + k, 1.0)),
-        Role::State(State::UnstretchedLength(i)) => {
-            plant.unstretched_index(i).map(|k| (k, plant.cable[i].unstretched_sensor.0))
-        }
-        Role::State(State::UnstretchedRate(i)) => plant.rate_index(i).map(|k| (k, plant.cable[i].unstretched_sensor.0)),
         Role::State(State::Effect(i, k)) => Some((plant.effect_states(i).start + k, 1.0)),
+        _ => None,
+    };
+    let cable = match role {
+        Role::State(State::UnstretchedLength(i) | State::UnstretchedRate(i)) => {
+            plant.unstretched_index(i).map(|k| (i, k))
+        }
         _ => None,
     };
     if let Some((k, scale)) = slot {
         y[k] += amount / scale;
+        simulation.set_states(&y);
+    } else if let Some((i, k)) = cable {
+        // What is shown moves by the amount, and the other of length and rate stays as it is shown.
+        let sensor = &plant.cable[i].unstretched_sensor;
+        let rate = plant.rate_index(i);
+        let (mut shown, mut shown_rate) = (sensor.shown(y[k]), rate.map_or(0.0, |r| sensor.shown_rate(y[k], y[r])));
+        match role {
+            Role::State(State::UnstretchedLength(_)) => shown += amount,
+            _ => shown_rate += amount,
+        }
+        y[k] = sensor.behind(shown);
+        if let Some(r) = rate {
+            y[r] = sensor.rate_behind(shown, shown_rate);
+        }
         simulation.set_states(&y);
     } else if !matches!(role, Role::State(_)) {
         let name = platform.description().variables[known].name.clone();
