@@ -14,6 +14,7 @@ use std::sync::Arc;
 pub use equilibrium::{static_equilibrium, wrench_at_rest};
 pub use sensors::Outputs;
 pub(crate) use sensors::Shown;
+use snapshot::Room;
 pub use snapshot::SnapshotError;
 pub use start::{Start, StartError};
 pub use tangent::{Direction, Tangent};
@@ -54,6 +55,7 @@ pub struct Simulation {
     poses: PoseHistory,
     integrator: Integrator,
     work: Workspace,
+    room: Room,
 }
 
 impl Simulation {
@@ -88,6 +90,7 @@ impl Simulation {
             poses,
             integrator,
             work,
+            room: Room::default(),
         };
         simulation.slack = simulation.plant.slack_cables(time, &simulation.y, &simulation.inputs_felt().at(time));
         simulation

@@ -7,11 +7,14 @@ use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
+use cdpr::fmi2::CablePlatform;
 use cdpr::integrator::Solver;
+use cdpr::model_file::Model;
 use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 use cdpr::winch::{WinchCommand, WinchParameters};
+use fmi2_export::{Experiment, Model as _};
 
 struct Counting;
 
@@ -116,5 +119,28 @@ fn a_step_of_driven_winches_does_not_allocate() {
             std::hint::black_box(simulation.outputs());
         }
         assert_eq!(ALLOCATIONS.get() - before, 0, "{command:?}");
+    }
+}
+
+/// Going back to a saved state over and over, as an iteration over one communication step does.
+#[test]
+fn going_back_to_a_saved_state_does_not_allocate() {
+    for solver in [Solver::Radau, Solver::Auto] {
+        let mut model = Model { effects: effects(), solver, ..Model::default() };
+        model.start.inputs = Inputs::pulling(4, 2e4);
+        let mut platform = CablePlatform::new(model).unwrap();
+        let experiment = Experiment { start_time: 0.0, stop_time: None, tolerance: None };
+        platform.enter_initialisation(experiment).unwrap();
+        platform.initialise(experiment).unwrap();
+        platform.step(0.0, 0.1).unwrap();
+        let mut saved = Vec::new();
+        platform.save(&mut saved);
+        platform.restore(&saved).unwrap();
+        let before = ALLOCATIONS.get();
+        for _ in 0..10 {
+            platform.step(0.1, 0.1).unwrap();
+            platform.restore(&saved).unwrap();
+        }
+        assert_eq!(ALLOCATIONS.get() - before, 0, "{solver:?}");
     }
 }

@@ -68,6 +68,8 @@ pub struct CablePlatform {
     /// As the table lists them.
     states_of_effects: Vec<EffectStates>,
     settings: Settings,
+    /// Room for those of a saved state before they are believed.
+    spare_settings: Option<Box<Settings>>,
     phase: Phase,
     /// Running: the simulation. Before: a trial from the start values as they stand, made when it is asked for.
     simulation: Option<Simulation>,
@@ -143,6 +145,7 @@ impl CablePlatform {
         Ok(Self {
             table,
             settings: Settings::new(&model),
+            spare_settings: None,
             states_of_effects: plant.states_of_effects().to_vec(),
             original: model,
             phase: Phase::Instantiated,

@@ -35,21 +35,34 @@ impl CablePlatform {
         }
     }
 
-    /// Takes up what [`Self::write_state`] wrote; unchanged on error.
+    /// Takes up what [`Self::write_state`] wrote; unchanged on error. A running simulation takes up another state of its own
+    /// without allocating.
     pub(super) fn read_state(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
+        // Whatever a host can set is written over.
+        let mut settings = self.spare_settings.take().unwrap_or_else(|| Box::new(Settings::new(&self.original)));
+        let result = self.read_state_with(bytes, &mut settings);
+        if result.is_ok() {
+            std::mem::swap(&mut self.settings, &mut settings);
+            self.forget_instant();
+        }
+        self.spare_settings = Some(settings);
+        result
+    }
+
+    /// The same but for the settings, which are read into `settings`.
+    fn read_state_with(&mut self, bytes: &[u8], settings: &mut Settings) -> Result<(), ModelError> {
         let mut reader = Reader(bytes);
-        let mut settings = Settings::new(&self.original);
         for choice in Choice::ALL {
             let number = i32::from_le_bytes(reader.take()?);
             choice.set(&mut settings.model, number).ok_or_else(broken)?;
         }
         let mut read = Ok(());
-        each_number(&mut settings, &mut |number| match reader.number() {
+        each_number(settings, &mut |number| match reader.number() {
             Ok(value) => *number = value,
             Err(error) => read = Err(error),
         });
         read?;
-        self.check_settings(&mut settings)?;
+        self.check_settings(settings)?;
         let [phase] = reader.take()?;
         match phase {
             0 | 1 => {
@@ -81,14 +94,11 @@ impl CablePlatform {
                 if !(TOLERANCES.0..=TOLERANCES.1).contains(&tolerance) {
                     return Err(impossible("the tolerance", tolerance));
                 }
-                let simulation = self.restored(&settings.model, tolerance, reader.0)?;
+                self.restore_running(&settings.model, tolerance, reader.0)?;
                 self.phase = Phase::Running { tolerance };
-                self.simulation = Some(simulation);
             }
             _ => return Err(broken()),
         }
-        self.settings = settings;
-        self.forget_instant();
         Ok(())
     }
 
@@ -119,29 +129,30 @@ impl CablePlatform {
         Ok(())
     }
 
-    /// A simulation of `model` in the saved state. The present one serves where it is of the same plant.
-    fn restored(&mut self, model: &Model, tolerance: f64, bytes: &[u8]) -> Result<Simulation, ModelError> {
+    /// Makes the simulation one of `model` in the saved state. The present one serves where it is of the same plant.
+    fn restore_running(&mut self, model: &Model, tolerance: f64, bytes: &[u8]) -> Result<(), ModelError> {
         let failed = |error: &dyn std::fmt::Display| ModelError::new(error.to_string());
         let same = |simulation: &Simulation| {
             let plant = simulation.plant();
             let same_plant = *plant.parameters() == model.parameters && plant.effects() == model.effects;
             same_plant && simulation.solver() == model.solver
         };
-        let mut simulation = match (self.phase, &self.simulation) {
-            (Phase::Running { tolerance: present }, Some(simulation)) if present == tolerance && same(simulation) => {
-                simulation.clone()
-            }
-            _ => {
-                let plant = model.plant().map_err(|e| failed(&e))?;
-                let start = model.start.behind_sensors(&plant);
-                let mut y = vec![1.0; plant.dimension()];
-                y[..3].copy_from_slice(&start.pose);
-                Simulation::from_states(plant, start.time, y, start.inputs, tolerance).with_solver(model.solver)
-            }
-        };
+        if let (Phase::Running { tolerance: present }, Some(simulation)) = (self.phase, &mut self.simulation)
+            && present == tolerance
+            && same(simulation)
+        {
+            return simulation.restore(bytes).map_err(|e| failed(&e));
+        }
+        let plant = model.plant().map_err(|e| failed(&e))?;
+        let start = model.start.behind_sensors(&plant);
+        let mut y = vec![1.0; plant.dimension()];
+        y[..3].copy_from_slice(&start.pose);
+        let simulation = Simulation::from_states(plant, start.time, y, start.inputs, tolerance);
+        let mut simulation = simulation.with_solver(model.solver);
         self.same_states(&simulation)?;
         simulation.restore(bytes).map_err(|e| failed(&e))?;
-        Ok(simulation)
+        self.simulation = Some(simulation);
+        Ok(())
     }
 }
 
@@ -168,7 +179,10 @@ fn each_number(settings: &mut Settings, look: &mut dyn FnMut(&mut f64)) {
         &mut slopes.disturbance,
     ];
     kept.into_iter().flatten().for_each(&mut *look);
-    effects.iter_mut().flat_map(|effect| &mut effect.values).for_each(look);
+    for effect in effects {
+        // Its parameters, and when it begins and ends.
+        (0..effect.values.len() + 2).for_each(|k| effect.number(k).into_iter().for_each(&mut *look));
+    }
 }
 
 struct Reader<'a>(&'a [u8]);

@@ -17,7 +17,7 @@ const EXPLICIT_SHARE: f64 = 0.5;
 const NEWTON_SHARE: f64 = 0.07;
 
 /// What must be kept between calls for a continuation to be bit for bit the same.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Memory {
     /// Step size the error estimate asks for (s); 0 before the first step.
     pub next_step: f64,

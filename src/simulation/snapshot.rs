@@ -27,6 +27,15 @@ fn put_flags(out: &mut Vec<u8>, flags: &PerCable<bool>) {
     out.extend(flags.map(u8::from));
 }
 
+/// Room for what is read before it is believed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Room {
+    y: Vec<f64>,
+    stretches: Vec<Stretch>,
+    points: Vec<(f64, [f64; 6])>,
+    memory: Memory,
+}
+
 /// What is left to read, of a plant with so many cables.
 struct Reader<'a>(&'a [u8], usize);
 
@@ -66,6 +75,15 @@ impl Reader<'_> {
             *value = self.number()?;
         }
         Ok(values)
+    }
+
+    /// `count` numbers into `list`, in place of what is there.
+    fn list(&mut self, count: usize, list: &mut Vec<f64>) -> Result<(), SnapshotError> {
+        list.clear();
+        for _ in 0..count {
+            list.push(self.number()?);
+        }
+        Ok(())
     }
 
     fn inputs(&mut self) -> Result<Inputs, SnapshotError> {
@@ -123,11 +141,19 @@ impl Simulation {
         put_flags(out, &self.work.linearised_slack);
     }
 
-    /// Takes up a saved state of the same plant; unchanged on error.
+    /// Takes up a saved state of the same plant; unchanged on error. After the first time nothing is allocated.
     ///
     /// # Errors
     /// When the bytes are not a saved state of this plant.
     pub fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotError> {
+        let mut room = std::mem::take(&mut self.room);
+        let result = self.take_up(bytes, &mut room);
+        self.room = room;
+        result
+    }
+
+    fn take_up(&mut self, bytes: &[u8], room: &mut Room) -> Result<(), SnapshotError> {
+        let Room { y, stretches, points, memory } = room;
         let cables = self.plant.cables();
         let mut reader = Reader(bytes, cables);
         if reader.bytes()? != self.plant.fingerprint().to_le_bytes() {
@@ -138,36 +164,27 @@ impl Simulation {
             return Err(SnapshotError("it has another number of states"));
         }
         let [time, time_carry] = reader.numbers()?;
-        let mut y = vec![0.0; n];
-        for value in &mut y {
-            *value = reader.number()?;
-        }
+        reader.list(n, y)?;
         let slack = reader.flags()?;
         let inputs = reader.inputs()?;
         let input_slopes = reader.inputs()?;
         let input_time = reader.number()?;
         let winch_disturbance = reader.per_cable()?;
-        let mut stretches = Vec::new();
+        stretches.clear();
         for _ in 0..reader.count(8 * (1 + 2 * cables))? {
             stretches.push(Stretch { start: reader.number()?, value: reader.per_cable()?, slope: reader.per_cable()? });
         }
-        let mut points = Vec::new();
+        points.clear();
         for _ in 0..reader.count(56)? {
             points.push((reader.number()?, reader.numbers::<6>()?));
         }
         let [next_step, factored_step, jacobian_time] = reader.numbers()?;
         let [last_step, last_error] = reader.numbers()?;
         let jacobian_count = reader.count(8)?;
-        let mut jacobian_state = vec![0.0; jacobian_count];
-        for value in &mut jacobian_state {
-            *value = reader.number()?;
-        }
+        reader.list(jacobian_count, &mut memory.jacobian_state)?;
         let jacobian_use: [f64; 2] = reader.numbers()?;
         let rates_count = reader.count(8)?;
-        let mut rates = vec![0.0; rates_count];
-        for value in &mut rates {
-            *value = reader.number()?;
-        }
+        reader.list(rates_count, &mut memory.rates)?;
         let stiff_since = match reader.count(8)? {
             0 => None,
             1 => Some(reader.number()?),
@@ -189,7 +206,7 @@ impl Simulation {
         if !newest.into_iter().all(past) || time_carry.abs() > f64::EPSILON * time.abs() {
             return Err(SnapshotError("its times are not in order"));
         }
-        if self.plant.wound_in(&y) || jacobian_count > 0 && self.plant.wound_in(&jacobian_state) {
+        if self.plant.wound_in(y) || jacobian_count > 0 && self.plant.wound_in(&memory.jacobian_state) {
             return Err(SnapshotError("an unstretched length is not positive"));
         }
         let sizes = [next_step, factored_step, last_step, last_error];
@@ -203,7 +220,7 @@ impl Simulation {
         }
         self.time = time;
         self.time_carry = time_carry;
-        self.y = y;
+        self.y.copy_from_slice(y);
         self.slack = slack;
         self.inputs = inputs;
         self.input_slopes = input_slopes;
@@ -211,20 +228,12 @@ impl Simulation {
         self.input_time = input_time;
         self.winch_disturbance = winch_disturbance;
         self.commands.stretches.clear();
-        self.commands.stretches.extend(stretches);
+        self.commands.stretches.extend(&*stretches);
         self.poses.points.clear();
-        self.poses.points.extend(points);
-        let memory = Memory {
-            next_step,
-            factored_step,
-            jacobian_time,
-            jacobian_state,
-            jacobian_least: jacobian_use[0] as u32,
-            jacobian_excess: jacobian_use[1] as u32,
-            last: (last_step, last_error),
-            rates,
-            stiff_since,
-        };
+        self.poses.points.extend(&*points);
+        (memory.next_step, memory.factored_step, memory.jacobian_time) = (next_step, factored_step, jacobian_time);
+        [memory.jacobian_least, memory.jacobian_excess] = jacobian_use.map(|count| count as u32);
+        (memory.last, memory.stiff_since) = ((last_step, last_error), stiff_since);
         self.work.linearised_inputs = linearised_inputs;
         self.work.linearised_slack = linearised_slack;
         let segment = InputSegment::new(jacobian_time, linearised_inputs, Inputs::none(cables));
@@ -234,7 +243,7 @@ impl Simulation {
             slack: &mut linearised_slack,
             work: &mut self.work,
         };
-        self.integrator.restore(&memory, &mut system);
+        self.integrator.restore(memory, &mut system);
         Ok(())
     }
 }

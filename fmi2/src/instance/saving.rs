@@ -22,7 +22,7 @@ impl<M: Model> Instance<M> {
     pub(crate) fn restore_state(&mut self, handle: usize) -> Outcome {
         let snapshot = self.saved.get(&handle).ok_or_else(unknown)?;
         self.model.restore(&snapshot.model)?;
-        self.progress = snapshot.progress.clone();
+        self.progress.clone_from(&snapshot.progress);
         Ok(())
     }
 

@@ -82,6 +82,29 @@ fn what_was_set_before_initialisation_is_saved_too() {
     assert_eq!(snapshot(&mut platform), before);
 }
 
+/// It was left out, so that another instance, or the same after a reset, could not take up the state.
+#[test]
+fn when_an_effect_begins_is_saved_too() {
+    let bias = EffectSpec::new("winch_force_bias", Some(3), &[500.0]).unwrap().during(Some(2.0), None).unwrap();
+    let model = moving(CableModel::LumpedMass, vec![bias]);
+    let mut platform = CablePlatform::new(model.clone()).unwrap();
+    set(&mut platform, "effect.winch_force_bias[3].from", 0.2);
+    initialise(&mut platform, EXPERIMENT);
+    platform.step(0.0, 0.1).unwrap();
+    let mut saved = Vec::new();
+    platform.save(&mut saved);
+    platform.step(0.1, 0.3).unwrap();
+    let mut other = CablePlatform::new(model).unwrap();
+    for _ in 0..2 {
+        other.restore(&saved).unwrap();
+        assert_eq!(get(&mut other, "effect.winch_force_bias[3].from"), 0.2);
+        other.step(0.1, 0.3).unwrap();
+        assert_eq!(bits(&snapshot(&mut other)), bits(&snapshot(&mut platform)));
+        other.reset();
+        assert_eq!(get(&mut other, "effect.winch_force_bias[3].from"), 2.0);
+    }
+}
+
 #[test]
 fn bytes_that_are_no_state_change_nothing() {
     let mut platform = CablePlatform::new(moving(CableModel::LumpedMass, memory())).unwrap();
