@@ -28,9 +28,19 @@ pub(crate) enum Source {
     Terms,
 }
 
+/// What the entrance says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    Enters,
+    /// Chance explains as much.
+    Chance,
+    /// What is explained is the error of the recorded forces.
+    ForceError,
+}
+
 impl Search<'_> {
     /// Takes up the last effects of `next`, those that `before` lacks, each with its rivals, if all of them explain more than
-    /// chance; whether they do. `how` they were found is noted.
+    /// chance and none of the error of the recorded forces; whether they do. `how` they were found is noted.
     pub(crate) fn enter(
         &mut self,
         before: &Fitted,
@@ -38,7 +48,7 @@ impl Search<'_> {
         rivals: Vec<Vec<EffectSpec>>,
         source: Source,
         how: &str,
-    ) -> Result<bool, FitError> {
+    ) -> Result<Answer, FitError> {
         let first = next.train.model.effects.len() - rivals.len();
         let without = self.without_each(before, next, first);
         let weights: Vec<f64> = without.iter().map(|without| without.score - next.score).collect();
@@ -53,7 +63,18 @@ impl Search<'_> {
             for (effect, weight) in effects.iter().zip(weights) {
                 self.note(effect, "refused", -weight, &reason);
             }
-            return Ok(false);
+            return Ok(Answer::Chance);
+        }
+        if self.explains_force_error(before, next)? {
+            for (effect, weight) in effects.iter().zip(weights) {
+                self.note(
+                    effect,
+                    "refused",
+                    -weight,
+                    "it explains the error of the recorded forces: the more, the larger that is",
+                );
+            }
+            return Ok(Answer::ForceError);
         }
         let together = rivals.len() > 1;
         for (k, rivals) in rivals.into_iter().enumerate() {
@@ -62,7 +83,7 @@ impl Search<'_> {
             taken.without = together.then(|| Arc::clone(&without[k]));
             self.taken.push(taken);
         }
-        Ok(true)
+        Ok(Answer::Enters)
     }
 
     /// For each effect of `next` from `first` on the best model known without it: `before`, or a fit with the others.
@@ -130,7 +151,7 @@ mod tests {
         let rivals = vec![Vec::new(); proposed.len()];
         let enters = search.enter(&base, &next, rivals, Source::Catalogue, "").expect("an answer");
         let as_strong = search.taken.iter().map(|taken| taken.null_test.expect("room for shifts").as_strong);
-        (enters, as_strong.collect(), search.steps.iter().map(|step| step.outcome.clone()).collect())
+        (enters == Answer::Enters, as_strong.collect(), search.steps.iter().map(|step| step.outcome.clone()).collect())
     }
 
     #[test]

@@ -19,6 +19,7 @@ mod entrance;
 mod estimate;
 mod extension;
 mod fitted;
+mod force_error;
 mod form;
 #[cfg(test)]
 mod fuzz;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
-use crate::entrance::Source;
+use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::extension::is_friction_law;
 use crate::fitted::Fitted;
@@ -59,7 +59,7 @@ impl Search<'_> {
         }
         let rivals = (0..2).map(|k| rivals(library, &pairs, k)).collect();
         let alone = std::mem::take(&mut self.taken);
-        if self.enter(base, &next, rivals, Source::Catalogue, "as one of a pair")? {
+        if self.enter(base, &next, rivals, Source::Catalogue, "as one of a pair")? == Answer::Enters {
             return Ok(Some(next));
         }
         self.taken = alone;

@@ -2,7 +2,7 @@
 
 use crate::candidates::{Candidate, Library, Situation};
 use crate::data::Trial;
-use crate::entrance::Source;
+use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::fitted::Fitted;
 use crate::kalman::{Keep, Randomness, filter};
@@ -119,10 +119,12 @@ impl Search<'_> {
                         }
                         Source::Terms => (next, Vec::new()),
                     };
-                    if self.enter(fitted, &next, vec![rivals], source, "")? {
-                        return Ok(Some(next));
+                    match self.enter(fitted, &next, vec![rivals], source, "")? {
+                        Answer::Enters => return Ok(Some(next)),
+                        // What explains less is chance as well.
+                        Answer::Chance => break,
+                        Answer::ForceError => {}
                     }
-                    break;
                 }
                 Ok(next) => {
                     let change = next.score - fitted.score;

@@ -7,7 +7,7 @@ use cdpr::effect::EffectSpec;
 
 use crate::candidates::{catalogue, dictionary};
 use crate::data::{Channel, Trial};
-use crate::entrance::Source;
+use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::fitted::{Evidence, Fitted};
 use crate::kalman::Randomness;
@@ -330,7 +330,7 @@ impl<'a> Search<'a> {
         };
         if next.score < fitted.score - EVIDENCE && Self::helps(&fitted, &next) {
             let enters = self.enter(&fitted, &next, vec![Vec::new()], Source::Catalogue, "")?;
-            return Ok(if enters { next } else { fitted });
+            return Ok(if enters == Answer::Enters { next } else { fitted });
         }
         self.note(&effect, "refused", next.score - fitted.score, "rigid cables explain the data as well");
         Ok(fitted)

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::candidates::Situation;
 use crate::data::Trial;
-use crate::entrance::Source;
+use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError};
 use crate::extension::is_friction;
 use crate::fitted::{Fitted, Trained};
@@ -89,7 +89,7 @@ impl Search<'_> {
         }
         let rivals = best.law.into_iter().map(|(_, rivals)| rivals).collect();
         let before = std::mem::take(&mut self.taken);
-        if self.enter(base, &next, rivals, Source::Catalogue, "refined from a typical size")? {
+        if self.enter(base, &next, rivals, Source::Catalogue, "refined from a typical size")? == Answer::Enters {
             return Ok(Some(next));
         }
         self.taken = before;
