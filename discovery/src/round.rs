@@ -176,35 +176,40 @@ fn simplest<'a>(library: &Library, ranked: &'a [Scored], base: f64) -> &'a Score
         .unwrap_or(&ranked[0])
 }
 
-/// The best candidates that are another explanation than the one chosen, for a full comparison.
+/// The best candidates that are another explanation than the one chosen, for a full comparison: first of those that the
+/// catalogue says are alike, whatever else explains more.
 fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64) -> Vec<EffectSpec> {
     let own = &library.candidates[chosen.candidate];
-    let gain = base - chosen.score;
+    let share = |scored: &Scored| (base - scored.score) / (base - chosen.score);
     let mut out: Vec<EffectSpec> = Vec::new();
-    for scored in ranked {
-        let c = &library.candidates[scored.candidate];
-        if (c.id == own.id && c.cable == own.cable) || out.iter().any(|e| e.id == c.id && e.cable == c.cable) {
-            continue;
-        }
-        if is_rival(own, c, (base - scored.score) / gain)
-            && let Some(effect) = effect_of(library, scored)
-        {
-            out.push(effect);
-            if out.len() == MOST_RIVALS {
-                break;
+    for alike in [true, false] {
+        for scored in ranked {
+            let c = &library.candidates[scored.candidate];
+            let known =
+                (c.id == own.id && c.cable == own.cable) || out.iter().any(|e| e.id == c.id && e.cable == c.cable);
+            if !known
+                && out.len() < MOST_RIVALS
+                && is_alike(own, c) == alike
+                && is_rival(own, c, share(scored))
+                && let Some(effect) = effect_of(library, scored)
+            {
+                out.push(effect);
             }
         }
     }
     out
 }
 
-/// Whether another candidate with a share of the gain of `own` is worth a full comparison.
-pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64) -> bool {
+/// Whether the catalogue says that two laws are alike; the winches of one machine are built alike.
+fn is_alike(own: &Candidate, other: &Candidate) -> bool {
     let look_alikes = cdpr::effect::find(own.id).map_or(&[][..], |info| info.look_alikes);
     let alike = look_alikes.iter().any(|look_alike| look_alike.id == other.id) && other.cable == own.cable;
-    // The winches of one machine are built alike.
-    let alike = alike || (other.id == own.id && other.cable.is_none());
-    share > if alike { 0.5 } else { 0.8 }
+    alike || (other.id == own.id && other.cable.is_none())
+}
+
+/// Whether another candidate with a share of the gain of `own` is worth a full comparison.
+pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64) -> bool {
+    share > if is_alike(own, other) { 0.5 } else { 0.8 }
 }
 
 /// Signatures of a library along the fit's trajectories.
