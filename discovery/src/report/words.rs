@@ -494,12 +494,15 @@ pub fn not_excited(report: &Report) -> Option<String> {
 }
 
 /// A law at the cable where it shows least is one at any.
-fn without_number(label: &str) -> String {
+pub(super) fn without_number(label: &str) -> String {
     match label.rsplit_once('\u{a0}') {
-        Some((law, number)) if number.chars().all(|c| c.is_ascii_digit()) => match law.rsplit_once(' ') {
-            Some((front, place)) => format!("{front} any {place}"),
-            None => law.to_owned(),
-        },
+        Some((law, number)) if number.chars().all(|c| c.is_ascii_digit()) => {
+            match (law.split_once(" the measured "), law.rsplit_once(' ')) {
+                (Some((front, length)), _) => format!("{front} any measured {length}"),
+                (None, Some((front, place))) => format!("{front} any {place}"),
+                (None, None) => law.to_owned(),
+            }
+        }
         _ => label.to_owned(),
     }
 }
