@@ -375,6 +375,11 @@ impl Plant {
         [self.cable[cable].length_sensor.0, self.cable[cable].unstretched_sensor.slope(unstretched)]
     }
 
+    /// What they show too much (m).
+    pub fn length_sensor_offsets(&self, cable: usize) -> [f64; 2] {
+        [self.cable[cable].length_sensor.1, self.cable[cable].unstretched_sensor.1]
+    }
+
     /// Index of the unstretched length of `cable` (from 0) among the states; `None` for a rigid cable.
     pub fn unstretched_index(&self, cable: usize) -> Option<usize> {
         (axial_states(self.data.cables[cable].model) > 0).then(|| self.offset[cable])

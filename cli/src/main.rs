@@ -1,6 +1,7 @@
 //! The `cdpr` command: one file for each subcommand, and what they share.
 
 mod analyse;
+mod calibrate;
 mod csv_io;
 mod demo;
 mod discover;
@@ -38,6 +39,7 @@ use clap::{Parser, Subcommand};
         cdpr fmu -o CablePlatform.fmu              an FMU of the default model\n  \
         cdpr model > model.toml                    the default model, to be changed\n  \
         cdpr simulate -o run.csv --plot run.svg    60 s of simulation, with a picture\n  \
+        cdpr calibrate --data run.csv -o new.toml  the geometry that fits a recording\n  \
         cdpr discover --data run.csv --out found   the effect that the model is missing\n\n\
         Exit codes: 0 done, 1 the work failed, 2 wrong use or bad input."
 )]
@@ -57,6 +59,7 @@ enum Command {
     Analyse(analyse::Arguments),
     Paper(paper::Arguments),
     Effects(effects::Arguments),
+    Calibrate(calibrate::Arguments),
     Discover(discover::Arguments),
 }
 
@@ -82,6 +85,7 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Analyse(arguments) => analyse::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Effects(arguments) => effects::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Discover(arguments) => discover::run(&arguments),
     }
 }

@@ -5,6 +5,7 @@
 //! effect of the catalogue passes through the same filter, so that least squares becomes generalised least squares; the
 //! best is taken up, refined on the full model, compared with its rivals, and kept if it earns its place on held-out data.
 
+pub mod calibrate;
 pub mod data;
 pub mod outcome;
 pub mod report;
