@@ -375,9 +375,15 @@ impl Plant {
         [self.cable[cable].length_sensor.0, self.cable[cable].unstretched_sensor.slope(unstretched)]
     }
 
+    /// What they show of this length and this unstretched length (m).
+    pub fn shown_lengths(&self, cable: usize, length: f64, unstretched: f64) -> [f64; 2] {
+        let (factor, bias) = self.cable[cable].length_sensor;
+        [factor * length + bias, self.cable[cable].unstretched_sensor.shown(unstretched)]
+    }
+
     /// What they show too much (m).
-    pub fn length_sensor_offsets(&self, cable: usize) -> [f64; 2] {
-        [self.cable[cable].length_sensor.1, self.cable[cable].unstretched_sensor.1]
+    pub fn length_sensor_biases(&self, cable: usize) -> [f64; 2] {
+        [self.cable[cable].length_sensor.1, self.cable[cable].unstretched_sensor.bias]
     }
 
     /// Index of the unstretched length of `cable` (from 0) among the states; `None` for a rigid cable.

@@ -138,19 +138,9 @@ impl Problem {
         match unknown {
             Unknown::Anchor(cable, axis) => self.geometry.anchor[cable][axis],
             Unknown::Attachment(cable, axis) => self.geometry.attachment[cable][axis],
-            Unknown::Offset(channel) => self.sensor(channel).1,
-        }
-    }
-
-    /// Factor and offset of a length sensor.
-    fn sensor(&self, channel: Channel) -> (f64, f64) {
-        let plant = &self.examined.plant;
-        let of =
-            |cable: usize, at: usize| (plant.length_sensor_factors(cable)[at], plant.length_sensor_offsets(cable)[at]);
-        match channel {
-            Channel::CableLength(cable) => of(cable, 0),
-            Channel::UnstretchedLength(cable) => of(cable, 1),
-            _ => (1.0, 0.0),
+            Unknown::Offset(Channel::CableLength(cable)) => self.examined.plant.length_sensor_biases(cable)[0],
+            Unknown::Offset(Channel::UnstretchedLength(cable)) => self.examined.plant.length_sensor_biases(cable)[1],
+            Unknown::Offset(_) => unreachable!("only lengths have offsets here"),
         }
     }
 
@@ -176,15 +166,14 @@ impl Problem {
             let apart = [x + arm[0] - anchor[0], y + arm[1] - anchor[1]];
             let distance = apart[0].hypot(apart[1]);
             let u = apart.map(|v| v / distance);
-            let (factor, offset) = self.sensor(length.channel);
-            let offset = offset + added(Unknown::Offset(length.channel));
-            let (expected, slope) = match length.channel {
-                Channel::UnstretchedLength(_) => self.paid_out(sample.time, length, distance),
-                _ => (distance, 1.0),
-            };
-            residual[row] = length.value - (factor * expected + offset);
+            let (plant, is_paid_out) = (&self.examined.plant, matches!(length.channel, Channel::UnstretchedLength(_)));
+            let (real, slope) =
+                if is_paid_out { self.paid_out(sample.time, length, distance) } else { (distance, 1.0) };
+            let sensor = usize::from(is_paid_out);
+            let shown = plant.shown_lengths(cable, real, real)[sensor] + added(Unknown::Offset(length.channel));
+            residual[row] = length.value - shown;
             covariance[(row, row)] = length.noise * length.noise;
-            let slope = factor * slope;
+            let slope = slope * plant.length_sensor_slopes(cable, real)[sensor];
             for axis in 0..2 {
                 if let Some(k) = at(Unknown::Anchor(cable, axis)) {
                     slopes[(row, k)] = -slope * u[axis];
