@@ -69,7 +69,7 @@ def test_one_effect(pack, name, model):
             assert_close(expected, plain, tolerance=1e-5)
 
 
-@pytest.mark.parametrize("model", (LUMPED_MASS, RIGID))
+@pytest.mark.parametrize("model", [LUMPED_MASS, RIGID])
 def test_effects_that_begin_and_end(pack, model):
     times = {
         "winch_coulomb_friction": {"from": 0.43},
