@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from .cases_cables import CABLES
+from .cases_field import FIELD
 from .cases_hard import ELASTICITY, LOOK_ALIKES, MOORDYN, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
 from .cases_pair import PAIRS, TRIPLES
 from .cases_realistic import REALISTIC
@@ -19,8 +20,9 @@ SUITE = [
     *MOORDYN,
     *NULLS,
 ]
-_BY_NAME = {case.name: case for case in [*SUITE, *REALISTIC, *CABLES]}
-if len(_BY_NAME) != len(SUITE) + len(REALISTIC) + len(CABLES):
+_ALL = [*SUITE, *REALISTIC, *FIELD, *CABLES]
+_BY_NAME = {case.name: case for case in _ALL}
+if len(_BY_NAME) != len(_ALL):
     raise ValueError("the suite holds two cases of one name")
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from . import trial
+from .cases_field import FIELD, SHARE, SIZES, drawn
 from .cases_realistic import IMPERFECT, REALISTIC
 from .imperfections import ANGLE, Imperfections, apply, gauss_markov, wander
 
@@ -74,3 +75,16 @@ def test_every_imperfection_has_a_case():
         if not field.name.endswith("memory"):
             assert any(getattr(it, field.name) != default for it in IMPERFECT.values()), field.name
     assert {case.group for case in REALISTIC} == {"null", "single"}
+
+
+def test_field_cases_are_drawn_from_their_names_within_the_bounds():
+    assert drawn("field_gain_2") == drawn("field_gain_2")
+    assert drawn("field_gain_2") != drawn("field_gain_all")
+    for of in FIELD:
+        it = of.train[0].imperfections
+        assert it == of.holdout.imperfections
+        for kind, (least, most) in SIZES.items():
+            assert getattr(it, kind) == 0.0 or least <= getattr(it, kind) <= most
+        assert not (it.pose_late and it.lengths_late)
+    noisy = [of.train[0].imperfections.force_noise > 0.0 for of in FIELD]
+    assert np.mean(noisy) == pytest.approx(SHARE, abs=0.15)
