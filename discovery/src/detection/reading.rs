@@ -87,20 +87,23 @@ pub(super) fn readings(candidate: &Candidate) -> Vec<Reading> {
 impl Reading {
     /// The size that a vector of amplitudes over the scale has, which is so long.
     pub(super) fn size(&self, candidate: &Candidate, length: f64) -> f64 {
+        // A size of one may be out of the law's range: a drum whose axis is a metre off.
+        if self.kind == Kind::Proportional {
+            return length;
+        }
         let of = |amplitude: f64| {
             let mut amplitudes = vec![0.0; candidate.columns.len()];
             amplitudes[self.columns[0]] = amplitude * self.scale[0];
             Some(candidate.effect(&amplitudes)?.values[self.parameter])
         };
         let Some(unit) = of(1.0) else { return f64::INFINITY };
-        match self.kind {
-            Kind::Proportional => length,
-            Kind::Fixed => unit,
-            // Where no such effect is proposed the law is taken to go on in proportion.
-            Kind::Law => match (of(length), of(2.0 * length)) {
-                (Some(size), Some(twice)) if size != twice => size,
-                _ => length * unit,
-            },
+        if self.kind == Kind::Fixed {
+            return unit;
+        }
+        // Where no such effect is proposed the law is taken to go on in proportion.
+        match (of(length), of(2.0 * length)) {
+            (Some(size), Some(twice)) if size != twice => size,
+            _ => length * unit,
         }
     }
 
