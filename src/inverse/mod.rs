@@ -23,7 +23,7 @@ pub use trajectory::{Ends, Motion, Samples, SplineTrajectory, Trajectory, Trajec
 use std::sync::Arc;
 
 use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
-use crate::effect::EffectKind;
+use crate::effect::{EffectKind, EffectSpec, find};
 use crate::formula::Variable;
 use crate::integrator::{IntegrationError, Integrator};
 use crate::parameters::CableModel;
@@ -173,11 +173,11 @@ impl<'a> InverseDynamics<'a> {
         redundancy: &'a dyn Redundancy,
     ) -> Result<Self, InverseError> {
         let [first, last] = trajectory.span();
-        if plant.next_switch(first).is_some_and(|time| time <= last) {
-            let switched = plant.effects().iter().find(|spec| spec.is_switched());
-            let id = switched.and_then(|spec| spec.info().ok()).map_or("", |info| info.id);
+        let switches = |spec: &EffectSpec| [spec.from, spec.until].iter().flatten().any(|t| first < *t && *t <= last);
+        let mut switched = plant.effects().iter().filter(|spec| switches(spec));
+        if let Some(info) = switched.find_map(|spec| find(&spec.id)) {
             return Err(InverseError::Refused {
-                effect: id,
+                effect: info.id,
                 reason: "it begins or ends along the trajectory; ask for the trajectory before and after",
             });
         }

@@ -283,6 +283,24 @@ fn forward_simulation_returns_the_trajectory_with_creep_and_sag() {
     }
 }
 
+/// The one that is named is the one that begins or ends there, not the first that does so at any time.
+#[test]
+fn what_begins_along_the_trajectory_is_refused_by_name() {
+    let during = |mut spec: EffectSpec, from: f64| {
+        spec.from = Some(from);
+        spec
+    };
+    let before = during(effect("winch_viscous_friction", None, &[30.0]), -5.0);
+    let (trajectory, redundancy) = (sines(), distribution(Objective::MidTension));
+    let new = |effects| {
+        let plant = plant(CableModel::LumpedMass, CableInertia::Paper, effects);
+        InverseDynamics::new(plant, &trajectory, &redundancy).map(|_| ()).map_err(|e| e.to_string())
+    };
+    assert_eq!(new(vec![before.clone()]), Ok(()));
+    let error = new(vec![before, during(effect("platform_mass", None, &[30.0]), 1.0)]).unwrap_err();
+    assert!(error.contains("`platform_mass`"), "{error}");
+}
+
 #[test]
 fn paid_out_lengths_of_a_run_follow_the_slow_solution() {
     let plant = plant(CableModel::LumpedMass, CableInertia::Paper, Vec::new());
