@@ -7,6 +7,8 @@
 //! [`null_test`](crate::null_test)). Those innovations have the noise and whatever is still unexplained, but no longer the
 //! effect itself, which a shift may leave in phase with a candidate (C. J. F. ter Braak, in Bootstrapping and Related
 //! Techniques, Springer (1992), 79).
+//!
+//! Nor does one enter that explains the error of the recorded forces (see [`force_error`](crate::force_error)).
 
 use std::sync::Arc;
 

@@ -247,3 +247,55 @@ impl Search<'_> {
         short.max(long) >= POLICY.scatter && short.min(long) > -2.0 * POLICY.scatter
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+
+    use super::*;
+    use crate::data::recording::record;
+    use crate::estimate::noise_of_data;
+    use crate::randomness::Memory;
+
+    /// Noises with memory that are left of those that the instruments were given, where the pose wanders by so much (m): what
+    /// the wander asks for, or else a drift of x that nothing asks for.
+    fn released(wander: f64) -> (usize, usize) {
+        let hidden = EffectSpec::new("winch_force_gain", Some(1), &[0.01]).expect("an effect");
+        let recorded = |seed: u64| {
+            let mut trial = record(std::slice::from_ref(&hidden), 40.0, seed);
+            let last = trial.time[trial.len() - 1];
+            for (row, time) in trial.measured.iter_mut().zip(&trial.time) {
+                row[0] += wander * (std::f64::consts::PI * time / last).sin();
+            }
+            trial
+        };
+        let (train, holdout) = (vec![recorded(41), recorded(42)], vec![recorded(43)]);
+        let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
+        let evidence = Evidence { train, holdout, noise };
+        let mut search = Search::new(&evidence, 0, &|_, _| {});
+        let base = search.base(&Model::default()).expect("a fit");
+        let mut fitted =
+            search.fit(&Model { effects: vec![hidden], ..Model::default() }, &base, ROUNDS).expect("a fit");
+        if let Some(asked_for) = search.with_instruments(&fitted, 0.0).expect("a fit") {
+            fitted = asked_for;
+        } else {
+            let drift = Memory { channel: 0, deviation: 2e-3, time: 40.0, drift: true };
+            fitted.train.randomness = fitted.train.randomness.clone().with_memory(drift);
+            fitted.train.smooth(&search.evidence.train).expect("a trajectory");
+        }
+        search.instruments = Some(fitted.train.randomness.without_latents());
+        let fitted = search.finish(fitted.train, fitted.holdout, fitted.estimate);
+        assert!(!fitted.train.randomness.memory.is_empty());
+        search.taken.push(Taken::new(Vec::new(), -1.0, None));
+        let fitted = search.without_idle_instruments(fitted);
+        let standing = fitted.train.randomness.memory.len();
+        (standing, search.instruments.map_or(0, |randomness| randomness.memory.len()))
+    }
+
+    #[test]
+    fn a_drift_that_explains_nothing_any_more_is_given_back() {
+        assert_eq!(released(0.0), (0, 0));
+        let (standing, held_against) = released(0.05);
+        assert!(standing > 0 && standing == held_against, "{standing} {held_against}");
+    }
+}

@@ -10,9 +10,7 @@ use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
 use crate::fitted::Fitted;
 use crate::search::{ROUNDS, Search};
-
-/// By how many of its standard deviations what is explained must grow for the growth to be no chance.
-const CERTAIN: f64 = 3.0;
+use crate::verdict::POLICY;
 
 impl Search<'_> {
     /// Whether the effects that `next` has and `before` lacks explain the more the larger the error of the recorded forces is:
@@ -41,7 +39,7 @@ impl Search<'_> {
 ///
 /// Twice the logarithm of a likelihood ratio that is `x` on average has a variance of about `4 x`.
 fn grows(explained: f64, with_more_error: f64) -> bool {
-    with_more_error - explained > CERTAIN * 2.0 * explained.max(0.0).sqrt()
+    with_more_error - explained > POLICY.force_error * 2.0 * explained.max(0.0).sqrt()
 }
 
 /// A recording with another white error of its winch forces (N).

@@ -388,9 +388,9 @@ mod tests {
     use crate::data::recording::{Bench, fitted, fitted_on, record, record_on};
     use crate::randomness::Memory;
 
-    /// The textbook's filter and smoother (H. E. Rauch, F. Tung and C. T. Striebel, 1965) with full matrices: `-2 log L` and
-    /// the smoothed deviations of states and latents.
-    fn dense(linear: &LinearTrial, randomness: &Randomness) -> (f64, Vec<f64>) {
+    /// The textbook's filter and smoother (H. E. Rauch, F. Tung and C. T. Striebel, 1965) with full matrices: `-2 log L`, the
+    /// smoothed deviations of states and latents, and the covariance before each sample's measurements.
+    fn dense(linear: &LinearTrial, randomness: &Randomness) -> (f64, Vec<f64>, Vec<DMatrix<f64>>) {
         let (n, m, w) = (linear.states, linear.channels, linear.states + randomness.processes());
         let shown = randomness.shown_by_channel(m);
         let mut x = DVector::zeros(w);
@@ -451,7 +451,7 @@ mod tests {
             smoothed[k * linear.width()..(k + 1) * linear.width()].copy_from_slice(&state.as_slice()[..linear.width()]);
             next = Some(state);
         }
-        (value, smoothed)
+        (value, smoothed, past.into_iter().map(|(_, covariance, ..)| covariance).collect())
     }
 
     #[test]
@@ -479,7 +479,7 @@ mod tests {
             let linear = &fit.linear[0];
             let filtered = filter(linear, &randomness, Keep::Covariance);
             let smoothed = smooth(linear, &randomness, &filtered);
-            let (value, expected) = dense(linear, &randomness);
+            let (value, expected, covariances) = dense(linear, &randomness);
             let error = (filtered.minus_two_log_likelihood - value).abs();
             assert!(error < 1e-6 * value.abs(), "{} {value}", filtered.minus_two_log_likelihood);
             for c in 0..linear.states {
@@ -488,6 +488,13 @@ mod tests {
                 let size = expected.iter().fold(1e-9_f64, |size, v| size.max(v.abs()));
                 let worst = own.iter().zip(&expected).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
                 assert!(worst < 1e-3 * size, "state {c}: {worst} of {size}");
+            }
+            // Rows of it are found beside noise with memory too.
+            let k = linear.len / 2;
+            for (r, c) in (0..linear.width()).flat_map(|r| (0..linear.width()).map(move |c| (r, c))) {
+                let (own, expected) = (filtered.covariance_row(linear, k, r)[c], covariances[k][(r, c)]);
+                let size = (covariances[k][(r, r)] * covariances[k][(c, c)]).sqrt();
+                assert!((own - expected).abs() <= 1e-3 * size, "{r}, {c}: {own} {expected}");
             }
         }
     }

@@ -220,3 +220,35 @@ fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) -> Vec<Forcin
     };
     trials.iter().enumerate().map(of_trial).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use cdpr::model_file::Model;
+
+    use super::*;
+    use crate::candidates::catalogue;
+    use crate::data::recording::record;
+
+    /// Drag was not compared with viscous friction where three kinds of inertia explained more at first sight.
+    #[test]
+    fn look_alikes_of_the_catalogue_are_rivals_before_what_explains_more() {
+        let library = catalogue(&Model::default(), &Situation::of(&[record(&[], 5.0, 1)]));
+        let scored = |id: &str, cable: Option<usize>, score: f64| {
+            let found = library.candidates.iter().position(|c| c.id == id && c.cable == cable);
+            let candidate = found.unwrap_or_else(|| panic!("{id} is a candidate"));
+            Scored { candidate, score, amplitudes: vec![1.0; library.candidates[candidate].columns.len()], level: 0 }
+        };
+        let chosen = scored("winch_viscous_friction", None, -100.0);
+        let inertia = (1..=4).map(|cable| scored("winch_drum_inertia", Some(cable), -95.0));
+        let mut ranked = vec![chosen.clone()];
+        ranked.extend(inertia);
+        ranked.push(scored("platform_linear_drag", None, -60.0));
+        // Too little for a look-alike, and for any other.
+        ranked.push(scored("cable_damping", None, -40.0));
+        ranked.push(scored("platform_mass", None, -70.0));
+        let ids: Vec<(String, Option<usize>)> =
+            rivals(&library, &ranked, &chosen, 0.0).into_iter().map(|effect| (effect.id, effect.cable)).collect();
+        let inertia = |cable| ("winch_drum_inertia".to_owned(), Some(cable));
+        assert_eq!(ids, [("platform_linear_drag".to_owned(), None), inertia(1), inertia(2)]);
+    }
+}

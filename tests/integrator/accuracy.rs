@@ -4,6 +4,7 @@ use cdpr::integrator::{Integrator, Solver};
 
 use crate::problems::{
     Dense, Dipping, Dragged, Oscillator, Problem, ProtheroRobinson, Robertson, TwoPulls, Unweighed, VanDerPol,
+    assert_order,
 };
 use crate::scenarios::scenarios;
 
@@ -97,10 +98,7 @@ fn order_is_five() {
         (y[0] - exact[0]).hypot(y[1] - exact[1])
     };
     let errors: Vec<f64> = [8, 16, 32, 64].map(error).to_vec();
-    for pair in errors.windows(2) {
-        let order = (pair[0] / pair[1]).log2();
-        assert!((order - 5.0).abs() < 0.15, "order {order}, errors {errors:?}");
-    }
+    assert_order(&errors, 5.0);
 }
 
 /// Parabolas are integrated exactly, so that all error is in the location of the switches.

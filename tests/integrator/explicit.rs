@@ -9,7 +9,7 @@ use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 
-use crate::problems::{Dense, Oscillator, Problem, ProtheroRobinson, TwoPulls, Unweighed, VanDerPol};
+use crate::problems::{Dense, Oscillator, Problem, ProtheroRobinson, TwoPulls, Unweighed, VanDerPol, assert_order};
 use crate::scenarios::scenarios;
 
 fn run(
@@ -44,10 +44,7 @@ fn order_is_five() {
         (y[0] - exact[0]).hypot(y[1] - exact[1])
     };
     let errors: Vec<f64> = [16, 32, 64, 128].map(error).to_vec();
-    for pair in errors.windows(2) {
-        let order = (pair[0] / pair[1]).log2();
-        assert!((order - 5.0).abs() < 0.15, "order {order}, errors {errors:?}");
-    }
+    assert_order(&errors, 5.0);
 }
 
 #[test]

@@ -20,6 +20,14 @@ pub(crate) trait Problem {
     fn switch(&mut self) {}
 }
 
+/// Errors of which each is with steps half as long as the one before must fall as a method of this order makes them.
+pub(crate) fn assert_order(errors: &[f64], expected: f64) {
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((order - expected).abs() < 0.15, "order {order}, errors {errors:?}");
+    }
+}
+
 /// A problem solved with dense LU factors.
 pub(crate) struct Dense<P> {
     pub(crate) problem: P,
