@@ -32,7 +32,7 @@ pub enum CalibrateError {
     Model(String),
     /// Corrections that do not settle.
     #[error(
-        "the corrections do not settle in {rounds} rounds; the last moved by {moved:.3} of what is plausible. Is it the recordings' robot that the model describes?"
+        "the corrections do not settle in {rounds} rounds; the last moved by {moved:.1e} of what is plausible. Is it the recordings' robot that the model describes?"
     )]
     NotSettled {
         /// Rounds of least squares.
@@ -109,6 +109,7 @@ pub const TOLD: f64 = 0.99;
 pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, CalibrateError> {
     let problem = Problem::new(model, trials)?;
     let solution = solve(&problem)?;
+    explained(&problem, &solution)?;
     let change = &solution.change;
     let corrections = problem.unknowns.iter().enumerate().map(|(k, unknown)| Correction {
         name: unknown.name(),
@@ -126,6 +127,25 @@ pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, Calibra
         widened: solution.widened,
         model: corrected(model, &problem, change.as_slice()),
     })
+}
+
+/// Refuses lengths of which more is left than corrections of a plausible size could make: no error of the geometry is so large.
+fn explained(problem: &Problem, solution: &Solution) -> Result<(), CalibrateError> {
+    for misfit in &solution.misfits {
+        let (Channel::CableLength(cable) | Channel::UnstretchedLength(cable)) = misfit.channel else { continue };
+        let own = problem.unknowns.iter().zip(problem.plausible.iter()).filter(|(unknown, _)| unknown.cable() == cable);
+        let most: f64 = own.map(|(_, plausible)| plausible).sum();
+        if misfit.after.is_nan() || misfit.after > most {
+            return Err(CalibrateError::Data(format!(
+                "{} is {:.6} m off the model's length at the recorded pose after all corrections, expected at most {most:.6} m, \
+                 which corrections of a plausible size could make: is it in another unit (`scale` in the map), or the pose, \
+                 are columns exchanged, or is it another robot?",
+                misfit.channel.name(),
+                misfit.after
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The combinations that are held, cable by cable: of each the numbers that have a part in it, the largest first.

@@ -192,3 +192,19 @@ fn recordings_that_cannot_tell_are_refused() {
     let unknown = calibrate(&by_torque, &[whole]).expect_err("no tension").to_string();
     assert!(unknown.contains("needs the tension"), "{unknown}");
 }
+
+/// Lengths in mm came out as a model with nothing corrected, and without an error.
+#[test]
+fn lengths_that_no_geometry_explains_are_refused() {
+    let given = laboratory(4);
+    let whole = recorded(&given, [0.5; 3], 100, 1, false);
+    for wrong in [1e3, 1e300] {
+        let mut trial = whole.clone();
+        trial.measured.iter_mut().flat_map(|row| &mut row[3..]).for_each(|length| *length *= wrong);
+        let error = calibrate(&given, &[trial]).expect_err("no calibration").to_string();
+        assert!(error.contains("length[1] is ") && error.contains("`scale` in the map"), "{error}");
+    }
+    let mut pose = whole;
+    pose.measured.iter_mut().for_each(|row| row[1] *= 1e3);
+    assert!(calibrate(&given, &[pose]).is_err());
+}
