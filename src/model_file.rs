@@ -119,6 +119,11 @@ impl Model {
     /// # Errors
     /// Syntax, unknown keys, values of the wrong type or out of range: with the line, what was found and expected.
     pub fn from_toml(text: &str) -> Result<Self, ModelFileError> {
+        Self::from_toml_with_plant(text).map(|(model, _)| model)
+    }
+
+    /// The same with the plant that was built to check the file.
+    pub(crate) fn from_toml_with_plant(text: &str) -> Result<(Self, Arc<Plant>), ModelFileError> {
         let keys: Keys = toml::from_str(text).map_err(|e| {
             let line = e.span().map(|span| line_at(text, span.start));
             // The parser says what it found and expected; the key stands on the line.
@@ -216,12 +221,13 @@ impl Model {
         };
         let lines: Vec<usize> = keys.effect.iter().map(|e| line_at(text, e.span().start)).collect();
         let plant = model.plant().map_err(ModelError::from);
-        let started = plant.and_then(|plant| Ok(model.start.with_defaults(&plant, [commanded, lengths])?));
-        let checked = started.and_then(|start| {
-            model.start = start;
-            model.check()
+        let checked = plant.and_then(|plant| {
+            model.start = model.start.with_defaults(&plant, [commanded, lengths])?;
+            model.check_values()?;
+            model.check_start(&plant)?;
+            Ok(plant)
         });
-        checked.map_err(|error| ModelFileError {
+        let plant = checked.map_err(|error| ModelFileError {
             line: match &error {
                 ModelError::Plant(PlantError::Parameter(e)) | ModelError::Value(e) => {
                     // Angles are as many as the others: either key may be the one that stands there.
@@ -233,7 +239,7 @@ impl Model {
             },
             message: error.to_string(),
         })?;
-        Ok(model)
+        Ok((model, plant))
     }
 
     /// Checks every value and that a plant can be built.
@@ -241,6 +247,22 @@ impl Model {
     /// # Errors
     /// The first thing wrong.
     pub fn check(&self) -> Result<(), ModelError> {
+        self.build().map(drop)
+    }
+
+    /// The plant of this model, whose every value is checked: all that a simulation of it takes, built once.
+    ///
+    /// # Errors
+    /// The first thing wrong.
+    pub fn build(&self) -> Result<Arc<Plant>, ModelError> {
+        self.check_values()?;
+        let plant = self.plant()?;
+        self.check_start(&plant)?;
+        Ok(plant)
+    }
+
+    /// Checks what can be checked without a plant.
+    pub(crate) fn check_values(&self) -> Result<(), ModelError> {
         let tolerance = self.relative_tolerance;
         if !(1e-13..=1e-3).contains(&tolerance) {
             return Err(ParameterError::new("relative_tolerance", tolerance, "a number from 1e-13 to 1e-3").into());
@@ -260,10 +282,15 @@ impl Model {
                 return Err(ParameterError::new(key, bad, "finite numbers").into());
             }
         }
-        let plant = Plant::new(self.parameters.clone(), self.effects.clone())?;
-        let start = s.behind_sensors(&plant);
+        Ok(())
+    }
+
+    /// Checks the start against the model's plant.
+    pub(crate) fn check_start(&self, plant: &Plant) -> Result<(), ModelError> {
+        let s = &self.start;
+        let start = s.behind_sensors(plant);
         plant.geometry().check_pose(&start.pose)?;
-        start.check_initialization(&plant)?;
+        start.check_initialization(plant)?;
         if s.initialization == Initialization::FromStates {
             for i in (0..plant.cables()).filter(|i| plant.unstretched_index(*i).is_some()) {
                 if start.unstretched_length[i] <= 0.0 {
@@ -276,7 +303,7 @@ impl Model {
         Ok(())
     }
 
-    /// The plant of this model.
+    /// The plant of this model, whatever its start.
     ///
     /// # Errors
     /// See [`Plant::new`].
@@ -289,7 +316,14 @@ impl Model {
     /// # Errors
     /// The plant cannot be built, or there is no start state.
     pub fn simulation(&self) -> Result<Simulation, ModelError> {
-        let plant = self.plant()?;
+        self.simulation_of(self.plant()?)
+    }
+
+    /// The same with its plant as built before.
+    ///
+    /// # Errors
+    /// There is no start state.
+    pub fn simulation_of(&self, plant: Arc<Plant>) -> Result<Simulation, ModelError> {
         let start = self.start.behind_sensors(&plant);
         Ok(Simulation::new(plant, &start, self.relative_tolerance)?.with_solver(self.solver))
     }

@@ -9,6 +9,7 @@
 //! closed form for an input that changes linearly over the step.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use fmi2_export::description::{
     DefaultExperiment, Dependency, DependencyKind, Enumeration, Initial, LogCategory, ModelDescription, Unit, Variable,
@@ -74,7 +75,7 @@ const START: Numbers = Numbers {
 
 /// The model.
 pub struct Oscillator {
-    table: ModelDescription,
+    table: Arc<ModelDescription>,
     now: Numbers,
     label: String,
     log: Vec<LogEntry>,
@@ -263,10 +264,10 @@ impl Model for Oscillator {
                 .map_err(|_| ModelError::new(format!("{}: expected a number, found `{text}`", file.display())))?;
             table.variables[index::X] = table.variables[index::X].clone().start(now.x);
         }
-        Ok(Self { table, now, label: "oscillator".into(), log: Vec::new() })
+        Ok(Self { table: Arc::new(table), now, label: "oscillator".into(), log: Vec::new() })
     }
 
-    fn description(&self) -> &ModelDescription {
+    fn description(&self) -> &Arc<ModelDescription> {
         &self.table
     }
 

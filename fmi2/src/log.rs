@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use crate::failure::{Failure, Outcome};
 use crate::model::Status;
@@ -30,13 +31,13 @@ impl Message {
 /// Which categories the host switched on.
 #[derive(Debug)]
 pub(crate) struct Filter {
-    known: Vec<String>,
+    known: Arc<[String]>,
     on: HashSet<String>,
 }
 
 impl Filter {
     /// All categories on, or all off.
-    pub(crate) fn new(known: Vec<String>, logging_on: bool) -> Self {
+    pub(crate) fn new(known: Arc<[String]>, logging_on: bool) -> Self {
         let mut filter = Self { known, on: HashSet::new() };
         if logging_on {
             filter.on.extend(filter.known.iter().cloned());
@@ -80,7 +81,7 @@ mod tests {
     #[test]
     fn categories_switch_on_and_off() {
         let known = ["logEvents", "logSolver", "logAll"];
-        let mut filter = Filter::new(known.map(String::from).to_vec(), false);
+        let mut filter = Filter::new(known.map(String::from).into(), false);
         assert!(passing(&filter).is_empty());
 
         filter.switch(true, &["logEvents"]).unwrap();
@@ -101,7 +102,7 @@ mod tests {
 
     #[test]
     fn what_is_not_well_passes_whatever_is_switched_on() {
-        let filter = Filter::new(vec!["logModel".into()], false);
+        let filter = Filter::new(["logModel".into()].into(), false);
         for status in [Status::Warning, Status::Discard, Status::Error] {
             assert!(filter.passes(&Message::of_layer(status, String::new())), "{status:?}");
             assert!(filter.passes(&message(status, "logModel")), "{status:?}");

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::description::ModelDescription;
 
@@ -28,7 +29,9 @@ pub trait Model: Send + Sized + 'static {
 
     /// The one table: model name, variables, units, enumerations, log categories, default experiment
     /// and structure. Fixed for the life of the instance.
-    fn description(&self) -> &ModelDescription;
+    ///
+    /// Where instances share a table, what the layer makes of it is shared, too.
+    fn description(&self) -> &Arc<ModelDescription>;
 
     /// The value of the variable at `index`; enumerations are [`Value::Integer`].
     ///

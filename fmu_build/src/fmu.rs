@@ -49,7 +49,7 @@ impl Fmu {
             insert(&mut files, path.into(), content.into())?;
         }
         let folder = unpacked(&files)?;
-        let description = M::instantiate(Some(folder.path()))?.description().clone();
+        let description = ModelDescription::clone(M::instantiate(Some(folder.path()))?.description());
         description.validate()?;
         Ok(Self {
             description,

@@ -197,11 +197,12 @@ fn a_written_file_is_whole_and_replaces_the_older_one() {
 /// A model with the plant's identifier and another interface.
 mod other_model {
     use std::path::Path;
+    use std::sync::Arc;
 
     use fmi2_export::description::{ModelDescription, Variable};
     use fmi2_export::{Experiment, Model, ModelError, StepError, Value};
 
-    pub(crate) struct Other(ModelDescription);
+    pub(crate) struct Other(Arc<ModelDescription>);
 
     impl Model for Other {
         const MODEL_IDENTIFIER: &'static str = "CablePlatform";
@@ -209,10 +210,10 @@ mod other_model {
         fn instantiate(_resources: Option<&Path>) -> Result<Self, ModelError> {
             let mut table = ModelDescription::new("CablePlatform", "CablePlatform");
             table.add(Variable::real("u", 0).input().start(0.0));
-            Ok(Self(table))
+            Ok(Self(Arc::new(table)))
         }
 
-        fn description(&self) -> &ModelDescription {
+        fn description(&self) -> &Arc<ModelDescription> {
             &self.0
         }
 

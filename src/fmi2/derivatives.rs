@@ -18,8 +18,8 @@ impl CablePlatform {
         seed: &[f64],
         out: &mut [f64],
     ) -> Result<(), ModelError> {
-        let table = &self.table;
-        let roles = |indices: &[usize]| -> Vec<Role> { indices.iter().map(|index| table.roles[*index]).collect() };
+        let shared = &self.shared;
+        let roles = |indices: &[usize]| -> Vec<Role> { indices.iter().map(|index| shared.roles[*index]).collect() };
         let (unknowns, knowns) = (roles(unknowns), roles(knowns));
         let simulation = self.running()?;
         let plant = simulation.plant().at(simulation.time());

@@ -30,7 +30,7 @@ impl CablePlatform {
         seed: &[f64],
         out: &mut [f64],
     ) -> Result<(), ModelError> {
-        let roles = |indices: &[usize]| -> Vec<Role> { indices.iter().map(|k| self.table.roles[*k]).collect() };
+        let roles = |indices: &[usize]| -> Vec<Role> { indices.iter().map(|k| self.shared.roles[*k]).collect() };
         let unknowns = roles(unknowns);
         let direction: Vec<(Role, f64)> =
             roles(knowns).into_iter().zip(seed.iter().copied()).filter(|(_, seed)| *seed != 0.0).collect();
@@ -38,7 +38,7 @@ impl CablePlatform {
         let mut widest = f64::INFINITY;
         for ((role, seed), index) in roles(knowns).iter().zip(seed).zip(knowns) {
             let value = *field(&mut model.clone(), *role)?;
-            let nominal = match &self.table.description.variables[*index].kind {
+            let nominal = match &self.shared.description.variables[*index].kind {
                 Kind::Real(real) => real.nominal.unwrap_or(1.0),
                 _ => 1.0,
             };
@@ -69,8 +69,8 @@ impl CablePlatform {
         for (role, seed) in direction {
             *field(&mut model, *role)? += amount * seed;
         }
-        model.check().map_err(|e| ModelError::new(e.to_string()))?;
-        let simulation = model.simulation().map_err(|e| ModelError::new(e.to_string()))?;
+        let plant = self.checked(&model)?;
+        let simulation = model.simulation_of(plant).map_err(|e| ModelError::new(e.to_string()))?;
         self.same_states(&simulation)?;
         let mut rates = Vec::new();
         let evaluation = evaluated(&simulation, &mut rates);

@@ -22,6 +22,7 @@ mod initial_derivatives;
 mod parameters;
 mod role;
 mod saved;
+mod shared;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -31,20 +32,21 @@ mod values;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
+use std::sync::Arc;
 
 use fmi2_export::description::ModelDescription;
 use fmi2_export::{Experiment, LogEntry, Model as FmiModel, ModelError, Status, StepError, Value};
 
 use crate::dynamics::{Evaluation, Inputs};
 use crate::integrator::Solver;
-use crate::kinematics;
 use crate::model_file::Model;
 use crate::parameters::{CableModel, Initialization};
 use crate::per_cable::PerCable;
-use crate::plant::EffectStates;
-use crate::simulation::{Simulation, Start, Tangent};
+use crate::plant::Plant;
+use crate::simulation::{Simulation, Tangent};
 use role::{Role, State};
-use table::{LOG_EVENTS, LOG_SOLVER, Table};
+use shared::Shared;
+use table::{LOG_EVENTS, LOG_SOLVER};
 
 /// Name of the model and of the binary.
 const IDENTIFIER: &str = "CablePlatform";
@@ -63,10 +65,7 @@ const LOGGED_EVENTS: u32 = 100;
 
 /// The plant as an FMI model. See the module's documentation.
 pub struct CablePlatform {
-    table: Table,
-    original: Model,
-    /// As the table lists them.
-    states_of_effects: Vec<EffectStates>,
+    shared: Arc<Shared>,
     settings: Settings,
     /// Room for those of a saved state before they are believed.
     spare_settings: Option<Box<Settings>>,
@@ -119,35 +118,15 @@ impl CablePlatform {
     ///
     /// # Errors
     /// The plant cannot be built, or a start value is out of its bounds.
-    pub fn new(mut model: Model) -> Result<Self, ModelError> {
-        let failed = |error: &dyn std::fmt::Display| ModelError::new(error.to_string());
-        model.check().map_err(|e| failed(&e))?;
-        let plant = model.plant().map_err(|e| failed(&e))?;
-        if model.start.initialization != Initialization::FromStates {
-            // Lengths in the table are then guesses: under the winch forces or, where these are beyond the cable's
-            // law, without them. To a micrometre, so that machines agree on the digits.
-            let start = Start { initialization: Initialization::FromWinchForces, ..model.start };
-            let (lengths, rates) = match (Model { start, ..model.clone() }).simulation() {
-                Ok(trial) => {
-                    let outputs = trial.outputs();
-                    (outputs.unstretched_length, outputs.unstretched_length_rate)
-                }
-                Err(_) => {
-                    let cables = kinematics::cables(plant.geometry(), &start.pose, &start.twist);
-                    (cables.map(|cable| cable.length), cables.map(|cable| cable.speed))
-                }
-            };
-            let rounded = |value: f64| (value * 1e6).round() / 1e6;
-            model.start.unstretched_length = lengths.map(rounded);
-            model.start.unstretched_length_rate = rates.map(rounded);
-        }
-        let table = Table::new(&model, &plant)?;
-        Ok(Self {
-            table,
-            settings: Settings::new(&model),
+    pub fn new(model: Model) -> Result<Self, ModelError> {
+        let plant = model.build().map_err(|e| ModelError::new(e.to_string()))?;
+        Shared::new(model, plant).map(|shared| Self::of(Arc::new(shared)))
+    }
+
+    fn of(shared: Arc<Shared>) -> Self {
+        Self {
+            settings: Settings::new(&shared.model),
             spare_settings: None,
-            states_of_effects: plant.states_of_effects().to_vec(),
-            original: model,
             phase: Phase::Instantiated,
             simulation: None,
             now: None,
@@ -156,10 +135,11 @@ impl CablePlatform {
             log: Vec::new(),
             steps: 0,
             events: 0,
-            slack: PerCable::filled(plant.cables(), false),
+            slack: PerCable::filled(shared.plant.cables(), false),
             blocked: false,
             stiff: false,
-        })
+            shared,
+        }
     }
 
     fn note(&mut self, category: &'static str, status: Status, message: String) {
@@ -190,24 +170,33 @@ impl CablePlatform {
     /// The experiment's tolerance, unless the host changed the parameter: hosts pass on a default tolerance even where
     /// their user set the parameter.
     fn asked_tolerance(&self, experiment: Experiment) -> Option<f64> {
-        let untouched = self.settings.model.relative_tolerance == self.original.relative_tolerance;
+        let untouched = self.settings.model.relative_tolerance == self.shared.model.relative_tolerance;
         experiment.tolerance.filter(|_| untouched)
+    }
+
+    /// The plant of `model`, whose every value is checked.
+    fn checked(&self, model: &Model) -> Result<Arc<Plant>, ModelError> {
+        let failed = |error: &dyn std::fmt::Display| ModelError::new(error.to_string());
+        model.check_values().map_err(|e| failed(&e))?;
+        let plant = self.shared.plant_of(model).map_err(|e| failed(&e))?;
+        model.check_start(&plant).map_err(|e| failed(&e))?;
+        Ok(plant)
     }
 
     /// Whether the host set other start values for the unstretched lengths or their rates than the table's.
     fn lengths_were_set(&self) -> bool {
-        let (now, then) = (&self.settings.model.start, &self.original.start);
+        let (now, then) = (&self.settings.model.start, &self.shared.model.start);
         now.unstretched_length != then.unstretched_length || now.unstretched_length_rate != then.unstretched_length_rate
     }
 
     /// Refuses parameters under which effects have other states than those that the description lists.
     fn same_states(&self, simulation: &Simulation) -> Result<(), ModelError> {
-        let (listed, found) = (&self.states_of_effects, simulation.plant().states_of_effects());
+        let (listed, found) = (self.shared.plant.states_of_effects(), simulation.plant().states_of_effects());
         match (0..listed.len().max(found.len())).find(|k| listed.get(*k) != found.get(*k)) {
             None => Ok(()),
             Some(k) => {
                 let place = listed.get(k).or(found.get(k)).expect("one of the two has it");
-                let effect = &self.original.effects[place.effect];
+                let effect = &self.shared.model.effects[place.effect];
                 Err(ModelError::new(format!(
                     "effect `{}` on cable {} has a state or none as it was packed; a parameter cannot change that \
                      (`presliding_stiffness` from or to 0)",
@@ -225,7 +214,9 @@ impl CablePlatform {
                 Phase::Initialising(experiment) => self.settled(experiment),
                 _ => self.settings.model.clone(),
             };
-            let simulation = model.simulation().map_err(|e| ModelError::new(e.to_string()))?;
+            let failed = |error: &dyn std::fmt::Display| ModelError::new(error.to_string());
+            let plant = self.shared.plant_of(&model).map_err(|e| failed(&e))?;
+            let simulation = model.simulation_of(plant).map_err(|e| failed(&e))?;
             self.same_states(&simulation)?;
             self.simulation = Some(simulation);
         }
@@ -300,16 +291,15 @@ impl FmiModel for CablePlatform {
 
     /// The model of `resources/model.toml`; without such a file, or without resources, the default model.
     fn instantiate(resources: Option<&Path>) -> Result<Self, ModelError> {
-        let Some(folder) = resources else { return Self::new(Model::default()) };
+        let Some(folder) = resources else { return Shared::of(None).map(Self::of) };
         let path = folder.join(MODEL_FILE);
         match fs::read_to_string(&path) {
             Ok(text) => {
-                let named = |message: String| ModelError::new(format!("{}: {message}", path.display()));
-                let model = Model::from_toml(&text).map_err(|e| named(e.to_string()))?;
-                Self::new(model).map_err(|e| named(e.message))
+                let shared = Shared::of(Some(text));
+                shared.map(Self::of).map_err(|e| ModelError::new(format!("{}: {}", path.display(), e.message)))
             }
             Err(error) if error.kind() == ErrorKind::NotFound && folder.is_dir() => {
-                let mut platform = Self::new(Model::default())?;
+                let mut platform = Shared::of(None).map(Self::of)?;
                 platform.warn(format!("{} is missing; this is the default model", path.display()));
                 Ok(platform)
             }
@@ -317,16 +307,16 @@ impl FmiModel for CablePlatform {
         }
     }
 
-    fn description(&self) -> &ModelDescription {
-        &self.table.description
+    fn description(&self) -> &Arc<ModelDescription> {
+        &self.shared.description
     }
 
     fn get(&mut self, index: usize) -> Result<Value, ModelError> {
-        self.value(self.table.roles[index])
+        self.value(self.shared.roles[index])
     }
 
     fn set(&mut self, index: usize, value: Value) -> Result<(), ModelError> {
-        self.set_value(self.table.roles[index], &value)
+        self.set_value(self.shared.roles[index], &value)
     }
 
     fn get_reals(&mut self, indices: &[usize], values: &mut [f64]) -> Result<(), (usize, ModelError)> {
@@ -346,8 +336,8 @@ impl FmiModel for CablePlatform {
     fn initialise(&mut self, experiment: Experiment) -> Result<(), ModelError> {
         let failed = |error: &dyn std::fmt::Display| ModelError::new(error.to_string());
         let model = self.settled(experiment);
-        model.check().map_err(|e| failed(&e))?;
-        let mut simulation = model.simulation().map_err(|e| failed(&e))?;
+        let plant = self.checked(&model)?;
+        let mut simulation = model.simulation_of(plant).map_err(|e| failed(&e))?;
         self.same_states(&simulation)?;
         simulation.set_inputs_with_slopes(model.start.inputs, self.settings.slopes);
         let slack = simulation.slack();
@@ -410,14 +400,14 @@ impl FmiModel for CablePlatform {
         if order != 1 {
             return Err(ModelError::new(format!("inputs have derivatives of order 1, not {order}")));
         }
-        self.set_slope(self.table.roles[index], value)
+        self.set_slope(self.shared.roles[index], value)
     }
 
     fn output_derivative(&mut self, index: usize, order: u32) -> Result<f64, ModelError> {
         if order != 1 {
             return Err(ModelError::new(format!("outputs have derivatives of order 1, not {order}")));
         }
-        self.rate(self.table.roles[index])
+        self.rate(self.shared.roles[index])
     }
 
     fn directional_derivative(
@@ -442,7 +432,7 @@ impl FmiModel for CablePlatform {
     }
 
     fn reset(&mut self) {
-        self.settings = Settings::new(&self.original);
+        self.settings = Settings::new(&self.shared.model);
         self.phase = Phase::Instantiated;
         self.simulation = None;
         self.forget_instant();

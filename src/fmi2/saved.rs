@@ -39,7 +39,7 @@ impl CablePlatform {
     /// without allocating.
     pub(super) fn read_state(&mut self, bytes: &[u8]) -> Result<(), ModelError> {
         // Whatever a host can set is written over.
-        let mut settings = self.spare_settings.take().unwrap_or_else(|| Box::new(Settings::new(&self.original)));
+        let mut settings = self.spare_settings.take().unwrap_or_else(|| Box::new(Settings::new(&self.shared.model)));
         let result = self.read_state_with(bytes, &mut settings);
         if result.is_ok() {
             std::mem::swap(&mut self.settings, &mut settings);
@@ -113,7 +113,7 @@ impl CablePlatform {
         if let Some(bad) = bad {
             return Err(impossible("a number", bad));
         }
-        for (role, variable) in self.table.roles.iter().zip(&self.table.description.variables) {
+        for (role, variable) in self.shared.roles.iter().zip(&self.shared.description.variables) {
             let value = match *role {
                 Role::Parameter(place, i) => (REALS[place].field)(&mut settings.model, i).copied(),
                 Role::EffectParameter(effect, k) => settings.model.effects[effect].number(k).copied(),
@@ -143,7 +143,7 @@ impl CablePlatform {
         {
             return simulation.restore(bytes).map_err(|e| failed(&e));
         }
-        let plant = model.plant().map_err(|e| failed(&e))?;
+        let plant = self.shared.plant_of(model).map_err(|e| failed(&e))?;
         let start = model.start.behind_sensors(&plant);
         let mut y = vec![1.0; plant.dimension()];
         y[..3].copy_from_slice(&start.pose);

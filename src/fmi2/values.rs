@@ -71,14 +71,14 @@ impl CablePlatform {
         if let Phase::Running { .. } = self.phase {
             self.now().map_err(|error| (0, error))?;
             if let (Some(simulation), Some(evaluation)) = (&self.simulation, &self.now) {
-                let roles = indices.iter().map(|index| self.table.roles[*index]);
+                let roles = indices.iter().map(|index| self.shared.roles[*index]);
                 if read(simulation, evaluation, &self.rates, roles, values).is_none() {
                     return Ok(());
                 }
             }
         }
         for (place, (index, slot)) in indices.iter().zip(values).enumerate() {
-            *slot = match self.value(self.table.roles[*index]) {
+            *slot = match self.value(self.shared.roles[*index]) {
                 Ok(Value::Real(value)) => value,
                 Ok(other) => return Err((place, ModelError::new(format!("it is {other:?}, no real number")))),
                 Err(error) => return Err((place, error)),
@@ -92,7 +92,7 @@ impl CablePlatform {
         if let (Phase::Running { .. }, Some(simulation)) = (self.phase, &mut self.simulation) {
             let (mut inputs, mut slopes) = (simulation.inputs(), simulation.input_slopes());
             for (place, (index, value)) in assignments.iter().enumerate() {
-                let role = self.table.roles[*index];
+                let role = self.shared.roles[*index];
                 match (input_field(&mut inputs, role), input_field(&mut slopes, role)) {
                     (Some(input), Some(slope)) => (*input, *slope) = (*value, 0.0),
                     _ => return Err((place, ModelError::new("only inputs can be set while the simulation runs"))),
@@ -103,7 +103,7 @@ impl CablePlatform {
             return Ok(());
         }
         for (place, (index, value)) in assignments.iter().enumerate() {
-            self.set_value(self.table.roles[*index], &Value::Real(*value)).map_err(|error| (place, error))?;
+            self.set_value(self.shared.roles[*index], &Value::Real(*value)).map_err(|error| (place, error))?;
         }
         Ok(())
     }

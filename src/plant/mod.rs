@@ -134,6 +134,12 @@ pub(crate) struct Has {
     pub(crate) states: bool,
 }
 
+#[cfg(test)]
+thread_local! {
+    /// Plants that this thread has built: each compiles its formulas anew, so they are to be few.
+    pub(crate) static BUILT: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
+}
+
 impl Plant {
     /// Puts parameters and effects together.
     ///
@@ -141,6 +147,8 @@ impl Plant {
     /// A parameter or effect out of range, an effect twice on one cable, too many effect states, an effect that begins or ends
     /// and with which the plant has other states than without.
     pub fn new(parameters: Parameters, effects: Vec<EffectSpec>) -> Result<Self, PlantError> {
+        #[cfg(test)]
+        BUILT.set(BUILT.get() + 1);
         parameters.check()?;
         check_unique(&effects)?;
         let mut plant = Self::at_time(parameters, effects, None)?;

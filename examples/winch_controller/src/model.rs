@@ -1,6 +1,7 @@
 //! The controller as a model: samples at each step, holds in between.
 
 use std::path::Path;
+use std::sync::{Arc, LazyLock};
 
 use fmi2_export::description::ModelDescription;
 use fmi2_export::{Experiment, LogEntry, Model, ModelError, Status, StepError, Value};
@@ -13,7 +14,7 @@ use crate::tension::Distribution;
 
 /// The controller: measured pose in, winch forces out.
 pub struct WinchController {
-    table: ModelDescription,
+    table: Arc<ModelDescription>,
     places: Vec<Place>,
     now: State,
     log: Vec<LogEntry>,
@@ -140,10 +141,12 @@ impl Model for WinchController {
     const MODEL_IDENTIFIER: &'static str = "WinchController";
 
     fn instantiate(_resources: Option<&Path>) -> Result<Self, ModelError> {
-        Ok(Self { table: table(), places: places(), now: State::default(), log: Vec::new() })
+        // There is one such controller: its table serves all instances.
+        static TABLE: LazyLock<Arc<ModelDescription>> = LazyLock::new(|| Arc::new(table()));
+        Ok(Self { table: Arc::clone(&TABLE), places: places(), now: State::default(), log: Vec::new() })
     }
 
-    fn description(&self) -> &ModelDescription {
+    fn description(&self) -> &Arc<ModelDescription> {
         &self.table
     }
 

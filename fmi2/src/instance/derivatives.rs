@@ -8,7 +8,7 @@ use crate::state::State;
 
 impl<M: Model> Instance<M> {
     pub(crate) fn set_input_derivatives(&mut self, references: &[u32], orders: &[i32], values: &[f64]) -> Outcome {
-        if !self.model.description().capabilities.can_interpolate_inputs {
+        if !self.declared.table.capabilities.can_interpolate_inputs {
             return Err(Failure::refused("this FMU does not interpolate inputs"));
         }
         let mut checked = Vec::with_capacity(references.len());
@@ -35,7 +35,7 @@ impl<M: Model> Instance<M> {
         orders: &[i32],
         mut take: impl FnMut(usize, f64),
     ) -> Outcome {
-        let capabilities = self.model.description().capabilities;
+        let capabilities = self.declared.table.capabilities;
         for (place, (&reference, &order)) in references.iter().zip(orders).enumerate() {
             let index = self.continuous(reference, Causality::Output, "an output")?;
             let order = self.check_order(index, order, capabilities.max_output_derivative_order)?;
@@ -55,7 +55,7 @@ impl<M: Model> Instance<M> {
         knowns: &[u32],
         seed: &[f64],
     ) -> Outcome<Vec<f64>> {
-        if !self.model.description().capabilities.provides_directional_derivative {
+        if !self.declared.table.capabilities.provides_directional_derivative {
             return Err(Failure::refused("this FMU does not provide directional derivatives"));
         }
         let unknowns = self.roles(unknowns, "an unknown", Self::is_unknown)?;
@@ -79,7 +79,7 @@ impl<M: Model> Instance<M> {
     ) -> Outcome<Vec<usize>> {
         let to_index = |&reference: &u32| {
             let index = self.index(BaseType::Real, reference)?;
-            if fits(self, index, &self.model.description().variables[index]) {
+            if fits(self, index, &self.declared.table.variables[index]) {
                 return Ok(index);
             }
             // Derivatives are of Real variables only, which a host may overlook: references count by type.
@@ -97,19 +97,19 @@ impl<M: Model> Instance<M> {
     fn is_unknown(&self, index: usize, variable: &Variable) -> bool {
         variable.causality == Causality::Output
             || variable.derivative_of().is_some()
-            || (self.progress.state == State::Initialisation && self.is_initial_unknown[index])
+            || (self.progress.state == State::Initialisation && self.declared.is_initial_unknown[index])
     }
 
     /// Inputs, states and time; in initialisation mode also exact starts.
     fn is_known(&self, index: usize, variable: &Variable) -> bool {
         matches!(variable.causality, Causality::Input | Causality::Independent)
-            || self.is_state[index]
+            || self.declared.is_state[index]
             || (self.progress.state == State::Initialisation && variable.effective_initial() == Some(Initial::Exact))
     }
 
     fn continuous(&self, reference: u32, causality: Causality, role: &str) -> Outcome<usize> {
         let index = self.index(BaseType::Real, reference)?;
-        let variable = &self.model.description().variables[index];
+        let variable = &self.declared.table.variables[index];
         if variable.causality == causality && variable.variability == Variability::Continuous {
             Ok(index)
         } else {

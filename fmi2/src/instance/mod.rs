@@ -1,5 +1,6 @@
 //! One instance of a model under the rules of FMI: safe Rust, without the C types.
 
+mod declared;
 mod derivatives;
 mod lifecycle;
 mod saving;
@@ -13,28 +14,19 @@ use std::collections::HashMap;
 use std::ffi::CString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::Arc;
 
-use crate::description::{Causality, LAYER_LOG_CATEGORIES, Variable};
 use crate::failure::{Failure, Outcome};
 use crate::log::{Filter, Message};
-use crate::lookup::Lookup;
 use crate::model::{Model, Status, Value};
 use crate::snapshot::{Progress, Snapshot};
 use crate::state::{Function, State};
+use declared::Declared;
 
 /// A model and what the layer keeps beside it.
 pub(crate) struct Instance<M> {
     model: M,
-    guid: String,
-    lookup: Lookup,
-    /// Time, where the table has it.
-    independent: Option<usize>,
-    /// For each variable: is it an input that may be set while the simulation runs?
-    is_running_input: Vec<bool>,
-    /// For each variable: is it a continuous state?
-    is_state: Vec<bool>,
-    /// For each variable: is it an unknown of initialisation mode?
-    is_initial_unknown: Vec<bool>,
+    declared: Arc<Declared>,
     progress: Progress,
     saved: HashMap<usize, Snapshot>,
     filter: Filter,
@@ -65,7 +57,8 @@ impl<M: Model> Instance<M> {
                 M::MODEL_IDENTIFIER
             )));
         }
-        let own_guid = table.guid();
+        let declared = Declared::of(table);
+        let own_guid = &declared.guid;
         if guid != own_guid {
             let looked = match resources {
                 Some(folder) => format!("with the resources in {}", folder.display()),
@@ -77,29 +70,11 @@ impl<M: Model> Instance<M> {
                  these were changed, pack the FMU anew{tool}: binary, resources and XML belong together"
             )));
         }
-        let mut is_state = vec![false; table.variables.len()];
-        for state in table.states() {
-            is_state[state] = true;
-        }
-        let mut is_initial_unknown = vec![false; table.variables.len()];
-        for unknown in table.initial_unknowns() {
-            is_initial_unknown[unknown] = true;
-        }
-        let running_input = |v: &Variable| v.causality == Causality::Input && v.settable_while_stepping();
-        let is_running_input = table.variables.iter().map(running_input).collect();
-        let layer = LAYER_LOG_CATEGORIES.iter().map(|(name, _)| (*name).into());
-        let own = table.log_categories.iter().map(|c| c.name.clone());
-        let filter = Filter::new(layer.chain(own).collect(), logging_on);
         Ok(Self {
-            guid: own_guid,
-            lookup: Lookup::new(table),
-            independent: table.variables.iter().position(|v| v.causality == Causality::Independent),
-            is_running_input,
-            is_state,
-            is_initial_unknown,
+            filter: Filter::new(Arc::clone(&declared.log_categories), logging_on),
+            declared,
             progress: Progress::default(),
             saved: HashMap::new(),
-            filter,
             strings: Vec::new(),
             checked: Vec::new(),
             assignments: Vec::new(),
@@ -156,7 +131,7 @@ impl<M: Model> Instance<M> {
 
     /// The name of a variable, for messages.
     fn name(&self, index: usize) -> &str {
-        &self.model.description().variables[index].name
+        &self.declared.table.variables[index].name
     }
 }
 

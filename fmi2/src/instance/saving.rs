@@ -31,11 +31,11 @@ impl<M: Model> Instance<M> {
     }
 
     pub(crate) fn serialised_size(&self, handle: usize) -> Outcome<usize> {
-        Ok(self.known(handle)?.byte_len(&self.guid))
+        Ok(self.known(handle)?.byte_len(&self.declared.guid))
     }
 
     pub(crate) fn serialise(&self, handle: usize) -> Outcome<Vec<u8>> {
-        Ok(self.known(handle)?.to_bytes(&self.guid))
+        Ok(self.known(handle)?.to_bytes(&self.declared.guid))
     }
 
     /// Keep the state that the bytes hold: over the one behind `reuse`, or under a new handle.
@@ -48,7 +48,8 @@ impl<M: Model> Instance<M> {
         if let Some(handle) = reuse {
             self.known(handle)?;
         }
-        let snapshot = Snapshot::from_bytes(bytes, &self.guid).map_err(|error| Failure::refused(error.to_string()))?;
+        let snapshot =
+            Snapshot::from_bytes(bytes, &self.declared.guid).map_err(|error| Failure::refused(error.to_string()))?;
         Ok(self.keep(snapshot, reuse, new_handle))
     }
 

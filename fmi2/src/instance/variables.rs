@@ -11,7 +11,7 @@ use crate::state::State;
 impl<M: Model> Instance<M> {
     /// How many variables of a type there are: no call has a reason to name more.
     pub(crate) fn count(&self, base: BaseType) -> usize {
-        self.lookup.count(base)
+        self.declared.lookup.count(base)
     }
 
     /// Read variables of one type; `take` gets each value with its place in `references`.
@@ -53,7 +53,7 @@ impl<M: Model> Instance<M> {
         let mut with_time = false;
         for &reference in references {
             let index = self.index(BaseType::Real, reference)?;
-            with_time |= self.independent == Some(index);
+            with_time |= self.declared.independent == Some(index);
             indices.push(index);
         }
         if with_time {
@@ -127,8 +127,8 @@ impl<M: Model> Instance<M> {
         for (&reference, &value) in references.iter().zip(values) {
             let index = self.index(BaseType::Real, reference)?;
             // What hosts do at every step needs no look at the table.
-            if !(running && self.is_running_input[index] && value.is_finite()) {
-                let variable = &self.model.description().variables[index];
+            if !(running && self.declared.is_running_input[index] && value.is_finite()) {
+                let variable = &self.declared.table.variables[index];
                 self.check_settable(variable)?;
                 self.check_value(variable, &Value::Real(value))
                     .map_err(|failure| Failure::refused(format!("`{}`: {failure}", variable.name)))?;
@@ -147,7 +147,7 @@ impl<M: Model> Instance<M> {
     ) -> Outcome {
         for (place, &reference) in references.iter().enumerate() {
             let index = self.index(base, reference)?;
-            let variable = &self.model.description().variables[index];
+            let variable = &self.declared.table.variables[index];
             self.check_settable(variable)?;
             let value = value(place)
                 .and_then(|value| {
@@ -206,7 +206,7 @@ impl<M: Model> Instance<M> {
     }
 
     fn check_item(&self, type_name: &str, number: i32) -> Outcome {
-        let enumerations = &self.model.description().enumerations;
+        let enumerations = &self.declared.table.enumerations;
         let known = enumerations
             .iter()
             .find(|e| e.name == type_name)
@@ -220,7 +220,7 @@ impl<M: Model> Instance<M> {
 
     /// Index of the variable behind a value reference.
     pub(super) fn index(&self, base: BaseType, reference: u32) -> Outcome<usize> {
-        self.lookup.index(base, reference).ok_or_else(|| {
+        self.declared.lookup.index(base, reference).ok_or_else(|| {
             let namesake = self.namesake(base, reference);
             Failure::refused(format!("no variable of type {base:?} has the value reference {reference}{namesake}"))
         })
@@ -230,13 +230,13 @@ impl<M: Model> Instance<M> {
     pub(super) fn namesake(&self, base: BaseType, reference: u32) -> String {
         let others = BaseType::ALL.into_iter().filter(|other| *other != base);
         others
-            .filter_map(|other| Some((other, self.lookup.index(other, reference)?)))
+            .filter_map(|other| Some((other, self.declared.lookup.index(other, reference)?)))
             .map(|(other, index)| format!("; as {other:?} it is `{}`", self.name(index)))
             .collect()
     }
 
     fn value(&mut self, index: usize) -> Outcome<Value> {
-        if self.independent == Some(index) {
+        if self.declared.independent == Some(index) {
             return Ok(Value::Real(self.progress.time));
         }
         let value =

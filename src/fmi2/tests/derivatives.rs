@@ -51,7 +51,7 @@ fn width(name: &str) -> f64 {
 /// Values of `unknowns` with one known moved.
 fn moved(platform: &mut CablePlatform, unknowns: &[usize], known: usize, amount: f64) -> Vec<f64> {
     use super::super::role::{Role, State};
-    let role = platform.table.roles[known];
+    let role = platform.shared.roles[known];
     let mut state = Vec::new();
     platform.save(&mut state);
     let simulation = platform.simulation.as_mut().unwrap();

@@ -6,6 +6,7 @@ mod description;
 mod initial_derivatives;
 mod lifecycle;
 mod saving;
+mod sharing;
 mod solver;
 
 use fmi2_export::{Experiment, Model as _, Value};
