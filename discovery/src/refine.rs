@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, Look, for_trial};
 use crate::extension::{in_use, is_friction};
+use crate::instruments::Clocks;
 use crate::kalman::{Keep, Randomness, filter};
 use crate::model::Examined;
 use crate::regression::ladder;
@@ -94,8 +95,14 @@ struct Proposal {
     promise: f64,
 }
 
-/// Proposals at every size of `sizes`, and the indices of the free parameters that can be varied.
-fn proposals(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -> (Vec<Proposal>, Vec<usize>) {
+/// Proposals at every size of `sizes`, and the indices of the free parameters that can be varied; the clocks come after them.
+fn proposals(
+    fit: &Fit,
+    trials: &[Trial],
+    free: &[Free],
+    clocks: &Clocks,
+    sizes: &[Randomness],
+) -> (Vec<Proposal>, Vec<usize>) {
     let varied = varied_models(&fit.model, free);
     let usable: Vec<usize> = (0..free.len()).filter(|i| varied[*i].is_some()).collect();
     let varied: Vec<Varied> = varied.into_iter().flatten().collect();
@@ -103,6 +110,7 @@ fn proposals(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -
         .into_par_iter()
         .map(|t| {
             let forcing = sensitivities(&fit.examined, &varied, &fit.linear[t], &trials[t], &fit.trajectories[t]);
+            let forcing = clocks.beside(forcing, &fit.linear[t], &trials[t]);
             let whitened = sizes.par_iter().map(|randomness| {
                 let randomness = for_trial(randomness, &trials[t]);
                 let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
@@ -112,7 +120,7 @@ fn proposals(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -
         })
         .collect();
     let solved = sizes.iter().enumerate().map(|(level, randomness)| {
-        let mut normal = Normal::empty(usable.len());
+        let mut normal = Normal::empty(usable.len() + clocks.count());
         parts.iter().for_each(|part| normal.add(&part[level]));
         let (step, covariance) = solve(&normal);
         let drop: f64 = step.iter().zip(&normal.right).map(|(a, b)| a * b).sum();
@@ -125,8 +133,9 @@ fn proposals(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -
 /// Refines the parameters of the effects from `first` on by Gauss-Newton on the innovations.
 ///
 /// Parameters and the size of the latent disturbances are chosen together: what the parameters will explain, the latents
-/// need not carry, and only with small latents are the parameters sharp. Given a `-2 log L` to be `aimed` at, it ends
-/// early where that is out of reach.
+/// need not carry, and only with small latents are the parameters sharp. The delays of clocks that were found late are
+/// among the parameters: set beside a model that lacks an effect, they stand for some of it. Given a `-2 log L` to be
+/// `aimed` at, it ends early where that is out of reach.
 pub(crate) fn refine(
     fit: &mut Fit,
     trials: &[Trial],
@@ -154,7 +163,8 @@ pub(crate) fn refine_free(
     }
     let mut round = 1;
     loop {
-        let (mut proposals, usable) = proposals(fit, trials, free, &ladder(&fit.randomness));
+        let clocks = Clocks::set(&fit.randomness, trials);
+        let (mut proposals, usable) = proposals(fit, trials, free, &clocks, &ladder(&fit.randomness));
         let estimate = to_estimate(&fit.model, free, &usable, &proposals[0]);
         let start = proposals[0].normal.minus_two_log_likelihood;
         // The present size is the fall-back.
@@ -167,7 +177,8 @@ pub(crate) fn refine_free(
         let mut best: Option<(Look, Fit)> = None;
         'tries: for proposal in &proposals[..=last] {
             for damping in [1.0, 0.3, 0.09] {
-                let Some(next) = moved(fit, trials, free, &usable, proposal, damping) else { continue };
+                let parameters = Parameters { free, usable: &usable, clocks: &clocks };
+                let Some(next) = moved(fit, trials, &parameters, proposal, damping) else { continue };
                 let look = next.look(trials, next.randomness.clone());
                 let reached = look.value;
                 let kept = start - reached >= KEPT_PROMISE * (start - proposal.promise);
@@ -197,21 +208,26 @@ pub(crate) fn refine_free(
     }
 }
 
+/// What a proposal moves, in its order.
+struct Parameters<'a> {
+    free: &'a [Free],
+    /// Places in `free` of those that can be varied.
+    usable: &'a [usize],
+    clocks: &'a Clocks,
+}
+
 /// `fit` with its parameters moved along a proposal, on the trajectory that belongs to them.
-fn moved(
-    fit: &Fit,
-    trials: &[Trial],
-    free: &[Free],
-    usable: &[usize],
-    proposal: &Proposal,
-    damping: f64,
-) -> Option<Fit> {
+fn moved(fit: &Fit, trials: &[Trial], parameters: &Parameters, proposal: &Proposal, damping: f64) -> Option<Fit> {
+    let steps: Vec<f64> = proposal.step.iter().map(|step| damping * step).collect();
+    let (of_effects, of_clocks) = steps.split_at(parameters.usable.len());
     let mut model = fit.model.clone();
-    for (slot, at) in usable.iter().enumerate() {
-        move_parameter(&mut model, free[*at], damping * proposal.step[slot]);
+    for (at, step) in parameters.usable.iter().zip(of_effects) {
+        move_parameter(&mut model, parameters.free[*at], *step);
     }
     model.check().ok()?;
-    let mut next = Fit::new(&model, trials, &proposal.randomness, Some(fit)).ok()?;
+    let mut randomness = proposal.randomness.clone();
+    parameters.clocks.move_by(of_clocks, &mut randomness);
+    let mut next = Fit::new(&model, trials, &randomness, Some(fit)).ok()?;
     // The trajectory gets better with the parameters, and the signatures with the trajectory.
     next.smooth(trials).ok()?;
     if next.overshoots() && model.effects.iter().any(is_friction) {
@@ -327,6 +343,33 @@ mod tests {
     use cdpr::effect::EffectSpec;
 
     use super::*;
+    use crate::data::Channel;
+    use crate::data::recording::record;
+    use crate::estimate::{first_randomness, noise_of_data};
+
+    /// Lengths one sample late. Their clock had been set beside a model without the gain, which it stood for in part.
+    #[test]
+    fn a_clock_set_beside_a_model_that_lacks_an_effect_is_set_again_with_it() {
+        let gain = EffectSpec::new("winch_force_gain", Some(2), &[0.01]).unwrap();
+        let mut trial = record(std::slice::from_ref(&gain), 60.0, 12);
+        let before = trial.measured.clone();
+        for (row, earlier) in trial.measured.iter_mut().skip(1).zip(before) {
+            row[3..].copy_from_slice(&earlier[3..]);
+        }
+        let trials = [trial];
+        let model = Model { effects: vec![gain], ..Model::default() };
+        let noise = noise_of_data(&trials);
+        let mut randomness = first_randomness(&model, &trials, &noise).without_latents();
+        let clocks = randomness.late.iter_mut().zip(Channel::all(trials[0].cables()));
+        clocks.filter(|(_, channel)| matches!(channel, Channel::UnstretchedLength(_))).for_each(|(late, _)| *late = 0.12);
+        let mut fit = Fit::new(&model, &trials, &randomness, None).unwrap();
+        fit.settle(&trials, 10).unwrap();
+        let estimate = refine(&mut fit, &trials, &noise, 0, 8, None).unwrap();
+        let late = fit.randomness.late.iter().copied().fold(0.0, f64::max);
+        assert!((late - trials[0].interval()).abs() < 1e-3, "{late}");
+        let (factor, error) = (fit.model.effects[0].values[0], estimate.standard_error[0]);
+        assert!((factor - 0.01).abs() < 4.0 * error, "{factor} {error}");
+    }
 
     /// Where all forces push, so do the limits of a winch's force, and four times such a limit lies below a quarter of it.
     #[test]

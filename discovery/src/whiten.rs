@@ -15,6 +15,13 @@ pub(crate) struct Forcing {
     pub(crate) sensor: Vec<f32>,
 }
 
+impl Forcing {
+    /// Of no signature.
+    pub(crate) fn none() -> Self {
+        Self { columns: 0, step: Vec::new(), sensor: Vec::new() }
+    }
+}
+
 /// Normal equations of innovations on whitened signatures.
 #[derive(Clone, Debug)]
 pub(crate) struct Normal {

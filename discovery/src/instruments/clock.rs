@@ -1,12 +1,69 @@
 //! Clocks of the devices that are late against the recorded forces.
 
 use super::{At, Device, Kind, Sizing};
+use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::kalman::{Keep, Randomness, filter};
+use crate::path::LinearTrial;
 use crate::whiten::{Forcing, Normal, whiten};
 
 /// Moves of a clock and of the trajectory in turn.
 const CLOCK_MOVES: usize = 3;
+
+/// Devices whose delays are estimated, each a parameter like those of effects.
+pub(crate) struct Clocks {
+    devices: Vec<Device>,
+    /// All channels, in the order of [`Randomness::late`].
+    all: Vec<Channel>,
+}
+
+impl Clocks {
+    /// The clocks that were found to be late.
+    pub(crate) fn set(randomness: &Randomness, trials: &[Trial]) -> Self {
+        let all = Channel::all(trials.first().map_or(0, Trial::cables));
+        let late = |device: &Device| {
+            all.iter().zip(&randomness.late).any(|(channel, late)| Device::of(*channel) == *device && *late != 0.0)
+        };
+        Self { devices: Device::ALL.into_iter().filter(late).collect(), all }
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.devices.len()
+    }
+
+    /// `forcing` with a column more for the delay of each clock: what is shown changes by minus its rate.
+    pub(crate) fn beside(&self, forcing: Forcing, linear: &LinearTrial, trial: &Trial) -> Forcing {
+        if self.devices.is_empty() {
+            return forcing;
+        }
+        let (given, columns) = (forcing.columns, forcing.columns + self.count());
+        let widened = |values: &[f32], rows: usize| {
+            let mut out = vec![0.0; rows * columns];
+            if given > 0 {
+                let rows = out.chunks_exact_mut(columns).zip(values.chunks_exact(given));
+                rows.for_each(|(row, given)| row[..given.len()].copy_from_slice(given));
+            }
+            out
+        };
+        let step = widened(&forcing.step, (linear.len - 1) * linear.states);
+        let mut sensor = widened(&forcing.sensor, linear.len * linear.channels);
+        for (at, rate) in linear.rate.iter().enumerate() {
+            let device = Device::of(trial.channels[at % linear.channels]);
+            if let Some(c) = self.devices.iter().position(|d| *d == device) {
+                sensor[at * columns + given + c] = -*rate as f32;
+            }
+        }
+        Forcing { columns, step, sensor }
+    }
+
+    /// Moves the delays (s).
+    pub(crate) fn move_by(&self, steps: &[f64], randomness: &mut Randomness) {
+        for (device, step) in self.devices.iter().zip(steps) {
+            let channels = self.all.iter().zip(&mut randomness.late).filter(|(c, _)| Device::of(**c) == *device);
+            channels.for_each(|(_, late)| *late += step);
+        }
+    }
+}
 
 impl Sizing<'_> {
     /// What setting the clock of each device would gain, to first order: at the latent forces as they are and without.
@@ -34,22 +91,12 @@ impl Sizing<'_> {
         found
     }
 
-    /// Normal equations of the delays of devices: what is shown changes by minus its rate.
+    /// Normal equations of the delays of devices.
     pub(super) fn clock_normal(&self, fit: &Fit, randomness: &Randomness, devices: &[Device]) -> Normal {
-        let mut normal = Normal::empty(devices.len());
-        for (t, trial) in self.trials.iter().enumerate() {
-            let linear = &fit.linear[t];
-            let mut forcing = Forcing {
-                columns: devices.len(),
-                step: vec![0.0; (linear.len - 1) * linear.states * devices.len()],
-                sensor: vec![0.0; linear.len * linear.channels * devices.len()],
-            };
-            for (at, rate) in linear.rate.iter().enumerate() {
-                let device = Device::of(trial.channels[at % linear.channels]);
-                if let Some(c) = devices.iter().position(|d| *d == device) {
-                    forcing.sensor[at * devices.len() + c] = -*rate as f32;
-                }
-            }
+        let clocks = Clocks { devices: devices.to_vec(), all: self.all.clone() };
+        let mut normal = Normal::empty(clocks.count());
+        for (trial, linear) in self.trials.iter().zip(&fit.linear) {
+            let forcing = clocks.beside(Forcing::none(), linear, trial);
             let randomness = for_trial(randomness, trial);
             let filtered = filter(linear, &randomness, Keep::Innovations);
             normal.add(&whiten(linear, &randomness, &filtered, &forcing, None));
@@ -61,20 +108,14 @@ impl Sizing<'_> {
     pub(super) fn set_clock(&self, fit: &Fit, start: At) -> Result<(Fit, At), FitError> {
         let mut fit = fit.clone();
         fit.randomness = start.randomness;
-        let devices: Vec<Device> = Device::ALL
-            .into_iter()
-            .filter(|d| self.channels(*d).iter().any(|at| fit.randomness.late[*at] != 0.0))
-            .collect();
+        let clocks = Clocks::set(&fit.randomness, self.trials);
         for _ in 0..CLOCK_MOVES {
             fit.smooth(self.trials)?;
             let randomness = fit.randomness.clone();
-            let normal = self.clock_normal(&fit, &randomness, &devices);
-            for (c, device) in devices.iter().enumerate() {
-                let step = normal.right[c] / normal.gram[c * devices.len() + c];
-                for at in self.channels(*device) {
-                    fit.randomness.late[at] += step;
-                }
-            }
+            let normal = self.clock_normal(&fit, &randomness, &clocks.devices);
+            let n = clocks.count();
+            let steps: Vec<f64> = (0..n).map(|c| normal.right[c] / normal.gram[c * n + c]).collect();
+            clocks.move_by(&steps, &mut fit.randomness);
         }
         fit.smooth(self.trials)?;
         let at = self.at(&fit, fit.randomness.clone());

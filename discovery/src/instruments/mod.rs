@@ -10,6 +10,7 @@ mod summary;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use clock::Clocks;
 pub(crate) use summary::summary;
 
 use crate::data::{Channel, Trial};
