@@ -109,6 +109,16 @@ impl EffectSpec {
         self.from.is_none_or(|from| from <= time) && self.until.is_none_or(|until| time < until)
     }
 
+    /// The time in which both are in force (s), as `from` and `until`; `None` where there is none.
+    pub(crate) fn common_time(&self, other: &Self) -> Option<(Option<f64>, Option<f64>)> {
+        let either = |a: Option<f64>, b: Option<f64>, pick: fn(f64, f64) -> f64| match (a, b) {
+            (Some(a), Some(b)) => Some(pick(a, b)),
+            _ => a.or(b),
+        };
+        let (from, until) = (either(self.from, other.from, f64::max), either(self.until, other.until, f64::min));
+        from.zip(until).is_none_or(|(from, until)| from < until).then_some((from, until))
+    }
+
     /// The number at `index`: the parameters in their order, then when it begins and when it ends, where it does.
     pub fn number(&mut self, index: usize) -> Option<&mut f64> {
         match index.checked_sub(self.values.len()) {

@@ -15,7 +15,7 @@ use fmi2_export::{ModelError, Value};
 use super::parameters::{REALS, RealParameter, reference};
 use super::role::{Choice, Role, State};
 use super::{IDENTIFIER, dependencies, units};
-use crate::effect::{EffectSpec, Stage};
+use crate::effect::{EffectSpec, Stage, acts_on};
 use crate::model_file::Model;
 use crate::plant::Plant;
 use crate::winch::WinchCommand;
@@ -209,7 +209,9 @@ impl Table {
                     (Stage::Transverse, _) => ("m/s", 0.1),
                     _ => ("1", 1e-4),
                 };
-                let mut name = format!("effect.{}[{}].state", spec.id, place.cable + 1);
+                let on_cable = |other: &EffectSpec| acts_on(other.cable, plant.cables())[place.cable];
+                let owner = format!("effect.{}[{}]", spec.id, place.cable + 1);
+                let mut name = format!("{}.state", entry(&owner, model, place.effect, on_cable));
                 if place.count > 1 {
                     name = indexed(&name, k);
                 }
@@ -252,7 +254,7 @@ impl Table {
         for (effect, spec) in model.effects.iter().enumerate() {
             let Ok(info) = spec.info() else { continue };
             for (k, parameter) in info.parameters.iter().enumerate() {
-                let name = self.free_name(spec, k);
+                let name = self.parameter_name(model, effect, k);
                 let nominal = 0.5 * (parameter.typical.0.abs() + parameter.typical.1.abs());
                 let mut variable = real(&name, reference, parameter.unit, "", nominal)
                     .parameter()
@@ -270,7 +272,7 @@ impl Table {
             let times = [(spec.from, "time at which it begins"), (spec.until, "time at which it ends")];
             for (k, (time, text)) in (info.parameters.len()..).zip(times) {
                 if let Some(time) = time {
-                    let variable = real(&self.free_name(spec, k), reference, "s", "Time", 1.0)
+                    let variable = real(&self.parameter_name(model, effect, k), reference, "s", "Time", 1.0)
                         .parameter()
                         .start(time)
                         .described(format!("{}: {text}", info.title));
@@ -302,14 +304,19 @@ impl Table {
         });
     }
 
-    /// The effect's variable name; with the channel in it where one sensor effect has both channels.
-    fn free_name(&self, spec: &EffectSpec, parameter: usize) -> String {
+    /// The variable of an effect's parameter; with the channel in it where one sensor effect has both channels, and with its
+    /// number where an effect has several entries, each with its time.
+    fn parameter_name(&self, model: &Model, effect: usize, parameter: usize) -> String {
+        let spec = &model.effects[effect];
         let name = spec.variable_name(parameter).unwrap_or_default();
-        let taken = self.description.find(&name).is_some();
-        match (taken, &spec.channel, name.rsplit_once('.')) {
-            (true, Some(channel), Some((before, after))) => format!("{before}.{channel}.{after}"),
-            _ => name,
+        let Some((owner, after)) = name.rsplit_once('.') else { return name };
+        let mut owner = entry(owner, model, effect, |other| other.cable == spec.cable);
+        if let Some(channel) = &spec.channel
+            && self.description.find(&format!("{owner}.{after}")).is_some()
+        {
+            owner = format!("{owner}.{channel}");
         }
+        format!("{owner}.{after}")
     }
 
     /// Every unit that a variable names, once.
@@ -324,6 +331,16 @@ impl Table {
             })
             .collect();
         self.description.units = names.into_iter().filter_map(units::unit).collect();
+    }
+}
+
+/// The name of an effect's variables, numbered from the second entry of the same effect `there` on.
+fn entry(owner: &str, model: &Model, effect: usize, there: impl Fn(&EffectSpec) -> bool) -> String {
+    let spec = &model.effects[effect];
+    let alike = |other: &&EffectSpec| other.id == spec.id && other.channel == spec.channel && there(other);
+    match model.effects[..effect].iter().filter(alike).count() {
+        0 => owner.to_owned(),
+        before => format!("{owner}.entry{}", before + 1),
     }
 }
 

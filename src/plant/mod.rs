@@ -23,13 +23,18 @@ pub enum PlantError {
     /// An effect that makes no sense.
     #[error(transparent)]
     Effect(#[from] SpecError),
-    /// The same effect twice on one cable.
-    #[error("effect `{id}` is given twice for {place}; expected one entry")]
+    /// The same effect twice on one cable at one time.
+    #[error(
+        "effect `{id}` is given twice for {place}, and both are in force {during}; expected one entry, or times `from` and \
+         `until` that do not overlap"
+    )]
     Twice {
         /// Id.
         id: String,
         /// The cable, or the whole plant.
         place: String,
+        /// When both are in force.
+        during: String,
     },
     /// More effect states on one cable than are kept.
     #[error("cable {cable} has {found} effect states, expected {MAX_EFFECT_STATES} or fewer")]
@@ -144,8 +149,8 @@ impl Plant {
     /// Puts parameters and effects together.
     ///
     /// # Errors
-    /// A parameter or effect out of range, an effect twice on one cable, too many effect states, an effect that begins or ends
-    /// and with which the plant has other states than without.
+    /// A parameter or effect out of range, an effect twice on one cable at one time, too many effect states, an effect that begins or
+    /// ends and with which the plant has other states than without.
     pub fn new(parameters: Parameters, effects: Vec<EffectSpec>) -> Result<Self, PlantError> {
         #[cfg(test)]
         BUILT.set(BUILT.get() + 1);
@@ -267,7 +272,10 @@ impl Plant {
                 c.model = CableModel::MasslessSpring;
             }
         }
-        check_data(&data)?;
+        // Effects that are never in force together need not make sense together.
+        if time.is_some() || !effects.iter().any(EffectSpec::is_switched) {
+            check_data(&data)?;
+        }
         let mut dimension = 6;
         let mut offset = Vec::with_capacity(cables);
         for (data, effects) in data.cables.iter().zip(&cable) {
@@ -443,16 +451,21 @@ pub(crate) fn axial_states(model: CableModel) -> usize {
 }
 
 fn check_unique(effects: &[EffectSpec]) -> Result<(), PlantError> {
-    for (k, spec) in effects.iter().enumerate() {
-        let clash = |other: &EffectSpec| {
+    for (k, spec) in effects.iter().enumerate().filter(|(_, spec)| spec.id != "expression") {
+        let alike = |other: &&EffectSpec| {
             other.id == spec.id
                 && (other.cable == spec.cable || other.cable.is_none() || spec.cable.is_none())
                 && other.channel == spec.channel
-                && spec.id != "expression"
         };
-        if effects[..k].iter().any(clash) {
+        if let Some((from, until)) = effects[..k].iter().filter(alike).find_map(|other| spec.common_time(other)) {
             let place = spec.cable.map_or("all cables or the whole plant".to_owned(), |c| format!("cable {c}"));
-            return Err(PlantError::Twice { id: spec.id.clone(), place });
+            let during = match (from, until) {
+                (None, None) => "all the time".to_owned(),
+                (Some(from), None) => format!("from {from} s on"),
+                (None, Some(until)) => format!("until {until} s"),
+                (Some(from), Some(until)) => format!("from {from} s until {until} s"),
+            };
+            return Err(PlantError::Twice { id: spec.id.clone(), place, during });
         }
     }
     Ok(())

@@ -215,6 +215,65 @@ fn a_saved_state_goes_on_across_a_switch() {
     }
 }
 
+/// Friction that is one from 0.3 s and another from 0.7 s on, and plants one after another.
+#[test]
+fn an_effect_given_again_at_a_later_time_changes_its_size_there() {
+    let friction = |force: f64, from: Option<f64>, until: Option<f64>| {
+        effect("winch_coulomb_friction", Some(2), &[force, 0.02], from, until)
+    };
+    let mass = |kg: f64, from: Option<f64>, until: Option<f64>| effect("platform_mass", None, &[kg], from, until);
+    // Together the last two would leave nothing of the 2500 kg.
+    let specs = [
+        friction(250.0, Some(0.3), Some(0.7)),
+        friction(400.0, Some(0.7), None),
+        mass(-1500.0, None, Some(0.5)),
+        mass(-1200.0, Some(0.5), None),
+    ];
+    for model in MODELS {
+        let whole = plant(model, CableInertia::Paper, &specs);
+        let mut run_of_all = simulation(&whole);
+        run(&mut run_of_all, 1.0, 0.15);
+        let mut time = 0.0;
+        let mut y: Option<Vec<f64>> = None;
+        for (force, kg, end) in
+            [(0.0, -1500.0, 0.3), (250.0, -1500.0, 0.5), (250.0, -1200.0, 0.7), (400.0, -1200.0, 1.0)]
+        {
+            let mut there = vec![mass(kg, None, None)];
+            if force > 0.0 {
+                there.push(friction(force, None, None));
+            }
+            let part = plant(model, CableInertia::Paper, &there);
+            let states = y.take().unwrap_or_else(|| simulation(&part).states().to_vec());
+            let mut part = Simulation::from_states(part, time, states, start().inputs, 1e-10);
+            run(&mut part, end, 0.15);
+            (time, y) = (end, Some(part.states().to_vec()));
+        }
+        assert_close(run_of_all.states(), &y.unwrap(), 1e-8, &format!("{model:?}"));
+    }
+}
+
+#[test]
+fn an_effect_given_twice_at_one_time_is_refused_with_the_time() {
+    let bias =
+        |cable: &str, times: &str| format!("[[effect]]\nid = \"winch_force_bias\"\nbias = 3.0\n{cable}{times}\n");
+    let read = |a: &str, b: &str| Model::from_toml(&(bias("cable = 2\n", a) + &bias("cable = 2\n", b)));
+    for (a, b, during) in [
+        ("", "", "all the time"),
+        ("", "from = 3.0", "from 3 s on"),
+        ("until = 5.0", "until = 4.0", "until 4 s"),
+        ("from = 1.0\nuntil = 5.0", "from = 4.0\nuntil = 9.0", "from 4 s until 5 s"),
+    ] {
+        let error = read(a, b).unwrap_err().to_string();
+        for part in ["winch_force_bias", "cable 2", during, "`from` and `until` that do not overlap"] {
+            assert!(error.contains(part), "{error}");
+        }
+    }
+    assert!(read("until = 5.0", "from = 5.0").is_ok(), "one ends as the other begins");
+    let everywhere = bias("", "until = 5.0") + &bias("cable = 1\n", "from = 4.5");
+    let error = Model::from_toml(&everywhere).unwrap_err().to_string();
+    assert!(error.contains("from 4.5 s until 5 s"), "{error}");
+}
+
 #[test]
 fn times_that_make_no_sense_are_refused() {
     let wrong = |keys: &str| {

@@ -74,6 +74,37 @@ fn when_an_effect_begins_can_be_set() {
     assert!((get(&mut platform, "tension[3]") - before).abs() > 1.0);
 }
 
+#[test]
+fn an_effect_given_again_at_a_later_time_has_names_of_its_own() {
+    let entry = |id: &str, cable: Option<usize>, values: &[f64], from: Option<f64>, until: Option<f64>| {
+        EffectSpec::new(id, cable, values).unwrap().during(from, until).unwrap()
+    };
+    let effects = vec![
+        entry("winch_lag", None, &[0.2], None, Some(1.0)),
+        entry("winch_lag", Some(3), &[0.3], Some(1.0), Some(2.0)),
+        entry("winch_lag", Some(3), &[0.4], Some(2.0), None),
+    ];
+    let mut platform = CablePlatform::new(Model { effects, ..Model::default() }).unwrap();
+    for (name, expected) in [
+        ("effect.winch_lag.time_constant", 0.2),
+        ("effect.winch_lag.until", 1.0),
+        ("effect.winch_lag[3].from", 1.0),
+        ("effect.winch_lag[3].entry2.time_constant", 0.4),
+        ("effect.winch_lag[3].entry2.from", 2.0),
+    ] {
+        assert_eq!(get(&mut platform, name), expected, "{name}");
+    }
+    for name in ["effect.winch_lag[2].state", "effect.winch_lag[3].state", "effect.winch_lag[3].entry3.state"] {
+        assert!(platform.description().find(name).is_some(), "{name}");
+    }
+    assert_eq!(platform.description().validate(), Ok(()));
+    // Times set so that two are in force at once are refused as in the model file.
+    set(&mut platform, "effect.winch_lag[3].entry2.from", 1.5);
+    let entered = platform.enter_initialisation(EXPERIMENT);
+    let error = entered.and_then(|()| platform.initialise(EXPERIMENT)).unwrap_err().to_string();
+    assert!(error.contains("from 1.5 s until 2 s"), "{error}");
+}
+
 /// With more cables every name of the default robot keeps its reference, and the others' parameters can be set.
 #[test]
 fn six_cables_have_variables_of_their_own() {
