@@ -11,7 +11,7 @@ mod tangent;
 
 use std::sync::Arc;
 
-pub use equilibrium::{static_equilibrium, wrench_at_rest};
+pub use equilibrium::{load_at_rest, static_equilibrium, wrench_at_rest};
 pub use sensors::Outputs;
 pub(crate) use sensors::Shown;
 use snapshot::Room;

@@ -1,18 +1,20 @@
 //! `cdpr analyse`: statics and linear analysis of a pose.
 
+mod map;
 mod text;
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::Context;
-use cdpr::inverse::distribution::{Distribution, DistributionError, Redundancy, structure_matrix};
+use cdpr::geometry::Geometry;
+use cdpr::inverse::distribution::{Bounds, Distribution, DistributionError, Redundancy, structure_matrix};
 use cdpr::inverse::{Instant, InverseDynamics, InverseError, Motion, Trajectory};
 use cdpr::model_file::Model;
 use cdpr::plant::Plant;
-use cdpr::simulation::Simulation;
-use cdpr::statics::workspace::{RequiredWrenches, WorkspaceMap};
+use cdpr::simulation::{Simulation, load_at_rest};
+use cdpr::statics::workspace::{MapPoints, RequiredWrenches, WorkspaceMap, anchor_rectangle};
 use cdpr::statics::{self, LinearModel};
 use cdpr_drawing::Robot;
 use nalgebra::DMatrix;
@@ -21,7 +23,11 @@ use serde_json::{Value, json};
 use crate::failure::BadInput;
 use crate::redundancy::Choice;
 use crate::{inverse, model, number, output, terminal, whole};
+use map::Map;
 use text::Text;
+
+/// Most poses of a map: their table has some 2 GB.
+const MOST_POSES: usize = 20_000_000;
 
 /// Jacobian, equilibrium, stiffness, natural frequencies and modes, wrench feasibility.
 #[derive(clap::Args)]
@@ -29,12 +35,13 @@ use text::Text;
     cdpr analyse --pose 0,0,0\n  \
     cdpr analyse --model model.toml --pose 50,-20,0.1 --tension-min 5000 --linear linear.json\n  \
     cdpr analyse --pose 0,0,0 --wrench 2000,2000,20000 --workspace map.csv\n  \
+    cdpr analyse --pose 0,0,0 --workspace map.csv --angles=-0.3,0.3,31 --plot workspace.svg\n  \
     cdpr analyse --pose 50,-20,0.3 --plot robot.svg\n  \
     cdpr analyse --pose 5,0,0 --pretension 20000 --start hold.toml\n\n\
     The pose is held against the model's disturbances by tensions within the bounds; stiffness, modes and the linear model \
     are those of this state. --start writes the model with this state as its start: from there a simulation, or an FMU \
-    packed of it, is at rest under the winch forces in that file. The workspace map covers the square of the anchors at \
-    the pose's orientation.")]
+    packed of it, is at rest under the winch forces in that file. The workspace map covers the rectangle of the \
+    anchors, or --area, at the pose's orientation, or at all --angles; --plot then shows it under the robot.")]
 pub(crate) struct Arguments {
     /// The model file; the default model without it
     #[arg(long, value_name = "FILE.toml")]
@@ -60,12 +67,49 @@ pub(crate) struct Arguments {
     /// Write a map of wrench feasibility
     #[arg(long, value_name = "FILE.csv", value_parser = output::table())]
     workspace: Option<PathBuf>,
-    /// Draw the robot at the pose, as SVG or PNG by its name
+    /// Orientations of the map, equally spaced, in rad
+    #[arg(long, value_name = "FROM,TO,COUNT", value_parser = number::orientations, requires = "workspace",
+        allow_hyphen_values = true)]
+    angles: Option<number::Orientations>,
+    /// Area of the map in m, the rectangle of the anchors without it
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = number::area, requires = "workspace",
+        allow_hyphen_values = true)]
+    area: Option<[[f64; 2]; 2]>,
+    /// Draw the robot at the pose, on the map where there is one, as SVG or PNG by its name
     #[arg(long, value_name = "FILE.svg", value_parser = output::picture())]
     plot: Option<PathBuf>,
     /// Points of the map along each axis
     #[arg(long, value_name = "N", default_value = "61", value_parser = clap::value_parser!(u16).range(2..=2001))]
     points: u16,
+}
+
+impl Arguments {
+    /// The workspace asked for.
+    fn map(
+        &self,
+        geometry: &Geometry,
+        bounds: &Bounds,
+        required: impl Fn(&[f64; 3]) -> RequiredWrenches,
+    ) -> Result<Map, BadInput> {
+        let area = self.area.unwrap_or_else(|| anchor_rectangle(geometry));
+        let phi = self.angles.as_ref().map_or_else(|| vec![self.pose[2]], |angles| angles.0.clone());
+        let [[left, bottom], [right, top]] = area;
+        if left == right || bottom == top {
+            let found = format!("the anchors span [{left}, {right}] m in x and [{bottom}, {top}] m in y");
+            return Err(BadInput(format!(
+                "--workspace: {found}, which is no area; say which one by --area X0,Y0,X1,Y1"
+            )));
+        }
+        let poses = usize::from(self.points).pow(2) * phi.len();
+        if poses > MOST_POSES {
+            let (points, angles) = (self.points, phi.len());
+            return Err(BadInput(format!(
+                "--points {points} at {angles} angles are {poses} poses, expected {MOST_POSES} or fewer"
+            )));
+        }
+        let points = MapPoints::over(area, self.points.into(), phi);
+        Ok(Map { area, found: WorkspaceMap::new(geometry, points, bounds, required) })
+    }
 }
 
 /// A pose held for ever.
@@ -101,10 +145,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         return Err(BadInput(format!("--wrench has {bad}, expected half widths of 0 or more")).into());
     }
     let disturbance = model.start.inputs.disturbance;
-    let required = RequiredWrenches { centre: disturbance.map(|d| -d), half_width: arguments.wrench };
+    let required = |pose: &[f64; 3]| RequiredWrenches {
+        centre: load_at_rest(&plant, 0.0, pose, &model.start.inputs).map(|load| -load),
+        half_width: arguments.wrench,
+    };
     let mut text = Text::default();
     text.geometry(&plant, &arguments.pose);
-    text.feasibility(&plant, &arguments.pose, &distribution, &required);
+    text.feasibility(&plant, &arguments.pose, &distribution, &required(&arguments.pose));
     let held = hold(&plant, &arguments.pose, disturbance, redundancy.as_ref());
     let linear = match &held {
         Ok(instant) => Some(analyse_held(&mut text, &model, &plant, instant)?),
@@ -122,16 +169,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     };
     text.equilibrium(&model, &plant, &arguments.pose);
+    let mut map = None;
     if let Some(path) = &arguments.workspace {
-        let map = WorkspaceMap::new(
-            plant.geometry(),
-            arguments.pose[2],
-            arguments.points.into(),
-            &distribution.bounds,
-            &required,
-        );
-        write_map(path, &map)?;
-        text.map(&map, path);
+        let found = arguments.map(plant.geometry(), &distribution.bounds, required)?;
+        whole::write(path, found.csv())?;
+        text.map(&found, path);
+        map = Some(found);
     }
     if let (Some(path), Some(linear)) = (&arguments.linear, &linear) {
         let json = serde_json::to_string_pretty(&linear_json(linear)).context("the linear model as JSON")?;
@@ -141,7 +184,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(path) = &arguments.plot {
         let geometry = plant.geometry();
         let robot = Robot { anchors: &geometry.anchor, attachments: &geometry.attachment, pose: arguments.pose };
-        whole::write(path, output::drawn(robot.svg(), path)?)?;
+        let svg = map.map_or_else(|| robot.svg(), |map| map.svg(&robot));
+        whole::write(path, output::drawn(svg, path)?)?;
         text.drawing(path);
     }
     if let (Some(path), Ok(held)) = (&arguments.start, &held) {
@@ -206,21 +250,6 @@ fn linear_json(model: &LinearModel) -> Value {
         "C": rows(&model.c),
         "D": rows(&model.d),
     })
-}
-
-fn write_map(path: &Path, map: &WorkspaceMap) -> anyhow::Result<()> {
-    let mut csv = String::from("x,y,phi,reachable,closure,feasible,margin,balance\n");
-    for (j, y) in map.y.iter().enumerate() {
-        for (i, x) in map.x.iter().enumerate() {
-            let cell = &map.cells[j * map.x.len() + i];
-            let flags = [cell.reachable, cell.reachable && cell.closure, cell.feasible()].map(u8::from);
-            csv += &format!(
-                "{x},{y},{},{},{},{},{},{}\n",
-                map.phi, flags[0], flags[1], flags[2], cell.margin, cell.balance
-            );
-        }
-    }
-    whole::write(path, csv)
 }
 
 /// The structure matrix's singular values, torques divided by the attachment radius.

@@ -249,6 +249,81 @@ fn the_robot_is_drawn_at_a_pose_with_its_cables_by_number() {
     assert!(std::fs::read(at.join("robot.png")).unwrap().starts_with(b"\x89PNG"));
 }
 
+/// Bars on two points, held from the left and from the right: the wrench closes where the line through the platform passes
+/// between the anchors on both sides.
+const BAR: &str = "[[cable]]\nanchor = [-2.0, -1.0]\nattachment = [-0.2, 0.0]\n[[cable]]\nanchor = [-2.0, 1.0]\n\
+    attachment = [-0.2, 0.0]\n[[cable]]\nanchor = [2.0, -1.0]\nattachment = [0.2, 0.0]\n[[cable]]\n\
+    anchor = [2.0, 1.0]\nattachment = [0.2, 0.0]\n[start]\nwinch_force = [1.0, 1.0, 1.0, 1.0]\n";
+
+#[test]
+fn a_workspace_over_orientations_is_a_table_and_a_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("bar.toml"), BAR).unwrap();
+    let analyse = ["analyse", "--model", "bar.toml", "--pose", "0,0,0", "--points", "20"];
+    let map = ["--workspace", "w.csv", "--angles", "-0.2,0.3,6", "--area", "-1.8,-1.2,1.8,1.2", "--plot", "w.svg"];
+    let told = done(&cdpr(at, &[&analyse[..], &map].concat()));
+    assert!(told.contains("workspace at 6 angles from -0.2 to 0.3 rad"), "{told}");
+    let table = std::fs::read_to_string(at.join("w.csv")).unwrap();
+    let rows = columns(&table, &["x", "y", "phi", "reachable", "closure", "closure_share"]);
+    assert_eq!(rows.len(), 20 * 20 * 6);
+    let closes =
+        |x: f64, y: f64, phi: f64| [-2.0, 2.0].into_iter().all(|side| (y + (side - x) * phi.tan()).abs() < 1.0);
+    let angles = [-0.2, -0.1, 0.0, 0.1, 0.2, 0.3];
+    let mut shares = std::collections::BTreeSet::new();
+    for row in rows {
+        let [x, y, phi, reachable, closure, share] = row[..] else { panic!("{row:?}") };
+        // A platform that sticks out between the anchors is not reachable.
+        if y.abs() + 0.2 < 1.0 {
+            assert_eq!((reachable, closure), (1.0, f64::from(u8::from(closes(x, y, phi)))), "{x} {y} {phi}");
+            let held = angles.iter().filter(|phi| closes(x, y, **phi)).count();
+            assert!((share - held as f64 / 6.0).abs() < 1e-12, "{x} {y}: {share}, {held} angles");
+            shares.insert(held);
+        }
+    }
+    assert!(shares.len() > 4, "{shares:?}");
+    let svg = std::fs::read_to_string(at.join("w.svg")).unwrap();
+    for class in ["filled", "pale", "outlined", "dashed"] {
+        assert_eq!(svg.matches(&format!("class=\"robot-area-{class}\"")).count(), 2, "{class}");
+    }
+    for (more, part) in [
+        (vec!["--angles", "0.3,0.1,4", "--workspace", "a.csv"], "the smaller angle first"),
+        (vec!["--angles", "0.1,0.3,10000", "--workspace", "a.csv", "--points", "2000"], "20000000 or fewer"),
+        (vec!["--area", "1,0,0,1", "--workspace", "a.csv"], "the lower left corner"),
+        (vec!["--angles", "0.1,0.3,4"], "--workspace"),
+    ] {
+        let refused = cdpr(at, &[&["analyse", "--model", "bar.toml", "--pose", "0,0,0"][..], &more].concat());
+        assert_eq!(refused.status.code(), Some(2), "{more:?}");
+        assert!(text(&refused.stderr).contains(part), "{}", text(&refused.stderr));
+        assert!(!at.join("a.csv").exists());
+    }
+}
+
+/// A load of 50 kg hangs on two cables of at most 400 N: feasible where each carries its part by the triangle of forces.
+#[test]
+fn a_hanging_load_is_feasible_where_both_cables_can_carry_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let cable = |x: f64| format!("[[cable]]\nanchor = [{x:?}, 0.0]\nattachment = [0.0, 0.0]\n");
+    let head = "platform_mass = 50.0\ngravity = [0.0, -9.81]\n[start]\nwinch_force = [1.0, 1.0]\n";
+    std::fs::write(at.join("load.toml"), head.to_owned() + &cable(-2.0) + &cable(2.0)).unwrap();
+    let analyse = ["analyse", "--model", "load.toml", "--pose", "0,-3,0", "--workspace", "w.csv", "--points", "24"];
+    let bounds = ["--tension-min", "20", "--tension-max", "400"];
+    let flat = cdpr(at, &[&analyse[..], &bounds].concat());
+    assert_eq!(flat.status.code(), Some(2));
+    assert!(text(&flat.stderr).contains("no area; say which one by --area"), "{}", text(&flat.stderr));
+    done(&cdpr(at, &[&analyse[..], &bounds, &["--area", "-2.3,-3.1,2.3,-0.1"]].concat()));
+    let (mut held, mut dropped) = (0, 0);
+    for row in columns(&std::fs::read_to_string(at.join("w.csv")).unwrap(), &["x", "y", "feasible"]) {
+        let [x, y, feasible] = row[..] else { panic!("{row:?}") };
+        let carried = |side: f64| 50.0 * 9.81 * (x + side).hypot(y) * (side - x) / (4.0 * -y) * side.signum();
+        let both = [2.0, -2.0].into_iter().all(|side| (20.0..=400.0).contains(&carried(side)));
+        assert_eq!(feasible, f64::from(u8::from(both)), "{x} {y}: {} {}", carried(2.0), carried(-2.0));
+        if both { held += 1 } else { dropped += 1 }
+    }
+    assert!(held > 100 && dropped > 100, "{held} {dropped}");
+}
+
 /// The table `run` of a simulation or inverse dynamics as rows of columns by name.
 fn columns(text: &str, names: &[&str]) -> Vec<Vec<f64>> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());

@@ -1,6 +1,6 @@
 //! Where everything goes on the paper.
 
-use crate::Robot;
+use crate::{Area, Robot};
 
 /// Width of the field that the robot fills, in drawing units.
 const FIELD: f64 = 520.0;
@@ -9,6 +9,8 @@ const LEFT: f64 = 66.0;
 const TOP: f64 = 40.0;
 const RIGHT: f64 = 66.0;
 const BOTTOM: f64 = 64.0;
+/// Height of a line that names an area.
+const LINE: f64 = 20.0;
 /// A field is no flatter and no slimmer than this.
 const FLATTEST: f64 = 0.4;
 /// Part of the field left free at each side of the outermost point.
@@ -24,6 +26,8 @@ pub(crate) const BADGE: f64 = 11.0;
 pub(crate) struct Layout {
     /// Width and height of the picture.
     pub(crate) size: [f64; 2],
+    /// Height of the line below the picture.
+    pub(crate) note: f64,
     /// Upper left and lower right corner of the field.
     pub(crate) field: [[f64; 2]; 2],
     pub(crate) anchors: Vec<[f64; 2]>,
@@ -46,11 +50,11 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    pub(crate) fn new(robot: &Robot) -> Self {
+    pub(crate) fn new(robot: &Robot, areas: &[Area]) -> Self {
         let [x, y, phi] = robot.pose;
         let body = robot.attachments.iter().map(|b| b[0].hypot(b[1])).fold(0.0, f64::max);
-        let (low, high) =
-            bounds(robot.anchors.iter().copied().chain([[0.0; 2], [x - body, y - body], [x + body, y + body]]));
+        let inside = robot.anchors.iter().copied().chain(areas.iter().flat_map(|area| area.corners));
+        let (low, high) = bounds(inside.chain([[0.0; 2], [x - body, y - body], [x + body, y + body]]));
         let extent = [0, 1].map(|k| high[k] - low[k]);
         let largest = if extent[0].max(extent[1]) > 0.0 { extent[0].max(extent[1]) } else { 1.0 };
         let side = extent.map(|e| e.max(FLATTEST * largest) * (1.0 + 2.0 * BORDER));
@@ -66,7 +70,8 @@ impl Layout {
         let anchors: Vec<_> = robot.anchors.iter().map(|a| place(*a)).collect();
         let attachments: Vec<_> = robot.attachments.iter().map(attached).collect();
         Self {
-            size: [LEFT + field[0] + RIGHT, TOP + field[1] + BOTTOM],
+            size: [LEFT + field[0] + RIGHT, TOP + field[1] + BOTTOM + LINE * areas.len() as f64],
+            note: TOP + field[1] + BOTTOM - 10.0,
             field: [[LEFT, TOP], [LEFT + field[0], TOP + field[1]]],
             frame: around(&anchors),
             platform: around(&attachments),
@@ -85,6 +90,11 @@ impl Layout {
     pub(crate) fn place(&self, p: [f64; 2]) -> [f64; 2] {
         let [[left, _], [_, bottom]] = self.field;
         [left + self.scale * (p[0] - self.corner[0]), bottom - self.scale * (p[1] - self.corner[1])]
+    }
+
+    /// Where the name of an area stands: below all else, one a line.
+    pub(crate) fn legend(&self, line: usize) -> [f64; 2] {
+        [LEFT + 30.0, self.note + LINE * (line + 1) as f64]
     }
 
     /// Both ends of each cable.
@@ -194,7 +204,7 @@ mod tests {
         let attachments: Vec<_> =
             corners.iter().flat_map(|c| [[0.1 * c[0], 0.1 * c[1]], [-0.1 * c[0], 0.1 * c[1]]]).collect();
         let robot = Robot { anchors: &anchors, attachments: &attachments, pose: [1.0, -0.5, 0.2] };
-        let places = Layout::new(&robot).numbers;
+        let places = Layout::new(&robot, &[]).numbers;
         for (i, a) in places.iter().enumerate() {
             for b in &places[..i] {
                 assert!(distance(*a, *b) >= 2.0 * BADGE, "{places:?}");

@@ -1,10 +1,13 @@
 //! The robot as a picture: frame, cables by number, platform and axes, as one SVG text.
 //!
-//! For any geometry with two cables or more. Nothing here knows of models or files: what is drawn are points.
+//! For any geometry with two cables or more, and areas of the plane beneath it. Nothing here knows of models or files: what
+//! is drawn are points.
 
+mod area;
 mod layout;
 mod paint;
 
+pub use area::{Area, Look};
 use layout::Layout;
 use paint::{Picture, number};
 
@@ -29,13 +32,25 @@ impl Robot<'_> {
     /// If a number is not finite, or `anchors` and `attachments` differ in length.
     #[must_use]
     pub fn svg(&self) -> String {
+        self.svg_on(&[])
+    }
+
+    /// The same on these areas, which are named below the picture.
+    ///
+    /// # Panics
+    /// As [`Robot::svg`], and if an area has not the cells that it should have.
+    #[must_use]
+    pub fn svg_on(&self, areas: &[Area]) -> String {
         assert_eq!(self.anchors.len(), self.attachments.len(), "a cable has two ends");
         let all = self.anchors.iter().chain(self.attachments).flatten().chain(&self.pose);
         assert!(all.clone().all(|v| v.is_finite()), "a point is somewhere");
-        let layout = Layout::new(self);
+        let layout = Layout::new(self, areas);
         let [x, y, phi] = self.pose.map(number);
         let title = format!("Robot with {} cables at x = {x} m, y = {y} m, φ = {phi} rad", self.anchors.len());
         let mut picture = Picture::new(layout.size, &title);
+        for area in areas {
+            area.paint(&mut picture, &layout);
+        }
         axes(&mut picture, &layout);
         picture.polygon("robot-frame", &layout.frame);
         for (from, to) in layout.cables() {
@@ -55,7 +70,10 @@ impl Robot<'_> {
             String::new()
         };
         let note = format!("x = {x} m, y = {y} m, φ = {phi} rad{scale}");
-        picture.text("robot-note", [0.5 * layout.size[0], layout.size[1] - 10.0], "middle", &note);
+        picture.text("robot-note", [0.5 * layout.size[0], layout.note], "middle", &note);
+        for (k, area) in areas.iter().enumerate() {
+            area.name(&mut picture, &layout, k);
+        }
         picture.finish()
     }
 }
@@ -145,6 +163,20 @@ mod tests {
         let (anchors, attachments) = ring(4, 2.0, 0.5);
         let large = parsed(&Robot { anchors: &anchors, attachments: &attachments, pose: [0.0; 3] });
         assert!(!large.contains("times larger"), "{large}");
+    }
+
+    #[test]
+    fn an_area_beyond_the_frame_has_room_and_a_name() {
+        let (anchors, attachments) = ring(4, 2.0, 0.3);
+        let robot = Robot { anchors: &anchors, attachments: &attachments, pose: [0.0; 3] };
+        let cells = [true, false, true, true];
+        let area =
+            |look| Area { corners: [[-1.0, -6.0], [1.0, 0.0]], columns: 2, cells: &cells, look, name: "hanging" };
+        let svg = robot.svg_on(&[area(Look::Filled), area(Look::Dashed)]);
+        roxmltree::Document::parse(&svg).unwrap();
+        assert_eq!(svg.matches(">hanging</text>").count(), 2, "{svg}");
+        assert!(svg.contains(">-6</text>") && !robot.svg().contains(">-6</text>"), "{svg}");
+        assert_eq!(svg.matches("class=\"robot-area-").count(), 4, "each area and its sample: {svg}");
     }
 
     #[test]

@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 /// Colours told apart by nearly everybody, for light ground and for dark.
 const STYLE: &str = "\
 .robot-ground{fill:#fff}.robot-grid{stroke:#ececec}.robot-tick,.robot-note{fill:#555}\
+.robot-area-filled{fill:#a9d8b8}.robot-area-pale{fill:#e0f2e6}\
+.robot-area-outlined,.robot-area-dashed{fill:none;stroke:#117733;stroke-width:1.8}.robot-area-dashed{stroke-dasharray:5 4}\
 .robot-axis{stroke:#8a8a8a;fill:none}.robot-axis-name{fill:#555}\
 .robot-frame{fill:none;stroke:#9aa4b0;stroke-width:1.2;stroke-dasharray:6 5}\
 .robot-cable{stroke:#0072b2;stroke-width:2}.robot-winch{fill:#24313f}\
@@ -13,6 +15,7 @@ const STYLE: &str = "\
 .robot-angle{stroke:#7a3209;fill:none;stroke-dasharray:3 3}.robot-angle-name{fill:#7a3209}\
 .robot-badge{fill:#fff;stroke:#0072b2;stroke-width:1.6}.robot-number{fill:#111;font-weight:600}\n\
 @media (prefers-color-scheme:dark){.robot-ground{fill:#16181c}.robot-grid{stroke:#2c3036}\
+.robot-area-filled{fill:#245a3a}.robot-area-pale{fill:#1b3427}.robot-area-outlined,.robot-area-dashed{stroke:#7fd19b}\
 .robot-tick,.robot-note,.robot-axis-name{fill:#aaa}.robot-axis{stroke:#777}.robot-frame{stroke:#67727f}\
 .robot-cable,.robot-badge{stroke:#56b4e9}.robot-winch{fill:#d5dbe2}.robot-platform{fill:#54321c;stroke:#ff9457}\
 .robot-joint,.robot-angle-name{fill:#ffb88f}.robot-body,.robot-angle{stroke:#ffb88f}\
@@ -39,8 +42,13 @@ impl Picture {
         self.text
     }
 
+    /// `steps` as in the attribute `d`.
+    pub(crate) fn path(&mut self, class: &str, steps: &str) {
+        self.add(&format!("<path class=\"{class}\" d=\"{steps}\"/>"));
+    }
+
     pub(crate) fn line(&mut self, class: &str, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) {
-        self.add(&format!("<path class=\"{class}\" d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\"/>"));
+        self.path(class, &format!("M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}"));
     }
 
     /// A line with a head at its second end.

@@ -5,6 +5,7 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use super::StartError;
 use super::start::no_given_force;
 use crate::dynamics::Inputs;
+use crate::effect::PlatformContext;
 use crate::kinematics;
 use crate::plant::Plant;
 
@@ -33,19 +34,28 @@ pub fn static_equilibrium(plant: &Plant, time: f64, guess: [f64; 3], inputs: &In
     balance.newton(guess).or_else(|error| balance.by_orientation(guess).ok_or(error))
 }
 
+/// Force and torque (N, N m) on the platform at rest that are not the cables': disturbance, weight, effects.
+pub fn load_at_rest(plant: &Plant, time: f64, pose: &[f64; 3], inputs: &Inputs) -> [f64; 3] {
+    plant.at_rest(time, pose, inputs, |context| load(plant.at(time), context))
+}
+
+fn load(plant: &Plant, context: &PlatformContext<'_, f64>) -> [f64; 3] {
+    let phi = context.pose[2];
+    let weight = plant.weight([phi.cos(), phi.sin()]);
+    let mut wrench: [f64; 3] = std::array::from_fn(|k| context.inputs.disturbance[k] + weight[k]);
+    for kind in &plant.wrench {
+        for (sum, added) in wrench.iter_mut().zip(kind.wrench(context)) {
+            *sum += added;
+        }
+    }
+    wrench
+}
+
 /// Force and torque (N, N m) left on the platform at rest at `pose` with every cable carrying its winch's pull.
 pub fn wrench_at_rest(plant: &Plant, time: f64, pose: [f64; 3], inputs: &Inputs) -> [f64; 3] {
     let plant = plant.at(time);
-    let weight = plant.weight([pose[2].cos(), pose[2].sin()]);
-    let mut wrench: [f64; 3] = std::array::from_fn(|k| inputs.disturbance[k] + weight[k]);
-    let pulls = plant.at_rest(time, &pose, inputs, |context| {
-        for kind in &plant.wrench {
-            for (sum, added) in wrench.iter_mut().zip(kind.wrench(context)) {
-                *sum += added;
-            }
-        }
-        plant.pulls_at_rest(context)
-    });
+    let (mut wrench, pulls) =
+        plant.at_rest(time, &pose, inputs, |context| (load(plant, context), plant.pulls_at_rest(context)));
     for (cable, pull) in kinematics::cables(plant.geometry(), &pose, &[0.0; 3]).iter().zip(pulls) {
         for (sum, row) in wrench.iter_mut().zip(cable.jacobian_row()) {
             *sum -= pull.max(0.0) * row;

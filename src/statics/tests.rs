@@ -289,6 +289,68 @@ fn a_singular_pose_whose_null_vector_is_rounding_has_no_wrench_closure() {
     assert!(!workspace::feasibility(&geometry, &[0.0, 0.0, 1e-7], &bounds, &none).closure);
 }
 
+/// Two cables, and four on one point, exert wrenches in a plane only: forces in it that no tensions make were called feasible.
+#[test]
+fn wrenches_beyond_the_border_of_a_flat_set_are_not_feasible() {
+    use crate::parameters::CableParameters;
+    let bounds = Bounds::new(10.0, 100.0).unwrap();
+    let point = |anchors: &[[f64; 2]]| {
+        let cable = anchors.iter().map(|a| CableParameters::between(*a, [0.0; 2])).collect();
+        crate::geometry::Geometry::new(&Parameters { cable, ..Parameters::default() })
+    };
+    let four = point(&[[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]]);
+    let margin = |geometry, pose: [f64; 3], centre| {
+        let required = workspace::RequiredWrenches { centre, half_width: [0.0; 3] };
+        workspace::capacity_margin(geometry, &pose, &bounds, &required)
+    };
+    // All four pull along the diagonals: along x no more than two of them at 100 N, against two at 10 N.
+    let most = 2.0 * (100.0 - 10.0) / 2_f64.sqrt();
+    for (force, feasible) in [(0.0, true), (most - 1e-6, true), (most + 1e-3, false), (500.0, false)] {
+        let found = margin(&four, [0.0; 3], [force, 0.0, 0.0]);
+        assert!((found >= -1e-9) == feasible && found < 1e-9, "{force} N: {found}");
+    }
+    assert!(margin(&four, [0.0; 3], [0.0, 0.0, 1e-3]) < -1e-4, "no torque can be exerted");
+    // On the line between its anchors a point is pulled along that line, and in no other direction.
+    let two = point(&[[-2.0, 0.0], [2.0, 0.0]]);
+    for (force, feasible) in [([50.0, 0.0, 0.0], true), ([95.0, 0.0, 0.0], false), ([0.0, 1.0, 0.0], false)] {
+        assert_eq!(margin(&two, [1.0, 0.0, 0.0], force) >= -1e-9, feasible, "{force:?}");
+    }
+}
+
+/// V.-D. Nguyen, Constructing force-closure grasps, Int. J. Robotics Research 7(3) (1988): what two points hold within cones of
+/// forces is held against any wrench exactly if the line through the points lies strictly inside both cones. A bar on four
+/// cables, two from each side, is such a grasp.
+#[test]
+fn a_bar_on_four_cables_is_closed_where_its_line_passes_between_the_anchors() {
+    use crate::parameters::CableParameters;
+    let (a, h, b) = (3.0, 1.2, 0.3);
+    let ends = [([-a, -h], [-b, 0.0]), ([-a, h], [-b, 0.0]), ([a, -h], [b, 0.0]), ([a, h], [b, 0.0])];
+    let cable = ends.map(|(anchor, attachment)| CableParameters::between(anchor, attachment)).to_vec();
+    let geometry = crate::geometry::Geometry::new(&Parameters { cable, ..Parameters::default() });
+    let bounds = Bounds::new(1.0, 100.0).unwrap();
+    let none = workspace::RequiredWrenches { centre: [0.0; 3], half_width: [0.0; 3] };
+    let area = [[b - a, -h], [a - b, h]];
+    let angles: Vec<f64> = (0..9).map(|k| 0.1 + 0.02 * f64::from(k)).collect();
+    let points = workspace::MapPoints::over(area, 24, angles.clone());
+    let map = workspace::WorkspaceMap::new(&geometry, points, &bounds, |_| none);
+    let shares = map.share_of_orientations(|cell| cell.closure);
+    let (mut everywhere, mut somewhere) = (0, 0);
+    for (j, y) in map.points.y.iter().enumerate() {
+        for (i, x) in map.points.x.iter().enumerate() {
+            let closed = |phi: f64| [-a, a].into_iter().all(|side| (y + (side - x) * phi.tan()).abs() < h);
+            for (k, phi) in angles.iter().enumerate() {
+                assert_eq!(map.cell(i, j, k).closure, closed(*phi), "{x} {y} {phi}");
+            }
+            let expected = angles.iter().filter(|phi| closed(**phi)).count();
+            assert!((shares[24 * j + i] - expected as f64 / 9.0).abs() < 1e-12);
+            everywhere += usize::from(expected == 9);
+            somewhere += usize::from(expected > 0);
+        }
+    }
+    // The inclusion workspace has a closed form too: the angle farthest either way decides.
+    assert!(everywhere > 20 && somewhere > everywhere + 100 && somewhere < 576, "{everywhere} {somewhere}");
+}
+
 #[test]
 fn equilibria_that_a_plain_newton_missed_are_found() {
     let plant = plant_of(CableModel::LumpedMass, Vec::new());
@@ -376,11 +438,15 @@ fn a_map_shrinks_with_the_wrenches_asked_for() {
     let bounds = Bounds::new(1e3, 20e3).unwrap();
     let map = |force: f64| {
         let required = workspace::RequiredWrenches { centre: [0.0; 3], half_width: [force, force, 10.0 * force] };
-        workspace::WorkspaceMap::new(&geometry, 0.0, 20, &bounds, &required)
+        let points = workspace::MapPoints::over(workspace::anchor_rectangle(&geometry), 20, vec![0.0]);
+        workspace::WorkspaceMap::new(&geometry, points, &bounds, |_| required)
+    };
+    let count = |map: &workspace::WorkspaceMap, holds: fn(&workspace::Feasibility) -> bool| {
+        map.share_of_orientations(holds).iter().filter(|share| **share == 1.0).count()
     };
     let (small, large) = (map(100.0), map(3000.0));
-    assert!(small.feasible_share() > large.feasible_share() + 0.05);
-    assert!(small.closure_share() >= small.feasible_share());
+    assert!(count(&small, |c| c.feasible()) > count(&large, |c| c.feasible()) + 20);
+    assert!(count(&small, |c| c.closed()) >= count(&small, |c| c.feasible()));
     // Left and right mirror each other.
     for j in 0..20 {
         for i in 0..10 {

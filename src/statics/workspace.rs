@@ -4,7 +4,6 @@ use nalgebra::{Matrix3xX, Vector3};
 
 use crate::geometry::Geometry;
 use crate::inverse::distribution::{Bounds, TensionLine, nearest, structure_matrix, torque_arm};
-use crate::per_cable::PerCable;
 
 /// Smallest singular value of the structure matrix, as a share of the largest and with torques divided by the attachment
 /// radius, at which the cables still span all three directions: the tensions for a wrench grow by its inverse, and no
@@ -42,40 +41,58 @@ impl Feasibility {
     pub fn feasible(&self) -> bool {
         self.reachable && self.margin >= 0.0
     }
+
+    /// Any wrench can be exerted, at a pose that the platform can take.
+    pub fn closed(&self) -> bool {
+        self.reachable && self.closure
+    }
 }
 
-/// A facet of the available wrenches: `normal · w <= offset`, with torques divided by the arm.
-fn facets(structure: &Matrix3xX<f64>, arm: f64, bounds: &Bounds) -> Vec<(Vector3<f64>, f64)> {
-    let columns = PerCable::from_fn(structure.ncols(), |i| {
-        Vector3::new(structure[(0, i)], structure[(1, i)], structure[(2, i)] / arm)
-    });
-    let mut facets = Vec::with_capacity(12);
-    for i in 0..columns.len() {
-        for j in i + 1..columns.len() {
-            let normal = columns[i].cross(&columns[j]);
-            let norm = normal.norm();
-            // Parallel cables span no facet.
-            if norm < 1e-12 {
-                continue;
-            }
-            for normal in [normal / norm, -normal / norm] {
-                // The farthest point in this direction: each tension at the bound that helps.
-                let offset = columns
-                    .iter()
-                    .map(|c| {
-                        let along = normal.dot(c);
-                        along * if along > 0.0 { bounds.upper() } else { bounds.lower() }
-                    })
-                    .sum();
-                facets.push((normal, offset));
-            }
+/// Directions across the facets of what the columns span by tensions of their own: a zonotope, which lies flat where they span
+/// a plane or a line only.
+fn facet_normals(columns: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    let factors = Matrix3xX::from_columns(columns).svd(true, false);
+    let Some(u) = factors.u else { return Vec::new() };
+    let across = |k: usize| Vector3::from(u.column(k));
+    let values = &factors.singular_values;
+    // Two cables have two singular values.
+    let rank = values.iter().filter(|value| **value > SPANNING * values.max()).count();
+    match rank {
+        3.. => {
+            let pairs = (0..columns.len()).flat_map(|i| (i + 1..columns.len()).map(move |j| (i, j)));
+            pairs.filter_map(|(i, j)| columns[i].cross(&columns[j]).try_normalize(1e-12)).collect()
+        }
+        2 => {
+            let flat = across(0).cross(&across(1));
+            let edges = columns.iter().filter_map(|column| flat.cross(column).try_normalize(1e-12));
+            std::iter::once(flat).chain(edges).collect()
+        }
+        _ => {
+            let along = across(0);
+            let beside = along.cross(&Vector3::ith(along.iamin(), 1.0)).normalize();
+            vec![along, beside, along.cross(&beside)]
         }
     }
-    facets
+}
+
+/// The facets of the available wrenches as `normal · w <= offset`, with torques divided by the arm.
+fn facets(structure: &Matrix3xX<f64>, arm: f64, bounds: &Bounds) -> Vec<(Vector3<f64>, f64)> {
+    let columns: Vec<_> = structure.column_iter().map(|c| Vector3::new(c[0], c[1], c[2] / arm)).collect();
+    let offset = |normal: &Vector3<f64>| {
+        // The farthest point in this direction: each tension at the bound that helps.
+        let farthest = |c: &Vector3<f64>| {
+            let along = normal.dot(c);
+            along * if along > 0.0 { bounds.upper() } else { bounds.lower() }
+        };
+        columns.iter().map(farthest).sum()
+    };
+    let both = facet_normals(&columns).into_iter().flat_map(|normal| [normal, -normal]);
+    both.map(|normal| (normal, offset(&normal))).collect()
 }
 
 /// Capacity margin (N): how far inside the wrenches that tensions within `bounds` exert the required ones lie, negative
-/// outside; torques are divided by the largest arm, as in [`nearest`].
+/// outside; torques are divided by the largest arm, as in [`nearest`]. Where the cables do not pull in all three directions it is
+/// zero at most.
 ///
 /// The available wrenches are a zonotope whose facets are spanned by pairs of cables (Bouchard, Gosselin and Moore, J. Mech.
 /// Robot. 2, 2010); the margin is that of Guay, Cardou, Cruz-Ruiz and Caro (Trans. Can. Soc. Mech. Eng. 38, 2014).
@@ -150,46 +167,77 @@ fn spans(structure: &Matrix3xX<f64>, arm: f64) -> bool {
     structure.ncols() >= 3 && values.min() > SPANNING * values.max()
 }
 
-/// A map over positions at one orientation.
+/// Positions (m) and orientations (rad) of a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapPoints {
+    /// Positions along x.
+    pub x: Vec<f64>,
+    /// Positions along y.
+    pub y: Vec<f64>,
+    /// Orientations.
+    pub phi: Vec<f64>,
+}
+
+impl MapPoints {
+    /// The middles of `points` × `points` equal cells of the area between two corners (m).
+    pub fn over([low, high]: [[f64; 2]; 2], points: usize, phi: Vec<f64>) -> Self {
+        let axis = |k: usize| {
+            let step = (high[k] - low[k]) / points.max(1) as f64;
+            (0..points).map(|i| low[k] + step * (i as f64 + 0.5)).collect()
+        };
+        Self { x: axis(0), y: axis(1), phi }
+    }
+}
+
+/// Lower left and upper right corner (m) of the rectangle that the anchors span.
+pub fn anchor_rectangle(geometry: &Geometry) -> [[f64; 2]; 2] {
+    let nothing = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    geometry
+        .anchor
+        .iter()
+        .fold(nothing, |[low, high], a| [[0, 1].map(|k| low[k].min(a[k])), [0, 1].map(|k| high[k].max(a[k]))])
+}
+
+/// A map over positions and orientations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkspaceMap {
-    /// Positions along x (m).
-    pub x: Vec<f64>,
-    /// Positions along y (m).
-    pub y: Vec<f64>,
-    /// Orientation (rad).
-    pub phi: f64,
-    /// Answers, row by row: `cells[j * x.len() + i]` is at `(x[i], y[j])`.
+    /// Where.
+    pub points: MapPoints,
+    /// Answers, orientation by orientation and row by row; see [`WorkspaceMap::cell`].
     pub cells: Vec<Feasibility>,
 }
 
 impl WorkspaceMap {
-    /// Maps `points` × `points` positions over the anchors' square at orientation `phi` (rad).
-    pub fn new(geometry: &Geometry, phi: f64, points: usize, bounds: &Bounds, required: &RequiredWrenches) -> Self {
-        let axis = |k: usize| -> Vec<f64> {
-            let (low, high) = geometry
-                .anchor
-                .iter()
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), a| (low.min(a[k]), high.max(a[k])));
-            let step = (high - low) / points.max(1) as f64;
-            (0..points).map(|i| low + step * (i as f64 + 0.5)).collect()
-        };
-        let (x, y) = (axis(0), axis(1));
-        let cells = y
-            .iter()
-            .flat_map(|y| x.iter().map(move |x| [*x, *y, phi]))
-            .map(|pose| feasibility(geometry, &pose, bounds, required))
-            .collect();
-        Self { x, y, phi, cells }
+    /// Asks at each point for the wrenches that `required` names for its pose.
+    pub fn new(
+        geometry: &Geometry,
+        points: MapPoints,
+        bounds: &Bounds,
+        required: impl Fn(&[f64; 3]) -> RequiredWrenches,
+    ) -> Self {
+        let mut cells = Vec::with_capacity(points.phi.len() * points.y.len() * points.x.len());
+        for phi in &points.phi {
+            for y in &points.y {
+                for x in &points.x {
+                    let pose = [*x, *y, *phi];
+                    cells.push(feasibility(geometry, &pose, bounds, &required(&pose)));
+                }
+            }
+        }
+        Self { points, cells }
     }
 
-    /// Share of the square that is feasible.
-    pub fn feasible_share(&self) -> f64 {
-        self.cells.iter().filter(|c| c.feasible()).count() as f64 / self.cells.len().max(1) as f64
+    /// The answer at `(x[i], y[j], phi[k])`.
+    pub fn cell(&self, i: usize, j: usize, k: usize) -> &Feasibility {
+        let MapPoints { x, y, .. } = &self.points;
+        &self.cells[(k * y.len() + j) * x.len() + i]
     }
 
-    /// Share of the square with wrench closure.
-    pub fn closure_share(&self) -> f64 {
-        self.cells.iter().filter(|c| c.reachable && c.closure).count() as f64 / self.cells.len().max(1) as f64
+    /// For each position, row by row, the share of the orientations at which `holds`: where it is above 0 lies the maximal
+    /// workspace, where it is 1 the inclusion workspace (Merlet, Parallel Robots, 2006, section 7.1).
+    pub fn share_of_orientations(&self, holds: impl Fn(&Feasibility) -> bool) -> Vec<f64> {
+        let positions = self.points.x.len() * self.points.y.len();
+        let count = |at: usize| self.cells[at..].iter().step_by(positions).filter(|cell| holds(cell)).count();
+        (0..positions).map(|at| count(at) as f64 / self.points.phi.len().max(1) as f64).collect()
     }
 }

@@ -9,10 +9,11 @@ use cdpr::inverse::{Instant, InverseError};
 use cdpr::kinematics;
 use cdpr::model_file::Model;
 use cdpr::plant::Plant;
-use cdpr::statics::workspace::{RequiredWrenches, WorkspaceMap, feasibility};
+use cdpr::statics::workspace::{RequiredWrenches, feasibility};
 use cdpr::statics::{self, Mode, Stiffness};
 use nalgebra::Matrix3;
 
+use super::map::Map;
 use super::{bounds, infeasible, singular_values};
 use crate::inverse::elastic;
 
@@ -221,10 +222,19 @@ impl Text {
         self.line(format!("[{}, {}] m, {} rad; {stable}", number(*x), number(*y), number(*phi)));
     }
 
-    pub(super) fn map(&mut self, map: &WorkspaceMap, path: &Path) {
-        self.section(&format!("workspace at φ = {} rad, share of the square of the anchors", map.phi));
-        self.line(format!("wrench closure         {:.1} %", 100.0 * map.closure_share()));
-        self.line(format!("wrenches asked for     {:.1} %", 100.0 * map.feasible_share()));
+    pub(super) fn map(&mut self, map: &Map, path: &Path) {
+        let [[left, bottom], [right, top]] = map.area.map(|corner| corner.map(number));
+        let area = format!("share of the area from ({left}, {bottom}) to ({right}, {top}) m");
+        self.section(&format!("workspace at {}, {area}", map.orientations()));
+        let parts = map.parts().map(|part| part.map(|p| format!("{:>10.1} %", 100.0 * p)));
+        let [closure, feasible] = if map.found.points.phi.len() == 1 {
+            parts.map(|[every, _]| every)
+        } else {
+            self.line("                       at every one      at some");
+            parts.map(|[every, some]| format!("{every} {some}"))
+        };
+        self.line(format!("wrench closure         {closure}"));
+        self.line(format!("wrenches asked for     {feasible}"));
         self.line(format!("map                    {}", path.display()));
     }
 
