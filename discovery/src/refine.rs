@@ -361,7 +361,9 @@ mod tests {
         let noise = noise_of_data(&trials);
         let mut randomness = first_randomness(&model, &trials, &noise).without_latents();
         let clocks = randomness.late.iter_mut().zip(Channel::all(trials[0].cables()));
-        clocks.filter(|(_, channel)| matches!(channel, Channel::UnstretchedLength(_))).for_each(|(late, _)| *late = 0.12);
+        clocks
+            .filter(|(_, channel)| matches!(channel, Channel::UnstretchedLength(_)))
+            .for_each(|(late, _)| *late = 0.12);
         let mut fit = Fit::new(&model, &trials, &randomness, None).unwrap();
         fit.settle(&trials, 10).unwrap();
         let estimate = refine(&mut fit, &trials, &noise, 0, 8, None).unwrap();
