@@ -19,8 +19,8 @@ pub(crate) struct Scenario {
     effects: Vec<EffectSpec>,
     start: [f64; 3],
     pub(crate) duration: f64,
-    hold: f64,
-    force: fn(f64) -> [f64; 4],
+    pub(crate) hold: f64,
+    pub(crate) force: fn(f64) -> [f64; 4],
 }
 
 fn weave(t: f64) -> [f64; 4] {
@@ -75,7 +75,7 @@ pub(crate) fn scenarios() -> Vec<Scenario> {
 }
 
 impl Scenario {
-    fn begin(&self, solver: Solver, tolerance: f64) -> Simulation {
+    pub(crate) fn begin(&self, solver: Solver, tolerance: f64) -> Simulation {
         let mut parameters = Parameters { cable_model: self.model, ..Parameters::default() };
         parameters.anchor_radius *= self.scale;
         parameters.attachment_radius *= self.scale;

@@ -33,7 +33,7 @@ pub(crate) fn test(runner: &mut Runner, project: &Project, environment: &Environ
 }
 
 /// Where the C compiler has `stddef.h`: libclang comes without.
-fn compiler_headers() -> Result<String> {
+pub(crate) fn compiler_headers() -> Result<String> {
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".into());
     let output = Command::new(&compiler)
         .arg("-print-file-name=include")

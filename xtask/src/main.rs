@@ -2,6 +2,7 @@
 //!
 //! `cargo xtask test` is the one check: what passes here passes in CI, which calls nothing else.
 
+mod bench;
 mod importers;
 mod licences;
 mod project;
@@ -21,6 +22,8 @@ Usage: cargo xtask <task>
                   --fast leaves out the documentation and the second importer
   lint            formatting, lints, documentation and licences only
   score [ARGS]    the whole discovery suite; ARGS go to `python -m discovery_suite score`
+  bench [ARGS]    what a step costs beside SUNDIALS, diffsol and scipy, which are built for it; ARGS go to the bench
+                  (--rounds N, --out DIR, names of cases). Not part of `test`
   venv            make the Python environment of the tests and print its interpreter
 
 Needed: Rust (the pinned toolchain comes by itself), a C linker and Python 3.11 or newer with venv.
@@ -36,6 +39,7 @@ fn main() -> ExitCode {
         ["test", "--fast"] => tasks::test(tasks::Extent::Fast),
         ["lint"] => tasks::lint(),
         ["score", rest @ ..] => tasks::score(rest),
+        ["bench", rest @ ..] => bench::bench(rest),
         ["venv"] => tasks::venv(),
         ["--help" | "-h" | "help"] => {
             println!("{USAGE}");
