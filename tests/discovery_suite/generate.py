@@ -34,6 +34,9 @@ PLACES = {
     "length_sensor_scale": ("sensor.{channel}[{i}]",),
     "tension_sensor_gain": ("sensor.tension[{i}]",),
     "tension_sensor_bias": ("sensor.tension[{i}]",),
+    "winch_drum_eccentricity": ("sensor.unstretched_length[{i}]",),
+    "cable_wind": _ALL_AXES,
+    "anchor_compliance": _ON_CABLE,
     "pose_sensor_bias": ("sensor.x", "sensor.y", "sensor.phi"),
     "pose_sensor_delay": ("sensor.x", "sensor.y", "sensor.phi"),
 }

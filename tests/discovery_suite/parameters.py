@@ -39,12 +39,14 @@ _SCALARS = (
     "thermal_amplitude thermal_period thermal_phase "
     "linear_drag quadratic_drag wind_x wind_y rotational_damping steady_x steady_y steady_torque "
     "gust_amplitude gust_frequency gust_phase gust_direction umbilical_k umbilical_d umbilical_x "
-    "umbilical_y outside feed_mass feed_inertia lever winch_mass usual_length least most"
+    "umbilical_y outside feed_mass feed_inertia lever winch_mass usual_length least most "
+    "air_x air_y air_area air_exponent air_ground air_reference"
 )
 _CABLES = (
     "anchor_x anchor_y body_x body_y ea bl beta creep_ea creep_tau sag_weight sag_tension "
     "drag_area friction_law coulomb static stribeck_speed smoothing viscous bristle_stiffness "
-    "bristle_damping capstan capstan_speed gain bias lag delay lower upper drum"
+    "bristle_damping capstan capstan_speed gain bias lag delay lower upper drum asymmetry "
+    "wrap wrap_speed ripple ripple_period ripple_phase mast"
 )
 # Everything the plant needs, as a record that compiled code reads by name without reference counts.
 PARAMS = np.dtype(
@@ -85,6 +87,10 @@ def nominal(cable_model="lumped_mass", robot=TELESCOPE):
         smoothing=np.ones(n),
         stribeck_speed=np.ones(n),
         capstan_speed=np.ones(n),
+        wrap_speed=np.ones(n),
+        ripple_period=np.ones(n),
+        mast=np.full(n, math.inf),
+        air_reference=1.0,
         sag_tension=np.ones(n),
         creep_tau=np.ones(n),
         feed_mass=robot.feed_mass,
@@ -167,6 +173,7 @@ def apply_effect(values, effect):
         case "winch_coulomb_friction":
             force, speed = p["force"], p["transition_speed"]
             _friction(values, cables, law, force, force, 1.0, speed, 0.0)
+            each("asymmetry", p.get("asymmetry", 0.0))
         case "winch_viscous_friction":
             _friction(values, cables, "tanh", 0.0, 0.0, 1.0, 1.0, p["coefficient"])
         case "winch_stribeck_friction":
@@ -184,6 +191,13 @@ def apply_effect(values, effect):
         case "pulley_capstan_loss":
             each("capstan", p["loss"])
             each("capstan_speed", effect["smoothing_speed"])
+        case "pulley_wrap_friction":
+            each("wrap", p["friction"] * p["wrap_angle"])
+            each("wrap_speed", p["transition_speed"])
+        case "winch_torque_ripple":
+            each("ripple", p["amplitude"])
+            each("ripple_period", p["period"])
+            each("ripple_phase", p["phase"])
         case "winch_force_gain":
             each("gain", p["factor"])
         case "winch_force_bias":
@@ -219,6 +233,14 @@ def apply_effect(values, effect):
         case "umbilical":
             values["umbilical_k"], values["umbilical_d"] = p["stiffness"], p["damping"]
             values["umbilical_x"], values["umbilical_y"] = p["x"], p["y"]
+        case "cable_wind":
+            values["air_x"], values["air_y"] = p["wind_x"], p["wind_y"]
+            values["air_area"] = p["drag_area_per_length"]
+            values["air_exponent"] = p.get("exponent", 0.0)
+            values["air_ground"] = p.get("ground", 0.0)
+            values["air_reference"] = p.get("reference_height", 10.0)
+        case "anchor_compliance":
+            each("mast", p["stiffness"])
         case "anchor_offset":
             for i in cables:
                 values["anchor_x"][i] += p["x"]
@@ -232,6 +254,7 @@ def apply_effect(values, effect):
             | "length_sensor_scale"
             | "tension_sensor_gain"
             | "tension_sensor_bias"
+            | "winch_drum_eccentricity"
             | "pose_sensor_bias"
             | "pose_sensor_delay"
         ):
@@ -265,7 +288,9 @@ def step_size(params):
     for i in range(int(params.cables)):
         inertia = mass + params.drum[i] + (0.4 * params.mass if params.rigid else 0.0)
         slope = max(params.coulomb[i], params.static[i]) / params.smoothing[i]
+        slope *= 1.0 + abs(params.asymmetry[i])
         slope += params.capstan[i] * params.most / 3.0 / params.capstan_speed[i]
+        slope += params.wrap[i] * params.most / 3.0 / params.wrap_speed[i]
         rate = max(rate, slope / inertia + params.viscous[i] / inertia)
         if not params.rigid:
             rate = max(

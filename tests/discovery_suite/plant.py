@@ -25,6 +25,10 @@ from numba import njit
 
 from .parameters import AIR_DENSITY
 
+# Points along a cable and their weights, for the wind on it (Gauss and Legendre).
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(10)
+ALONG, WEIGHT = 0.5 * (_POINTS + 1.0), 0.5 * _WEIGHTS
+
 
 @njit(cache=True, error_model="numpy")
 def state_count(p):
@@ -117,6 +121,9 @@ def winch_loss(p, i, v, pull, bristle):
     loss = p.viscous[i] * v
     if p.capstan[i] != 0.0:
         loss += p.capstan[i] * pull * math.tanh(v / p.capstan_speed[i])
+    if p.wrap[i] != 0.0:
+        # The force behind the pulleys is exp(mu theta) times that before them, one way.
+        loss += abs(pull) * (math.exp(p.wrap[i] * math.tanh(v / p.wrap_speed[i])) - 1.0)
     rate = 0.0
     if p.coulomb[i] != 0.0 or p.static[i] != 0.0:
         ratio = v / p.stribeck_speed[i]
@@ -128,7 +135,8 @@ def winch_loss(p, i, v, pull, bristle):
             fade = math.exp(-(v * v) / (25.0 * p.smoothing[i] * p.smoothing[i]))
             loss += stiffness * bristle + p.bristle_damping[i] * fade * rate
         else:
-            loss += level * smooth_sign(p.friction_law[i], v, p.smoothing[i])
+            way = smooth_sign(p.friction_law[i], v, p.smoothing[i])
+            loss += level * (way + p.asymmetry[i] * way * way)
     return loss, rate
 
 
@@ -149,6 +157,25 @@ def solve3(m, r):
     r[0] = (r[0] - m[0, 1] * y - m[0, 2] * z) / m[0, 0]
     r[1] = y
     r[2] = z
+
+
+@njit(cache=True, error_model="numpy")
+def wind_share(p, anchor_y, chord, rise, across, turn):
+    """What the platform's end carries (N, along N) of the wind on a cable.
+
+    The cable stands like a beam on two supports: of a force at a share of its length, that share.
+    `rise` is the sine of its slope, `across` the wind along N at the reference height.
+    """
+    force = 0.0
+    for k in range(len(ALONG)):
+        place = ALONG[k] * chord
+        wind = across
+        if p.air_exponent != 0.0:
+            height = (anchor_y + place * rise - p.air_ground) / p.air_reference
+            wind = across * height**p.air_exponent if height > 0.0 else 0.0
+        relative = wind - place * turn
+        force += WEIGHT[k] * ALONG[k] * abs(relative) * relative
+    return 0.5 * AIR_DENSITY * p.air_area * chord * force
 
 
 @njit(cache=True, error_model="numpy")
@@ -231,6 +258,10 @@ def derivative(p, t, y, command, disturbance, dy, tension):
             dy[lagged + i] = (pull - y[lagged + i]) / p.lag[i]
             pull = y[lagged + i]
         pull = pull * (1.0 + p.gain[i]) + p.bias[i]
+        if p.ripple[i] != 0.0:
+            paid_out = chord if p.rigid else y[own + i]
+            angle = 2.0 * math.pi * paid_out / p.ripple_period[i] + p.ripple_phase[i]
+            pull += p.ripple[i] * math.sin(angle)
         if p.outside == 6.0 and i == int(c[2]) - 1:
             pull += c[0] * math.sin((chord if p.rigid else y[own + i]) / c[1])
         if p.outside == 9.0 and i == int(c[2]) - 1:
@@ -242,6 +273,9 @@ def derivative(p, t, y, command, disturbance, dy, tension):
         inertia = p.rho * chord / 3.0
         quiet = inertia * (omega * omega * e_n + 2.0 * rate * turn) - p.rho * chord * rate * turn
         quiet -= 0.125 * AIR_DENSITY * p.drag_area[i] * chord**3 * abs(turn) * turn
+        if p.air_area != 0.0:
+            across = n[0] * p.air_x + n[1] * p.air_y
+            quiet += wind_share(p, p.anchor_y[i], chord, s[1], across, turn)
         dy[creep + i] = 0.0
         if p.rigid:
             axial = 0.5 * p.rho * chord + p.drum[i]
@@ -255,6 +289,8 @@ def derivative(p, t, y, command, disturbance, dy, tension):
             warm = length * stretch
             strain = (chord - warm) / warm
             elastic = elastic_tension(p, i, chord, strain - y[creep + i])
+            # The mast gives by T/k: so much less is left to be stretched.
+            elastic /= 1.0 + p.ea[i] / (p.mast[i] * warm)
             known = 0.0
             if elastic > 0.0:
                 known = max(elastic + p.bl[i] / length * (rate - payout), 0.0)
@@ -396,6 +432,13 @@ def at_rest(p, t, pose, command):
         pull = pull * (1.0 + p.gain[i]) + p.bias[i]
         if p.creep_ea[i] > 0.0:
             y[creep + i] = pull / p.creep_ea[i]
-        strain = chord_strain(p, i, chord[i], pull) + y[creep + i]
-        y[own + i] = chord[i] / (1.0 + strain) / (1.0 + thermal_strain(p, t))
+        free = 0.0
+        # The ripple goes by the length that it changes a little itself.
+        for _ in range(8 if p.ripple[i] != 0.0 else 1):
+            angle = 2.0 * math.pi * free / p.ripple_period[i] + p.ripple_phase[i]
+            held = pull + p.ripple[i] * math.sin(angle)
+            strain = chord_strain(p, i, chord[i], held) + y[creep + i]
+            stretched = chord[i] - held / p.mast[i]
+            free = stretched / (1.0 + strain) / (1.0 + thermal_strain(p, t))
+        y[own + i] = free
     return y

@@ -244,6 +244,19 @@ def finish(settings, params, asked, h, states, forces, tensions, poses, effects=
     return record
 
 
+def counted(paid_out, drum):
+    """What an encoder has counted (m) when this much has left a drum off its axis.
+
+    The cable leaves at the lever `r + e sin(angle + phase)`; the count is `r angle`.
+    """
+    off, radius, phase = (drum[name] for name in ("eccentricity", "drum_radius", "phase"))
+    angle = paid_out / radius
+    for _ in range(60):
+        wave = off * (np.cos(angle + phase) - np.cos(phase))
+        angle = (paid_out + wave) / radius
+    return radius * angle
+
+
 def _read_sensors(record, poses, pose_errors, effects, asked):
     """Fill the record's columns and noise levels from its states and the measured poses."""
     settings, n = record.settings, len(record.states)
@@ -265,6 +278,10 @@ def _read_sensors(record, poses, pose_errors, effects, asked):
         for i in range(cables):
             reading = truth[channel][:, i].copy()
             for effect in effects:
+                off_axis = effect["id"] == "winch_drum_eccentricity"
+                by_encoder = channel == "unstretched_length" and effect["cable"] in (None, i + 1)
+                if off_axis and by_encoder:
+                    reading = counted(reading, effect["parameters"])
                 if not effect["id"].startswith(("length_sensor", "tension_sensor")):
                     continue
                 p = effect["parameters"]

@@ -1,0 +1,81 @@
+"""Faults of real machines: instruments, drums, pulleys, masts and wind on the cables.
+
+They stand beside the suite, and are run by name (`--case`). An effect that `discover` does not look
+for stands for one outside the catalogue here: `acceptable` is what it looks like to first order.
+"""
+
+from .cases import case, effect
+
+_WITH_TENSION = ("x", "y", "phi", "unstretched_length", "tension")
+
+MACHINE = [
+    case(
+        "tension_gain_3",
+        "single",
+        [effect("tension_sensor_gain", 3, factor=0.02)],
+        channels=_WITH_TENSION,
+    ),
+    case(
+        "tension_bias_2",
+        "single",
+        [effect("tension_sensor_bias", 2, bias=150.0)],
+        channels=_WITH_TENSION,
+    ),
+    case(
+        "tension_gain_all",
+        "single",
+        [effect("tension_sensor_gain", factor=-0.03)],
+        channels=_WITH_TENSION,
+    ),
+    case(
+        "drum_eccentricity_1",
+        "single",
+        [
+            effect(
+                "winch_drum_eccentricity",
+                1,
+                compare=("eccentricity", "drum_radius"),
+                eccentricity=0.01,
+                drum_radius=0.3,
+                phase=0.4,
+            )
+        ],
+    ),
+    case(
+        "coulomb_2_asymmetric",
+        "single",
+        [
+            effect(
+                "winch_coulomb_friction",
+                2,
+                law="tanh",
+                force=180.0,
+                transition_speed=0.02,
+                asymmetry=0.3,
+            )
+        ],
+    ),
+    case(
+        "torque_ripple_2",
+        "outside",
+        [effect("winch_torque_ripple", 2, amplitude=60.0, period=1.3, phase=0.5)],
+    ),
+    case(
+        "cable_wind",
+        "outside",
+        [effect("cable_wind", wind_x=6.0, wind_y=-3.0, drag_area_per_length=0.015)],
+        acceptable=("steady_wind", "cable_drag", "platform_linear_drag"),
+    ),
+    case(
+        "wrap_friction_4",
+        "outside",
+        [effect("pulley_wrap_friction", 4, friction=0.01, wrap_angle=1.5, transition_speed=0.01)],
+        acceptable=("pulley_capstan_loss",),
+    ),
+    case(
+        "anchor_compliance_2",
+        "outside",
+        [effect("anchor_compliance", 2, stiffness=2.5e5)],
+        acceptable=("cable_stiffness",),
+    ),
+]

@@ -1,0 +1,101 @@
+"""The laws of real machines in the suite's plant, each against its closed form."""
+
+import numpy as np
+import pytest
+
+from . import parameters, trial
+from .cases import effect
+from .cases_machine import MACHINE
+from .plant import at_rest, derivative, lengths, state_count, winch_loss
+from .robot import TELESCOPE
+
+AT = (12.0, -8.0, 0.05)
+
+
+def evaluated(hidden, forces, pose=AT):
+    """Accelerations and tensions at rest under these winch forces."""
+    params = parameters.build(hidden)
+    command = np.asarray(forces, float)
+    y = at_rest(params, 0.0, np.asarray(pose, float), command)
+    rates, tension = np.zeros(state_count(params)), np.empty(4)
+    derivative(params, 0.0, y, command, np.zeros(3), rates, tension)
+    return params, y, rates, tension
+
+
+def test_a_drum_off_its_axis_pays_out_the_sum_of_its_levers():
+    drum = {"eccentricity": 0.02, "drum_radius": 0.3, "phase": 0.9}
+    counted = np.linspace(0.0, 4.0, 4001)
+    angle = counted / 0.3
+    lever = 0.3 + 0.02 * np.sin(angle + 0.9)
+    paid_out = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(angle) * (lever[1:] + lever[:-1]))])
+    np.testing.assert_allclose(trial.counted(paid_out, drum), counted, atol=1e-7)
+
+
+def test_half_of_a_uniform_wind_on_a_cable_comes_to_the_platform():
+    still = evaluated([], [20e3] * 4)
+    wind = {"wind_x": 7.0, "wind_y": -4.0, "drag_area_per_length": 0.02}
+    blown = evaluated([effect("cable_wind", **wind)], [20e3] * 4)
+    force = np.zeros(2)
+    for ax, ay, bx, by in np.column_stack([TELESCOPE.anchors, TELESCOPE.attachments]):
+        c, s = np.cos(AT[2]), np.sin(AT[2])
+        along = np.array([AT[0] + c * bx - s * by - ax, AT[1] + s * bx + c * by - ay])
+        normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
+        across = normal @ [7.0, -4.0]
+        pressure = 0.5 * 1.225 * 0.02 * abs(across) * across
+        force += 0.5 * pressure * np.linalg.norm(along) * normal
+    # The platform carries a part of the cables across, which takes its share of the force.
+    mass = TELESCOPE.mass + 4.0 / 3.0 * 0.5 * TELESCOPE.density * TELESCOPE.usual_length
+    found = blown[2][3:5] - still[2][3:5]
+    np.testing.assert_allclose(found, force / mass, rtol=0.02)
+
+
+def test_wind_that_grows_with_height_is_stronger_on_upper_cables():
+    wind = {"wind_x": 7.0, "wind_y": 0.0, "drag_area_per_length": 0.02}
+    profile = {"exponent": 0.15, "ground": -900.0, "reference_height": 900.0}
+    even, growing = (
+        evaluated([effect("cable_wind", **wind, **more)], [20e3] * 4, (0.0, 0.0, 0.0))[2]
+        for more in ({}, profile)
+    )
+    # The same at the middle's height; above it more, below it less, so that the platform turns.
+    assert growing[3] == pytest.approx(even[3], rel=0.05)
+    assert abs(growing[5]) > 1e-7 > abs(even[5])
+
+
+def test_wrap_friction_is_eulers_ratio_either_way():
+    values = {"friction": 0.1, "wrap_angle": 2.0, "transition_speed": 1e-3}
+    params = parameters.build([effect("pulley_wrap_friction", 4, **values)])
+    for speed, ratio in ((1.0, np.exp(0.2)), (-1.0, np.exp(-0.2)), (0.0, 1.0)):
+        loss, _ = winch_loss(params, 3, speed, 5e3, 0.0)
+        assert 5e3 + loss == pytest.approx(5e3 * ratio)
+
+
+def test_asymmetric_friction_has_a_level_for_each_direction():
+    values = {"force": 180.0, "transition_speed": 0.02, "asymmetry": 0.3}
+    params = parameters.build([effect("winch_coulomb_friction", 2, law="tanh", **values)])
+    levels = [winch_loss(params, 1, speed, 2e4, 0.0)[0] for speed in (1.0, -1.0)]
+    assert levels == pytest.approx([180.0 * 1.3, -180.0 * 0.7])
+
+
+def test_a_mast_that_gives_and_a_ripple_are_in_balance_at_rest():
+    ripple = effect("winch_torque_ripple", 2, amplitude=60.0, period=1.3, phase=0.5)
+    mast = effect("anchor_compliance", 2, stiffness=2.5e5)
+    params, y, rates, tension = evaluated([mast, ripple], [20e3] * 4)
+    assert np.abs(rates[10:14]).max() < 1e-3, "no winch moves"
+    free, chord = y[7], np.empty(4)
+    lengths(params, np.asarray(AT), chord)
+    wave = 60.0 * np.sin(2.0 * np.pi * free / 1.3 + 0.5)
+    assert tension[1] == pytest.approx(20e3 + wave, abs=1e-3)
+    stretched = free * (1.0 + tension[1] / TELESCOPE.stiffness) + tension[1] / 2.5e5
+    assert stretched == pytest.approx(chord[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("case", MACHINE, ids=lambda case: case.name)
+def test_what_is_hidden_shows(case):
+    """Each fault moves some reading of the open loop by more than its noise."""
+    short = case.train[0].but(duration=10.0, lead_in=4.0)
+    told, plain = (trial.run(short, effects) for effects in (case.effects, ()))
+    moved = [
+        np.abs(told.clean[name] - plain.clean[name]).max() / sigma
+        for name, sigma in told.noise.items()
+    ]
+    assert max(moved) > 2.0, case.name
