@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::CABLES;
 use cdpr::dynamics::Inputs;
+use cdpr::effect::EffectSpec;
 use cdpr::inverse::distribution::{Bounds, Distribution, Objective};
 use cdpr::inverse::{Ends, Instant, InverseDynamics, Motion, Samples, SplineTrajectory, Trajectory};
 use cdpr::kinematics;
@@ -102,7 +103,11 @@ impl Series {
 }
 
 fn simulation(parameters: Parameters, start: &Start) -> Result<Simulation, PaperError> {
-    let plant = Arc::new(Plant::new(parameters, Vec::new()).map_err(PaperError::model)?);
+    simulation_with(parameters, Vec::new(), start)
+}
+
+fn simulation_with(parameters: Parameters, effects: Vec<EffectSpec>, start: &Start) -> Result<Simulation, PaperError> {
+    let plant = Arc::new(Plant::new(parameters, effects).map_err(PaperError::model)?);
     Simulation::new(plant, start, TOLERANCE).map_err(PaperError::model)
 }
 
@@ -126,6 +131,15 @@ pub(crate) fn release(area: Area, cable_model: CableModel, stop: f64) -> Result<
     let inputs = Inputs { winch_force: [FORCE; CABLES].into(), disturbance: [0.0; 3] };
     let start = Start { pose: RELEASE, inputs, ..Start::default() };
     run(simulation(area.parameters(cable_model), &start)?, stop, STEP)
+}
+
+/// Fig. 8 with cables that hang in catenaries, by their weight (N/m).
+pub(crate) fn hanging_release(weight: f64, stop: f64) -> Result<Series, PaperError> {
+    let inputs = Inputs { winch_force: [FORCE; CABLES].into(), disturbance: [0.0; 3] };
+    let start = Start { pose: RELEASE, inputs, ..Start::default() };
+    let catenary = EffectSpec::new("cable_catenary", None, &[weight]).map_err(PaperError::model)?;
+    let parameters = Area::Physical.parameters(CableModel::LumpedMass);
+    run(simulation_with(parameters, vec![catenary], &start)?, stop, STEP)
 }
 
 /// Fig. 8 with the moment's sign turned round.

@@ -30,6 +30,7 @@ fn figures_data_and_claims_are_written() {
     assert!(matches!(verdict("rigid cables: x, y and φ oscillate"), Verdict::HoldsOnlyIf(_)));
     assert!(matches!(verdict("more delayed response"), Verdict::HoldsOnlyIf(_)));
     assert!(matches!(verdict("relatively large"), Verdict::HoldsOnlyIf(_)));
+    assert!(matches!(verdict("in a straight line"), Verdict::HoldsOnlyIf(_)));
     assert!(matches!(verdict("fast pole"), Verdict::HoldsOnlyIf(_)));
     assert_eq!(verdict("Runge-Kutta"), Verdict::DoesNotHold);
     assert_eq!(verdict("for a prescribed trajectory"), Verdict::Holds);

@@ -14,15 +14,19 @@ pub(crate) type Law = (EffectKind, usize);
 /// the misfit is steepest (as `1/ε²` near zero).
 const LAST_STEP: f64 = 1e-8;
 
-/// Geometric strain `(L - l')/l'` where `l'` is the unstretched length as temperature leaves it and `L` the chord with
-/// what the cable is longer than it, less inelastic strain.
+/// Unstretched length (m) as temperature leaves it.
 #[inline]
-fn elastic_strain<S: Real>(laws: &[Law], time: S, chord: S, unstretched: S, states: &[S]) -> S {
-    let mut free = unstretched;
+fn free_length<S: Real>(laws: &[Law], time: S, unstretched: S) -> S {
+    laws.iter().fold(unstretched, |length, (law, _)| length * law.length_factor(time))
+}
+
+/// Geometric strain `(L - l')/l'` where `l'` is the free length and `L` the chord with what the cable is longer than it, less
+/// inelastic strain.
+#[inline]
+fn elastic_strain<S: Real>(laws: &[Law], chord: S, free: S, states: &[S]) -> S {
     let mut inelastic = S::from(0.0);
     let mut length = chord;
     for (law, at) in laws {
-        free *= law.length_factor(time);
         inelastic += law.inelastic_strain(&states[*at..]);
         length += law.bowed_length(chord, &states[*at..]);
     }
@@ -39,9 +43,13 @@ fn straight_tension<S: Real>(data: &CableData, laws: &[Law], strain: S, chord: S
     tension
 }
 
-/// Strain of the chord by the cable's shape at this tension (N).
-fn chord_strain<S: Real>(laws: &[Law], tension: S, chord: S) -> S {
-    laws.iter().fold(S::from(0.0), |sum, (law, _)| sum + law.chord_strain(tension, chord))
+/// Strain of the chord by the cable's shape at this tension (N), chord and free length (m).
+fn chord_strain<S: Real>(laws: &[Law], tension: S, [chord, free]: [S; 2]) -> S {
+    laws.iter().fold(S::from(0.0), |sum, (law, _)| sum + law.chord_strain(tension, chord, free))
+}
+
+fn have_chord_strain(laws: &[Law]) -> bool {
+    laws.iter().any(|(law, _)| law.has_chord_strain())
 }
 
 /// Elastic tension (N), before it is cut off at zero: `EA (L - l)/l` and what effects make of it.
@@ -53,15 +61,16 @@ pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S
     if laws.is_empty() {
         return (chord - unstretched) / unstretched * data.axial_stiffness;
     }
-    let strain = elastic_strain(laws, time, chord, unstretched, states);
-    if !laws.iter().any(|(law, _)| law.has_chord_strain()) {
+    let free = free_length(laws, time, unstretched);
+    let strain = elastic_strain(laws, chord, free, states);
+    if !have_chord_strain(laws) {
         return straight_tension(data, laws, strain, chord);
     }
-    // The misfit rises monotonically from minus infinity at zero and is hollow downwards: Newton from the left climbs
+    // The misfit rises monotonically from below zero at no tension and is hollow downwards: Newton from the left climbs
     // without overshoot, and from the right lands on the left, where a quarter of the last value bounds it away from
     // zero.
-    let (strain_re, chord_re) = (strain.re(), chord.re());
-    let at = |elastic: f64| misfit(data, laws, Dual64::new(elastic, 1.0), strain_re.into(), chord_re.into());
+    let (strain_re, lengths) = (strain.re(), [chord.re().into(), free.re().into()]);
+    let at = |elastic: f64| misfit(data, laws, Dual64::new(elastic, 1.0), strain_re.into(), lengths);
     let mut elastic = strain_re.max(1e-3 / data.axial_stiffness);
     for _ in 0..100 {
         let f = at(elastic);
@@ -77,7 +86,7 @@ pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S
     if S::NDERIV > 0 {
         let slope = at(elastic).eps;
         for _ in 0..S::NDERIV {
-            refined -= misfit(data, laws, refined, strain, chord) / slope;
+            refined -= misfit(data, laws, refined, strain, [chord, free]) / slope;
         }
     }
     straight_tension(data, laws, refined, chord)
@@ -100,9 +109,10 @@ pub(crate) fn carried<S: Real>(
     tension(data, laws, time, chord, unstretched, states) + data.damper_force(chord, speed, unstretched, rate)
 }
 
-/// How far the strain at this elastic strain, with the chord strain of its tension, is from `strain`.
-fn misfit<S: Real>(data: &CableData, laws: &[Law], elastic: S, strain: S, chord: S) -> S {
-    elastic + chord_strain(laws, straight_tension(data, laws, elastic, chord), chord) - strain
+/// How far the strain at this elastic strain, with the chord strain of its tension, is from `strain`; at this chord and free
+/// length (m).
+fn misfit<S: Real>(data: &CableData, laws: &[Law], elastic: S, strain: S, lengths: [S; 2]) -> S {
+    elastic + chord_strain(laws, straight_tension(data, laws, elastic, lengths[0]), lengths) - strain
 }
 
 /// The unstretched length (m) at which a cable at rest with this chord (m) carries `tension` (N); the inverse of
@@ -131,9 +141,6 @@ pub(crate) fn unstretched_length<S: Real>(
     for _ in 0..S::NDERIV {
         strain -= (straight_tension(data, laws, strain, chord) - wanted) / df;
     }
-    if wanted.re() > 0.0 {
-        strain += chord_strain(laws, wanted, chord);
-    }
     let mut factor = S::from(1.0);
     let mut length = chord;
     for (law, at) in laws {
@@ -141,5 +148,35 @@ pub(crate) fn unstretched_length<S: Real>(
         factor *= law.length_factor(time);
         length += law.bowed_length(chord, &states[*at..]);
     }
-    length / (strain + 1.0) / factor
+    let mut free = length / (strain + 1.0);
+    if wanted.re() > 0.0 && have_chord_strain(laws) {
+        free = hanging_length(laws, wanted, strain, [chord, length], free);
+    }
+    free / factor
+}
+
+/// The free length (m) that has this strain beside that of its shape under `tension` (N), `start` being that of a straight
+/// cable. What is left, `l (1 + ε(l)) - L`, rises with `l` and is hollow downwards, so that Newton's method climbs to it from
+/// the straight cable, which is too short.
+fn hanging_length<S: Real>(laws: &[Law], tension: S, strain: S, [chord, length]: [S; 2], start: S) -> S {
+    let left = |free: Dual64| {
+        let shape = chord_strain(laws, tension.re().into(), [chord.re().into(), free]);
+        free * (shape + strain.re() + 1.0) - length.re()
+    };
+    let mut free = start.re();
+    for _ in 0..100 {
+        let f = left(Dual64::new(free, 1.0));
+        let step = f.re / f.eps;
+        free -= step;
+        if step.abs() <= 1e-15 * free.abs() {
+            break;
+        }
+    }
+    let slope = left(Dual64::new(free, 1.0)).eps;
+    let mut refined = S::from(free);
+    for _ in 0..S::NDERIV {
+        let shape = chord_strain(laws, tension, [chord, refined]);
+        refined -= (refined * (shape + strain + 1.0) - length) / slope;
+    }
+    refined
 }

@@ -35,6 +35,7 @@ impl Effect for CableSag {
         validity: "elastic cable models; sag to span below 1/8, that is w L / T below about 1; quasi-static shape",
         look_alikes: &[
             LookAlike { id: "cable_stiffness", separate_by: "two pretensions" },
+            LookAlike { id: "cable_catenary", separate_by: "w L / T above 1" },
         ],
     };
 
@@ -46,7 +47,7 @@ impl Effect for CableSag {
         Stage::ElasticLaw
     }
 
-    fn chord_strain<S: Real>(&self, tension: S, chord: S) -> S {
+    fn chord_strain<S: Real>(&self, tension: S, chord: S, _unstretched: S) -> S {
         let span_weight = chord * self.weight;
         let reference = self.reference_tension * self.reference_tension;
         -(span_weight * span_weight) / 24.0 * ((tension * tension).recip() - 1.0 / reference)

@@ -248,8 +248,9 @@ pub trait Effect: Sized {
         S::from(1.0)
     }
 
-    /// [`Stage::ElasticLaw`]: strain of the chord by the cable's shape, rising with tension (N); `chord` in m.
-    fn chord_strain<S: Real>(&self, _tension: S, _chord: S) -> S {
+    /// [`Stage::ElasticLaw`]: strain of the chord by the cable's shape, rising with tension (N), less and less steeply; `chord`
+    /// and unstretched length in m.
+    fn chord_strain<S: Real>(&self, _tension: S, _chord: S, _unstretched: S) -> S {
         S::from(0.0)
     }
 
@@ -368,6 +369,7 @@ catalogue! {
     cable_creep::CableCreep,
     cable_stiffening::CableStiffening,
     cable_sag::CableSag,
+    cable_catenary::CableCatenary,
     cable_thermal_expansion::CableThermalExpansion,
     cable_drag::CableDrag,
     cable_wind::CableWind,
@@ -471,8 +473,8 @@ impl EffectKind {
     }
 
     #[inline]
-    pub fn chord_strain<S: Real>(&self, tension: S, chord: S) -> S {
-        dispatch!(self, e => e.chord_strain(tension, chord))
+    pub fn chord_strain<S: Real>(&self, tension: S, chord: S, unstretched: S) -> S {
+        dispatch!(self, e => e.chord_strain(tension, chord, unstretched))
     }
 
     pub fn has_chord_strain(&self) -> bool {

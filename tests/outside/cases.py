@@ -179,6 +179,7 @@ CATALOGUE = {
         ("cable_creep", 1, {"axial_stiffness": 4e7, "time_constant": 3.0}),
         ("cable_stiffening", None, {"coefficient": 2e5}),
         ("cable_sag", 4, {"weight": 6.0, "reference_tension": 9e3}),
+        ("cable_catenary", 2, {"weight": 5.0}),
         (
             "cable_thermal_expansion",
             None,

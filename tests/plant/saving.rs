@@ -59,7 +59,8 @@ fn continues_bit_for_bit(plant: &Arc<Plant>, solver: Solver, what: &dyn std::fmt
 #[test]
 fn identical_calls_give_identical_bits() {
     let mut random = Random(61);
-    let effects: Vec<EffectSpec> = everything(&mut random).into_iter().filter(|e| e.id != "cable_sag").collect();
+    let hangs = |e: &EffectSpec| ["cable_sag", "cable_catenary"].contains(&e.id.as_str());
+    let effects: Vec<EffectSpec> = everything(&mut random).into_iter().filter(|e| !hangs(e)).collect();
     for model in MODELS {
         let plant = plant(model, CableInertia::Paper, &effects);
         let run = || {

@@ -233,7 +233,26 @@ class Plant:
             for i in range(self.cables):
                 if effect.acts_on(i):
                     force[i] = self._sagging_force(effect.values, self.EA[i], L[i], strain[i])
+        for effect in self.parameters.find("cable_catenary"):
+            for i in range(self.cables):
+                if effect.acts_on(i):
+                    weight, free = effect.values["weight"], unstretched[i]
+                    force[i] = self._hanging_force(weight, self.EA[i], free, strain[i])
         return force
+
+    @staticmethod
+    def _hanging_force(weight, EA, unstretched, strain) -> float:
+        """The horizontal force at which a cable between two points of one height has this strain
+        of its span: the sum of its pieces, each along the force in it and stretched by it."""
+        x, share = np.polynomial.legendre.leggauss(80)
+        s = unstretched * x / 2.0
+
+        def excess(horizontal):
+            force = np.hypot(horizontal, weight * s)
+            span = unstretched / 2.0 * np.sum(share * horizontal / force * (1.0 + force / EA))
+            return span - unstretched * (1.0 + strain)
+
+        return brentq(excess, 1e-3, 1e8, xtol=1e-12, rtol=1e-14)
 
     @staticmethod
     def _sagging_force(v, EA, L, strain) -> float:

@@ -6,6 +6,7 @@
 //! tolerance of its own: its tensions differ from the elastic law by up to half a newton.
 
 use cdpr::dynamics::Inputs;
+use cdpr::effect::EffectSpec;
 use cdpr::geometry::Geometry;
 use cdpr::kinematics;
 use cdpr::parameters::Parameters;
@@ -70,6 +71,29 @@ fn forces_and_stiffness_agree() {
                 assert!((a - b).abs() < 2e-4 * size, "{r},{c}: {a} against {b}");
             }
         }
+    }
+}
+
+/// A hanging line between two points of one height, of EA = 15.2 MN, by `moorpy.Catenary.catenary(span, 0, length, EA, weight,
+/// CB=-1e4, Tol=1e-10)`: the horizontal force at its end and its slope with the span.
+#[test]
+fn a_hanging_cable_is_the_catenary_of_moorpy() {
+    for (span, weight, length, force, slope) in [
+        (900.0, 2.11, 899.154, 19996.66677275449, 1.07739537e4),
+        (900.0, 2.11, 905.116, 4999.975349829078, 4.56529161e2),
+        (907.0, 2.10915, 1051.664, 999.999508096346, 4.93204365),
+        (900.0, 4.2, 1039.861, 2000.000869894191, 10.1178369),
+    ] {
+        let catenary = EffectSpec::new("cable_catenary", None, &[weight]).unwrap();
+        let plant = Plant::new(Parameters::default(), vec![catenary]).unwrap();
+        let tension = |span: f64| plant.tension_for(0, 0.0, span, length, &[]);
+        let found = tension(span);
+        assert!((found - force).abs() < 1e-8 * force, "{length} m: {found} against {force}");
+        let step = 1e-3;
+        let stiffness = (tension(span + step) - tension(span - step)) / (2.0 * step);
+        assert!((stiffness - slope).abs() < 1e-5 * slope, "{length} m: {stiffness} against {slope}");
+        let back = plant.unstretched_length_for(0, 0.0, span, found, &[]);
+        assert!((back - length).abs() < 1e-12 * length, "{back} against {length}");
     }
 }
 

@@ -486,11 +486,12 @@ mod tests {
     use crate::data::recording::record;
 
     /// Effects that are not looked for, and why.
-    const NOT_SOUGHT: [(&str, &str); 6] = [
+    const NOT_SOUGHT: [(&str, &str); 7] = [
         (
             "anchor_compliance",
             "at lengths that change little it is an error of the cable's stiffness, which is looked for",
         ),
+        ("cable_catenary", "to first order in the sag it is the parabola, which is looked for"),
         ("cable_wind", "at poses near each other it is a steady wind and drag, which are looked for"),
         ("pulley_wrap_friction", "to first order it is the capstan loss, which is looked for"),
         ("winch_torque_ripple", "waves along the paid-out length are found in the spectrum and named as terms"),

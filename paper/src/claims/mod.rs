@@ -1,6 +1,7 @@
 //! What the paper states, beside what the equations give.
 
 mod frequency;
+mod sag;
 mod structure;
 
 use std::fmt::Write as _;
@@ -102,6 +103,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 
 pub(crate) fn evaluate(runs: &Runs) -> Result<Vec<Claim>, PaperError> {
     let mut claims = structure::claims(runs)?;
+    claims.push(sag::claim(runs)?);
     claims.extend(fig8(runs)?);
     claims.extend(fig9(runs));
     claims.push(massless(runs));
