@@ -2,7 +2,7 @@
 //!
 //! One trait, [`Effect`], says what an effect is; each effect is one file here and one line in the list below.
 //! An effect acts at one [`Stage`] of the plant. The order of the stages along the winch is fixed:
-//! command → delay → saturation → lag → gain → bias → added force → losses → cable.
+//! command → delay → saturation → lag → gain → bias → power limit → added force → losses → cable.
 
 mod presliding;
 mod site;
@@ -386,6 +386,7 @@ catalogue! {
     winch_lag::WinchLag,
     winch_delay::WinchDelay,
     winch_saturation::WinchSaturation,
+    winch_power_limit::WinchPowerLimit,
     winch_drum_inertia::WinchDrumInertia,
     platform_mass::PlatformMass,
     platform_inertia::PlatformInertia,

@@ -237,6 +237,7 @@ CATALOGUE = {
         ("winch_lag", None, {"time_constant": 0.15}),
         ("winch_delay", 2, {"delay": 0.137}),
         ("winch_saturation", None, {"lower": 7000.0, "upper": 9000.0}),
+        ("winch_power_limit", None, {"power": 2500.0}),
         ("winch_drum_inertia", 3, {"mass": 80.0}),
         ("platform_mass", None, {"mass": 300.0}),
         ("platform_inertia", None, {"inertia": -5e4}),

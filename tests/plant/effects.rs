@@ -239,6 +239,20 @@ fn losses_come_after_added_forces() {
     assert!((pull - 12.1e3).abs() < 1e-6, "{pull}");
 }
 
+/// At 2 m/s of winding in, 5 kW are 2.5 kN; braking is not limited, nor is a force below.
+#[test]
+fn a_drive_gives_its_power_and_no_more() {
+    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[effect("winch_power_limit", None, &[5e3])]);
+    let start = Start { inputs: Inputs { winch_force: [1e4; 4].into(), disturbance: [0.0; 3] }, ..Start::default() };
+    for (rate, expected) in [(-2.0, 2.5e3), (-0.4, 1e4), (0.0, 1e4), (2.0, 1e4), (-50.0, 100.0)] {
+        let mut y = start.states(&plant).unwrap();
+        y[plant.rate_index(1).unwrap()] = rate;
+        let pull = plant.evaluate(0.0, &y, &start.inputs, &[false; 4].into()).pull;
+        assert!((pull[1] - expected).abs() < 1e-9, "{rate} m/s: {}", pull[1]);
+        assert_eq!(pull[0], 1e4);
+    }
+}
+
 #[test]
 fn springs_start_carrying_the_whole_pull() {
     let added = EffectSpec::expression("winch[2]", "500").unwrap();

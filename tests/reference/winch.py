@@ -1,6 +1,6 @@
 """What happens between the commanded winch force and the pull that the cable feels.
 
-The order is: command, delay, saturation, lag, gain, bias, losses.
+The order is: command, delay, saturation, lag, gain, bias, power limit, losses.
 """
 
 from __future__ import annotations
@@ -125,6 +125,9 @@ class WinchChain:
             force[i] *= 1.0 + effect.values["factor"]
         for i, effect in self._each("winch_force_bias"):
             force[i] += effect.values["bias"]
+        for i, effect in self._each("winch_power_limit"):
+            power = -force[i] * reeling_rate[i]
+            force[i] *= min(1.0, effect.values["power"] / power) if power > 0.0 else 1.0
         for i, effect in self._each("winch_torque_ripple"):
             v = effect.values
             angle = 2.0 * math.pi * length[i] / v["period"] + v["phase"]
