@@ -355,7 +355,7 @@ impl Model {
         line("cable_area", format!("{:?}", p.cable_area), "m2, cross-section");
         line("cable_damping", format!("{:?}", p.cable_damping), "N s, damping coefficient times length");
         line("relative_tolerance", format!("{:?}", self.relative_tolerance), "1, of the integrator");
-        let comment = "radau (implicit), dormand_prince (explicit) or auto (explicit until stiff)";
+        let comment = "radau (implicit), dormand_prince (explicit) or auto (the cheaper one)";
         line("solver", name(format!("{:?}", self.solver)), comment);
         let s = &self.start;
         let initialization = name(format!("{:?}", s.initialization));

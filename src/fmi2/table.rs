@@ -426,7 +426,7 @@ fn enumerations() -> [Enumeration; 4] {
                     "dormand_prince",
                     "Explicit: Dormand and Prince's pair of orders 5 and 4; slow where the model is stiff",
                 ),
-                ("auto", "Explicit until the model proves to be stiff, implicit from then on"),
+                ("auto", "Explicit or implicit, whichever costs less as it goes"),
             ],
         ),
     ]

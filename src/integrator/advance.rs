@@ -1,6 +1,7 @@
 //! The integrator: its memory, and the way from one communication point to the next.
 
 use super::allowance::Allowance;
+use super::choice::Choice;
 use super::dormand_prince::{Explicit, Stiffness};
 use super::radau::Outcome;
 use super::radau_coefficients::END_RATES;
@@ -35,8 +36,10 @@ pub struct Memory {
     pub last: (f64, f64),
     /// Rates at the end of the last explicit step, with which the next begins; empty where the equations have changed since.
     pub rates: Vec<f64>,
-    /// Time (s) from which on the equations are known to be stiff.
+    /// Time (s) at which the equations were first found to be stiff.
     pub stiff_since: Option<f64>,
+    /// Where the choice of the method is the integrator's.
+    pub choice: Choice,
 }
 
 /// The integrator: workspace and memory. No allocation after [`Integrator::new`] but in errors.
@@ -78,6 +81,7 @@ pub struct Integrator {
     pub(super) explicit: Explicit,
     stiffness: Stiffness,
     stiff_since: Option<f64>,
+    choice: Choice,
     pub(super) looks: Looks,
     pub(super) statistics: Statistics,
     pub(super) allowance: Allowance,
@@ -118,6 +122,7 @@ impl Integrator {
             explicit: Explicit::new(dimension),
             stiffness: Stiffness::default(),
             stiff_since: None,
+            choice: Choice::default(),
             looks: Looks::new(switches),
             statistics: Statistics::default(),
             allowance: Allowance::full(0.0),
@@ -143,7 +148,7 @@ impl Integrator {
         self.solver
     }
 
-    /// Time (s) from which on explicit steps have found the equations to be stiff: stability bounds their size.
+    /// Time (s) at which explicit steps first found the equations to be stiff: stability bounds their size.
     pub fn stiff_since(&self) -> Option<f64> {
         self.stiff_since
     }
@@ -153,7 +158,7 @@ impl Integrator {
         match self.solver {
             Solver::Radau => false,
             Solver::DormandPrince => true,
-            Solver::Auto => self.stiff_since.is_none(),
+            Solver::Auto => self.choice.explicit,
         }
     }
 
@@ -185,6 +190,7 @@ impl Integrator {
         self.last = (0.0, 0.0);
         self.rates_known = false;
         self.stiff_since = None;
+        self.choice = Choice::default();
         self.hold_to_tolerance();
     }
 
@@ -205,6 +211,7 @@ impl Integrator {
             last: self.last,
             rates: if self.rates_known { self.rates.to_vec() } else { Vec::new() },
             stiff_since: self.stiff_since,
+            choice: self.choice,
         }
     }
 
@@ -218,6 +225,7 @@ impl Integrator {
             self.rates.copy_from_slice(&memory.rates);
         }
         self.stiff_since = memory.stiff_since;
+        self.choice = memory.choice;
         self.hold_to_tolerance();
         self.jacobian_least = memory.jacobian_least;
         self.jacobian_excess = memory.jacobian_excess;
@@ -253,6 +261,7 @@ impl Integrator {
     pub(crate) fn begin(&mut self, time: f64) {
         self.allowance = Allowance::full(time);
         self.stiffness = Stiffness::default();
+        self.choice.calls = self.choice.calls.saturating_add(1);
     }
 
     /// [`Integrator::advance`] as a part of a call.
@@ -293,11 +302,15 @@ impl Integrator {
             let left = if h == remaining { 0.0 } else { remaining - h };
             let arrival = if left == 0.0 { end } else { end - left };
             let explicit = self.is_explicit();
+            let before = self.statistics;
             let outcome = if explicit {
                 self.explicit_step(system, [t, arrival], y, h, rejected)
             } else {
                 self.implicit_step(system, t, y, h, rejected)
             };
+            if self.solver == Solver::Auto {
+                self.choice.count(&before, &self.statistics, system.evaluation_cost());
+            }
             match outcome {
                 Outcome::NotConverged => {
                     self.statistics.newton_failures += 1;
@@ -368,6 +381,14 @@ impl Integrator {
                             rates_known = false;
                         }
                     }
+                    if self.solver == Solver::Auto
+                        && self.is_explicit() == explicit
+                        && self.choice.note(crossing.map_or(h, |fraction| fraction * h), system.evaluation_cost())
+                    {
+                        // An explicit step takes its rates for exact.
+                        rates_known &= explicit;
+                        self.begin_with_the_other();
+                    }
                     if remaining > 0.0 {
                         self.weigh(system, y);
                     }
@@ -381,16 +402,24 @@ impl Integrator {
         Ok(())
     }
 
-    /// Takes note of an explicit step that was taken to `time` (s); by choice the implicit method goes on from stiff equations.
+    /// Takes note of an explicit step that was taken to `time` (s).
     fn note_stiffness(&mut self, at_the_end: bool, time: f64) {
-        if self.stiffness.note(at_the_end) && self.stiff_since.is_none() {
-            self.stiff_since = Some(time);
+        if !self.stiffness.note(at_the_end) {
+            return;
         }
-        if !self.is_explicit() {
-            self.next_step = 0.0;
-            self.last = (0.0, 0.0);
-            self.hold_to_tolerance();
+        self.stiff_since = self.stiff_since.or(Some(time));
+        if self.solver == Solver::Auto {
+            self.choice.leave_stiff_equations();
+            self.stiffness = Stiffness::default();
+            self.begin_with_the_other();
         }
+    }
+
+    /// After the change from one method to the other.
+    fn begin_with_the_other(&mut self) {
+        self.next_step = 0.0;
+        self.last = (0.0, 0.0);
+        self.hold_to_tolerance();
     }
 
     pub(super) fn count_evaluations(&mut self, count: u64) {

@@ -8,6 +8,7 @@
 
 mod advance;
 mod allowance;
+mod choice;
 mod dormand_prince;
 mod outcome;
 mod radau;
@@ -16,6 +17,7 @@ mod switching;
 mod vector;
 
 pub use advance::{Integrator, Memory};
+pub use choice::Choice;
 pub use num_complex::Complex64;
 pub use outcome::{IntegrationError, Statistics};
 use serde::Deserialize;
@@ -30,7 +32,7 @@ pub enum Solver {
     /// Dormand and Prince's pair of orders 5 and 4: explicit. Where the equations are stiff, its steps are as short as stability
     /// asks for.
     DormandPrince,
-    /// The explicit pair until the equations prove to be stiff, Radau IIA from then on.
+    /// The one of the two that costs less for each second; Radau IIA at once where the equations prove to be stiff.
     Auto,
 }
 
@@ -41,6 +43,11 @@ pub trait System {
 
     /// Writes `f(t, y)`.
     fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]);
+
+    /// What an evaluation costs, over one of a plant without effects: by this the methods are compared.
+    fn evaluation_cost(&self) -> f64 {
+        1.0
+    }
 
     /// Writes the size of an error in each state that the relative tolerance 1 would allow.
     fn scale(&self, y: &[f64], scale: &mut [f64]);

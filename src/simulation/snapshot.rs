@@ -4,7 +4,7 @@ use super::Simulation;
 use super::command::Stretch;
 use super::system::{InputSegment, PlantSystem};
 use crate::dynamics::Inputs;
-use crate::integrator::Memory;
+use crate::integrator::{Choice, Memory};
 use crate::per_cable::PerCable;
 
 /// Bytes that are no snapshot of this plant.
@@ -27,6 +27,14 @@ fn put_flags(out: &mut Vec<u8>, flags: &PerCable<bool>) {
     out.extend(flags.map(u8::from));
 }
 
+fn put_choice(out: &mut Vec<u8>, choice: &Choice) {
+    let Choice { explicit, trial, steps, calls, cost, time, rival, wait, pause } = *choice;
+    out.extend([explicit, trial].map(u8::from));
+    put(out, &[steps, calls, wait, pause].map(f64::from));
+    put(out, &[cost, time]);
+    put(out, &rival);
+}
+
 /// Room for what is read before it is believed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Room {
@@ -34,6 +42,11 @@ pub(super) struct Room {
     stretches: Vec<Stretch>,
     points: Vec<(f64, [f64; 6])>,
     memory: Memory,
+}
+
+/// Whether it is a count.
+fn is_whole(count: &f64) -> bool {
+    count.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(count)
 }
 
 /// What is left to read, of a plant with so many cables.
@@ -90,16 +103,33 @@ impl Reader<'_> {
         Ok(Inputs { winch_force: self.per_cable()?, disturbance: self.numbers()? })
     }
 
+    fn flag(&mut self) -> Result<bool, SnapshotError> {
+        match self.bytes()? {
+            [0] => Ok(false),
+            [1] => Ok(true),
+            _ => Err(SnapshotError("a flag is neither 0 nor 1")),
+        }
+    }
+
     fn flags(&mut self) -> Result<PerCable<bool>, SnapshotError> {
         let mut flags = PerCable::filled(self.1, false);
         for flag in &mut flags {
-            *flag = match self.bytes()? {
-                [0] => false,
-                [1] => true,
-                _ => return Err(SnapshotError("a flag is neither 0 nor 1")),
-            };
+            *flag = self.flag()?;
         }
         Ok(flags)
+    }
+
+    fn choice(&mut self) -> Result<Choice, SnapshotError> {
+        let (explicit, trial) = (self.flag()?, self.flag()?);
+        let counts: [f64; 4] = self.numbers()?;
+        let ([cost, time], rival) = (self.numbers()?, self.numbers()?);
+        let [steps, calls, wait, pause] = counts.map(|count| count as u32);
+        let choice = Choice { explicit, trial, steps, calls, cost, time, rival, wait, pause };
+        if counts.iter().all(is_whole) && choice.is_possible() {
+            Ok(choice)
+        } else {
+            Err(SnapshotError("its integrator is in no possible state"))
+        }
     }
 }
 
@@ -137,6 +167,7 @@ impl Simulation {
         put(out, &memory.rates);
         out.extend(count(memory.stiff_since.iter().len()));
         put(out, memory.stiff_since.as_slice());
+        put_choice(out, &memory.choice);
         put_inputs(out, &self.work.linearised_inputs);
         put_flags(out, &self.work.linearised_slack);
     }
@@ -190,6 +221,7 @@ impl Simulation {
             1 => Some(reader.number()?),
             _ => return Err(SnapshotError("it is stiff from several times on")),
         };
+        let choice = reader.choice()?;
         let linearised_inputs = reader.inputs()?;
         let mut linearised_slack = reader.flags()?;
         if !reader.0.is_empty() {
@@ -210,11 +242,10 @@ impl Simulation {
             return Err(SnapshotError("an unstretched length is not positive"));
         }
         let sizes = [next_step, factored_step, last_step, last_error];
-        let whole = |count: &f64| count.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(count);
         if ![0, n].contains(&jacobian_count)
             || ![0, n].contains(&rates_count)
             || sizes.iter().any(|size| *size < 0.0)
-            || !jacobian_use.iter().all(whole)
+            || !jacobian_use.iter().all(is_whole)
         {
             return Err(SnapshotError("its integrator is in no possible state"));
         }
@@ -233,7 +264,7 @@ impl Simulation {
         self.poses.points.extend(&*points);
         (memory.next_step, memory.factored_step, memory.jacobian_time) = (next_step, factored_step, jacobian_time);
         [memory.jacobian_least, memory.jacobian_excess] = jacobian_use.map(|count| count as u32);
-        (memory.last, memory.stiff_since) = ((last_step, last_error), stiff_since);
+        (memory.last, memory.stiff_since, memory.choice) = ((last_step, last_error), stiff_since, choice);
         self.work.linearised_inputs = linearised_inputs;
         self.work.linearised_slack = linearised_slack;
         let segment = InputSegment::new(jacobian_time, linearised_inputs, Inputs::none(cables));

@@ -47,6 +47,7 @@ pub(super) struct Workspace {
     real: Factors<f64>,
     complex: Factors<Complex64>,
     margins: Margins,
+    evaluation_cost: f64,
 }
 
 impl Workspace {
@@ -61,6 +62,7 @@ impl Workspace {
             real: Factors::empty(plant.cables()),
             complex: Factors::empty(plant.cables()),
             margins: Margins::NONE,
+            evaluation_cost: plant.evaluation_cost(),
         }
     }
 }
@@ -87,6 +89,10 @@ impl System for PlantSystem<'_> {
             &moved
         };
         self.plant.rates_and_margins(time, y, inputs, self.slack, rates, &mut self.work.margins);
+    }
+
+    fn evaluation_cost(&self) -> f64 {
+        self.work.evaluation_cost
     }
 
     fn scale(&self, _y: &[f64], scale: &mut [f64]) {

@@ -9,7 +9,9 @@ use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 
-use crate::problems::{Dense, Oscillator, Problem, ProtheroRobinson, TwoPulls, Unweighed, VanDerPol, assert_order};
+use crate::problems::{
+    Dense, Easing, Oscillator, Problem, ProtheroRobinson, TwoPulls, Unweighed, VanDerPol, assert_order,
+};
 use crate::scenarios::scenarios;
 
 fn run(
@@ -79,12 +81,14 @@ fn the_plant_keeps_its_tolerance_at_every_step() {
     for scenario in scenarios() {
         for step in [1e-3, 1e-2, 1e-1] {
             let (exact, _) = scenario.run(Solver::Radau, 1e-13, step);
-            for tolerance in [1e-6, 1e-8, 1e-10] {
-                let (found, simulation) = scenario.run(Solver::DormandPrince, tolerance, step);
+            let runs =
+                [1e-6, 1e-8, 1e-10].map(|tolerance| [Solver::DormandPrince, Solver::Auto].map(|s| (tolerance, s)));
+            for (tolerance, solver) in runs.into_iter().flatten() {
+                let (found, simulation) = scenario.run(solver, tolerance, step);
                 let error = scenario.difference(&found, &exact);
                 assert!(
                     error < 10.0 * tolerance,
-                    "{}, step {step} s, tolerance {tolerance:e}: {error:e} m",
+                    "{}, {solver:?}, step {step} s, tolerance {tolerance:e}: {error:e} m",
                     scenario.name
                 );
                 assert!(step > 0.01 || simulation.stiff_since().is_none(), "{}, step {step} s", scenario.name);
@@ -111,6 +115,33 @@ fn stiff_problems_are_handed_over() {
         let error = (y[0] - 10.0_f64.cos()).abs();
         assert!(error < if lambda < -100.0 { 5e-6 } else { 1e-7 }, "λ = {lambda:e}: {error:e}");
     }
+}
+
+/// Steps of 10 ms, stiff for a second: after it the explicit method has its trials and goes on, as the cheaper one.
+#[test]
+fn the_explicit_method_comes_back_after_stiff_equations() {
+    let run_to = |end: u32| {
+        let stops: Vec<f64> = (1..=100 * end).map(|k| 0.01 * f64::from(k)).collect();
+        let mut y = [1.0];
+        let integrator = run(Solver::Auto, Easing { until: 1.0 }, &mut y, 1e-9, &stops).unwrap();
+        assert!((y[0] - f64::from(end).cos()).abs() < 1e-7, "{y:?}");
+        integrator
+    };
+    let (first, before, after) = (run_to(1), run_to(19), run_to(20));
+    assert!(first.stiff_since().is_some_and(|since| since < 0.01), "{:?}", first.stiff_since());
+    assert_eq!(before.statistics().newton_iterations, after.statistics().newton_iterations);
+}
+
+/// Massless springs after jumps are not stiff, but dearer by explicit steps; without them implicit steps are never tried.
+#[test]
+fn the_cheaper_method_goes_on() {
+    let cost = |name: &str, solver: Solver| {
+        let scenario = scenarios().into_iter().find(|scenario| scenario.name == name).unwrap();
+        scenario.run(solver, 1e-8, 0.01).1.statistics()
+    };
+    let [auto, explicit] = [Solver::Auto, Solver::DormandPrince].map(|solver| cost("jumps", solver));
+    assert!(5 * auto.evaluations < 3 * explicit.evaluations, "{auto:?}, {explicit:?}");
+    assert_eq!(cost("weave", Solver::Auto).jacobians, 0);
 }
 
 /// By itself the explicit method says that the equations are stiff, and its work is limited.

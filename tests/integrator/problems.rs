@@ -183,6 +183,29 @@ impl Problem for ProtheroRobinson {
     }
 }
 
+/// The same, stiff until `until` and slow from then on.
+pub(crate) struct Easing {
+    pub(crate) until: f64,
+}
+
+impl Easing {
+    fn at(&self, time: f64) -> ProtheroRobinson {
+        ProtheroRobinson { lambda: if time < self.until { -1e6 } else { -1.0 } }
+    }
+}
+
+impl Problem for Easing {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn rates(&self, time: f64, y: &[f64], rates: &mut [f64]) {
+        self.at(time).rates(time, y, rates);
+    }
+    fn jacobian(&self, time: f64, y: &[f64], j: &mut DMatrix<f64>) {
+        self.at(time).jacobian(time, y, j);
+    }
+}
+
 /// A damped oscillator, `y'' = -2 ζ ω y' - ω² y`.
 pub(crate) struct Oscillator {
     pub(crate) frequency: f64,

@@ -119,6 +119,27 @@ fn what_the_explicit_method_knows_is_saved() {
     }
 }
 
+/// Whichever method is in use, on trial or not: what is known of both goes on with the state.
+#[test]
+fn the_choice_between_the_methods_is_saved() {
+    let plant = plant(CableModel::MasslessSpring, CableInertia::Paper, &[]);
+    let begin = || Simulation::new(plant.clone(), &start(), 1e-8).unwrap().with_solver(Solver::Auto);
+    let mut simulation = begin();
+    for k in 0..300 {
+        let bytes = saved(&simulation);
+        let mut fresh = begin();
+        fresh.restore(&bytes).unwrap();
+        assert_eq!(saved(&fresh), bytes);
+        let pull = 2e4 + 500.0 * f64::from(k).sin();
+        for simulation in [&mut simulation, &mut fresh] {
+            simulation.set_inputs(Inputs::pulling(4, pull));
+            simulation.advance(0.01).unwrap();
+        }
+        assert_eq!(bits(&simulation), bits(&fresh), "step {k}");
+    }
+    assert!(simulation.statistics().newton_iterations > 0, "the implicit method was tried");
+}
+
 /// Saved while a cable is slack and its switch is still to come.
 #[test]
 fn a_slack_cable_is_saved() {
