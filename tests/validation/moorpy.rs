@@ -9,7 +9,8 @@ use cdpr::dynamics::Inputs;
 use cdpr::effect::EffectSpec;
 use cdpr::geometry::Geometry;
 use cdpr::kinematics;
-use cdpr::parameters::Parameters;
+use cdpr::parameters::{CableParameters, Parameters};
+use cdpr::per_cable::PerCable;
 use cdpr::plant::Plant;
 use cdpr::simulation::wrench_at_rest;
 use cdpr::statics::stiffness;
@@ -67,6 +68,77 @@ fn forces_and_stiffness_agree() {
         for r in 0..3 {
             for c in 0..3 {
                 let (a, b) = (ours[(r, c)], case.moorpy_stiffness[r][c]);
+                let size = (ours[(r, r)] * ours[(c, c)]).sqrt();
+                assert!((a - b).abs() < 2e-4 * size, "{r},{c}: {a} against {b}");
+            }
+        }
+    }
+}
+
+/// A robot by coordinates, of this EA (N), with what MoorPy gives for it as above.
+struct Robot {
+    axial_stiffness: f64,
+    ends: &'static [([f64; 2], [f64; 2])],
+    pose: [f64; 3],
+    tension: &'static [f64],
+    moorpy_force: [f64; 3],
+    moorpy_stiffness: [[f64; 3]; 3],
+}
+
+/// Three cables over a field of 100 m, and six on a bench of 4 m.
+const ROBOTS: [Robot; 2] = [
+    Robot {
+        axial_stiffness: 4e6,
+        ends: &[([-50.0, 20.0], [1.0, -0.3]), ([50.0, 38.5], [-0.55, 0.7]), ([4.5, 40.0], [0.95, 1.3])],
+        pose: [1.5, -1.0, 0.02],
+        tension: &[2000.0, 2500.0, 3000.0],
+        moorpy_force: [263.91266660774255, 5298.126582042908, 572.3753608546422],
+        moorpy_stiffness: [
+            [100397.66594582763, 11786.237600216522, -48007.057003140515],
+            [11786.237600216524, 135112.29888694157, 53727.84449721236],
+            [-48007.057003140515, 53727.84449721236, 127252.63347175135],
+        ],
+    },
+    Robot {
+        axial_stiffness: 1e5,
+        ends: &[
+            ([-2.0, -1.5], [0.05, -0.19]),
+            ([0.1, -1.6], [0.12, -0.16]),
+            ([2.0, -1.5], [0.19, -0.06]),
+            ([2.0, 1.5], [0.19, -0.06]),
+            ([-0.2, 1.6], [-0.2, 0.04]),
+            ([-2.0, 1.5], [0.07, 0.19]),
+        ],
+        pose: [0.1, -0.08, 0.15],
+        tension: &[150.0, 180.0, 200.0, 220.0, 170.0, 190.0],
+        moorpy_force: [-3.4631228645403382, 44.27071384444913, -41.414254368667386],
+        moorpy_stiffness: [
+            [109196.10044849866, 2221.163892327284, 3768.4595590210793],
+            [2221.1638923272876, 191077.24892178888, 14525.580487313651],
+            [3768.4595590210793, 14525.580487313651, 8785.691918955576],
+        ],
+    },
+];
+
+#[test]
+fn forces_and_stiffness_of_three_and_of_six_cables_agree() {
+    for robot in ROBOTS {
+        let cable =
+            robot.ends.iter().map(|(anchor, attachment)| CableParameters::between(*anchor, *attachment)).collect();
+        let area = robot.axial_stiffness / 1e9;
+        let parameters = Parameters { cable, youngs_modulus: 1e9, cable_area: area, ..Parameters::default() };
+        let plant = Plant::new(parameters, Vec::new()).unwrap();
+        let tension = PerCable::from_slice(robot.tension).unwrap();
+        let inputs = Inputs { winch_force: tension, disturbance: [0.0; 3] };
+        let force = wrench_at_rest(&plant, 0.0, robot.pose, &inputs);
+        let arm = plant.geometry().attachment_scale();
+        let ours = stiffness(&plant, 0.0, &robot.pose, &tension).unwrap().total();
+        for r in 0..3 {
+            // Its tensions differ by up to 0.008 N.
+            let scale = if r == 2 { arm } else { 1.0 };
+            assert!((force[r] - robot.moorpy_force[r]).abs() < 0.02 * scale, "{force:?} {:?}", robot.moorpy_force);
+            for c in 0..3 {
+                let (a, b) = (ours[(r, c)], robot.moorpy_stiffness[r][c]);
                 let size = (ours[(r, r)] * ours[(c, c)]).sqrt();
                 assert!((a - b).abs() < 2e-4 * size, "{r},{c}: {a} against {b}");
             }
