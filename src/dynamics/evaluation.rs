@@ -57,6 +57,23 @@ impl<S: Real> Evaluation<S> {
             mass: e.mass.full(),
         }
     }
+
+    /// Takes up another instant of a plant with as many cables, and writes no more than these have.
+    fn take_up<const LANES: usize>(&mut self, e: &Instant<S, LANES>, slack: &PerCable<bool>) {
+        for i in 0..slack.len() {
+            self.kinematics[i] = e.kinematics.cable(i);
+            self.tension[i] = e.tension[i];
+            self.tension_uncut[i] = e.tension_uncut[i];
+            self.pull[i] = e.pull[i];
+            self.unstretched[i] = e.unstretched[i];
+            self.unstretched_rate[i] = e.unstretched_rate[i];
+            self.unstretched_acceleration[i] = e.unstretched_acceleration[i];
+            self.effect_rate[i] = e.effect_rate[i];
+        }
+        self.acceleration = e.acceleration;
+        self.slack = *slack;
+        self.mass = e.mass.full();
+    }
 }
 
 /// The smallest and the largest value, over some evaluations, of each cable's tension before it is cut off (N), taken as
@@ -102,6 +119,13 @@ impl Plant {
         with_lanes!(self, LANES => {
             Evaluation::new(&self.at(time.re()).instant::<S, LANES>(time, y, u, slack), self.cables(), slack)
         })
+    }
+
+    /// As [`Plant::evaluate`], in place of an evaluation of a plant with as many cables.
+    pub(crate) fn evaluate_into(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>, out: &mut Evaluation) {
+        with_lanes!(self, LANES => {
+            out.take_up(&self.at(time).instant::<f64, LANES>(time, y, u, slack), slack);
+        });
     }
 
     /// Rates `ẏ` of all states: the solved-for form of the implicit system (29), (41).

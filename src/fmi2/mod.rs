@@ -72,8 +72,9 @@ pub struct CablePlatform {
     phase: Phase,
     /// Running: the simulation. Before: a trial from the start values as they stand, made when it is asked for.
     simulation: Option<Simulation>,
-    /// What was computed for the present instant; dropped whenever something changes.
+    /// What was computed last, and whether it is of the present instant: it is not once something has changed.
     now: Option<Evaluation>,
+    is_of_now: bool,
     /// Derivatives at this instant, along the direction last asked for.
     tangent: Option<Tangent>,
     /// Rates of the states at that instant.
@@ -130,6 +131,7 @@ impl CablePlatform {
             phase: Phase::Instantiated,
             simulation: None,
             now: None,
+            is_of_now: false,
             tangent: None,
             rates: Vec::new(),
             log: Vec::new(),
@@ -225,7 +227,7 @@ impl CablePlatform {
 
     /// What was computed for the instant before is of no use.
     fn forget_instant(&mut self) {
-        self.now = None;
+        self.is_of_now = false;
         self.tangent = None;
     }
 

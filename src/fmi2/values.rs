@@ -45,11 +45,18 @@ impl CablePlatform {
 
     /// The simulation, everything evaluated at the present instant, and the rates of the states.
     fn now(&mut self) -> Result<(&Simulation, &Evaluation, &[f64]), ModelError> {
-        if self.now.is_none() {
+        if !self.is_of_now {
             self.present()?;
-        }
-        if let (Some(simulation), None) = (&self.simulation, &self.now) {
-            self.now = Some(evaluated(simulation, &mut self.rates));
+            if let Some(simulation) = &self.simulation {
+                match &mut self.now {
+                    Some(evaluation) => simulation.evaluate_into(evaluation),
+                    None => self.now = Some(simulation.evaluate()),
+                }
+                if let Some(evaluation) = &self.now {
+                    write_rates(simulation, evaluation, &mut self.rates);
+                }
+            }
+            self.is_of_now = true;
         }
         match (&self.simulation, &self.now) {
             (Some(simulation), Some(evaluation)) => Ok((simulation, evaluation, &self.rates)),
@@ -184,9 +191,13 @@ impl CablePlatform {
 /// The present instant of `simulation`, and the rates of its states.
 pub(super) fn evaluated(simulation: &Simulation, rates: &mut Vec<f64>) -> Evaluation {
     let evaluation = simulation.evaluate();
-    rates.resize(simulation.states().len(), 0.0);
-    simulation.plant().write_rates(simulation.states(), &evaluation, rates);
+    write_rates(simulation, &evaluation, rates);
     evaluation
+}
+
+fn write_rates(simulation: &Simulation, evaluation: &Evaluation, rates: &mut Vec<f64>) {
+    rates.resize(simulation.states().len(), 0.0);
+    simulation.plant().write_rates(simulation.states(), evaluation, rates);
 }
 
 /// Real variables that follow from the states, into `values`. Returns the first role that does not.
@@ -194,17 +205,18 @@ pub(super) fn read(
     simulation: &Simulation,
     evaluation: &Evaluation,
     rates: &[f64],
-    roles: impl IntoIterator<Item = Role>,
+    roles: impl IntoIterator<Item = Role, IntoIter: Clone>,
     values: &mut [f64],
 ) -> Option<Role> {
     let plant = simulation.plant().at(simulation.time());
     let (shown, states) = (simulation.shown(evaluation), simulation.states());
-    let mut along_motion = None;
-    for (role, value) in roles.into_iter().zip(values) {
-        if role.is_unstretched_acceleration() && along_motion.is_none() {
-            along_motion = Some(simulation.unstretched_accelerations(evaluation));
-        }
-        let instant = Instant { shown, states, rates, acceleration: along_motion.as_ref(), plant };
+    let roles = roles.into_iter();
+    // Only massless springs have others than the evaluation.
+    let asked = plant.has.platform_side && roles.clone().any(Role::is_unstretched_acceleration);
+    let along_motion = asked.then(|| simulation.unstretched_accelerations(evaluation));
+    let acceleration = Some(along_motion.as_ref().unwrap_or(&evaluation.unstretched_acceleration));
+    let instant = Instant { shown, states, rates, acceleration, plant };
+    for (role, value) in roles.zip(values) {
         match instant.real(role) {
             Some(real) => *value = real,
             None => return Some(role),

@@ -37,8 +37,10 @@ pub(crate) struct Instance<M> {
     checked: Vec<(usize, Value)>,
     /// The same for Real variables.
     assignments: Vec<(usize, f64)>,
-    /// Room for the variables and the values of a call that reads Real variables.
+    /// The references that the last call for Real variables asked for, and their variables: hosts ask for the same again.
+    asked: Vec<u32>,
     indices: Vec<usize>,
+    /// Room for the values of such a call.
     numbers: Vec<f64>,
 }
 
@@ -78,6 +80,7 @@ impl<M: Model> Instance<M> {
             strings: Vec::new(),
             checked: Vec::new(),
             assignments: Vec::new(),
+            asked: Vec::new(),
             indices: Vec::new(),
             numbers: Vec::new(),
             model,

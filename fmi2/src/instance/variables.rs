@@ -25,51 +25,69 @@ impl<M: Model> Instance<M> {
             let index = self.index(base, reference)?;
             let value = self.value(index)?;
             if base_type(&value) != base {
-                return Err(Failure::broken(format!(
-                    "the model answered `{}`, which is of type {base:?}, with {value:?}",
-                    self.name(index)
-                )));
+                return Err(self.wrong_type(base, index, &value));
             }
             take(place, value)?;
         }
         Ok(())
     }
 
+    fn wrong_type(&self, base: BaseType, index: usize, value: &Value) -> Failure {
+        let name = self.name(index);
+        Failure::broken(format!("the model answered `{name}`, which is of type {base:?}, with {value:?}"))
+    }
+
     /// Read Real variables, all of them at once; `take` gets the values.
     pub(crate) fn read_reals(&mut self, references: &[u32], take: impl FnOnce(&[f64])) -> Outcome {
-        let mut indices = std::mem::take(&mut self.indices);
+        if self.asked != references {
+            self.look_up(references)?;
+        }
         let mut numbers = std::mem::take(&mut self.numbers);
-        let outcome = self.read_reals_into(references, &mut indices, &mut numbers);
+        numbers.clear();
+        let outcome = self.read_asked(&mut numbers);
         if outcome.is_ok() {
             take(&numbers);
         }
-        (self.indices, self.numbers) = (indices, numbers);
+        self.numbers = numbers;
         outcome
     }
 
-    fn read_reals_into(&mut self, references: &[u32], indices: &mut Vec<usize>, numbers: &mut Vec<f64>) -> Outcome {
-        indices.clear();
-        numbers.clear();
-        let mut with_time = false;
+    /// Finds the Real variables that are asked for.
+    fn look_up(&mut self, references: &[u32]) -> Outcome {
+        self.asked.clear();
+        self.indices.clear();
         for &reference in references {
-            let index = self.index(BaseType::Real, reference)?;
-            with_time |= self.declared.independent == Some(index);
-            indices.push(index);
-        }
-        if with_time {
-            return self.read(BaseType::Real, references, |_, value| {
-                if let Value::Real(number) = value {
-                    numbers.push(number);
+            match self.index(BaseType::Real, reference) {
+                Ok(index) => self.indices.push(index),
+                Err(failure) => {
+                    self.indices.clear();
+                    return Err(failure);
                 }
-                Ok(())
-            });
+            }
         }
-        numbers.resize(indices.len(), 0.0);
+        self.asked.extend_from_slice(references);
+        Ok(())
+    }
+
+    fn read_asked(&mut self, numbers: &mut Vec<f64>) -> Outcome {
+        if self.declared.independent.is_some_and(|time| self.indices.contains(&time)) {
+            for place in 0..self.indices.len() {
+                let index = self.indices[place];
+                match self.value(index)? {
+                    Value::Real(number) => numbers.push(number),
+                    other => return Err(self.wrong_type(BaseType::Real, index, &other)),
+                }
+            }
+            return Ok(());
+        }
+        numbers.resize(self.indices.len(), 0.0);
         self.model
-            .get_reals(indices, numbers)
-            .map_err(|(place, error)| Failure::refused(format!("`{}`: {error}", self.name(indices[place]))))?;
-        for (index, number) in indices.iter().zip(numbers) {
-            self.finite("", *index, *number)?;
+            .get_reals(&self.indices, numbers)
+            .map_err(|(place, error)| Failure::refused(format!("`{}`: {error}", self.name(self.indices[place]))))?;
+        if !numbers.iter().all(|number| number.is_finite()) {
+            for (index, number) in self.indices.iter().zip(numbers) {
+                self.finite("", *index, *number)?;
+            }
         }
         Ok(())
     }

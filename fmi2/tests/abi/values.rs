@@ -107,3 +107,24 @@ fn what_may_be_set_when() {
     assert!(said.contains("cannot be set in state") && said.contains("(causality "), "{said}");
     assert!(!said.contains("Some("), "{said}");
 }
+
+/// The list of references is looked up once while it stays the same; a refused one must not stand for the next.
+#[test]
+fn a_list_that_was_refused_is_not_taken_for_the_last_one() {
+    let fmu = Fmu::stepping();
+    assert_eq!(fmu.set(vr::U, 3.0), OK);
+    let read = |references: &[u32]| {
+        let mut values = vec![f64::NAN; references.len()];
+        // SAFETY: as much room as references.
+        let status = unsafe { fmi2GetReal(fmu.c, references.as_ptr(), references.len(), values.as_mut_ptr()) };
+        (status, values)
+    };
+    let (status, first) = read(&[vr::U, vr::TIME, vr::OMEGA]);
+    assert_eq!((status, first[0], first[1]), (OK, 3.0, 0.0));
+    for _ in 0..2 {
+        assert_eq!(read(&[vr::OMEGA, 9999]).0, ERROR);
+    }
+    assert_eq!(read(&[vr::OMEGA]), (OK, vec![first[2]]));
+    assert_eq!(fmu.step(0.0, 0.25), OK);
+    assert_eq!(read(&[vr::U, vr::TIME, vr::OMEGA]), (OK, vec![3.0, 0.25, first[2]]));
+}
