@@ -415,9 +415,9 @@ impl Integrator {
         }
     }
 
-    /// After the change from one method to the other.
+    /// After the change from one method to the other, which begins with the step that the first would have taken: a guess that is
+    /// too long passes the implicit method's coarse estimate where inputs have jumped.
     fn begin_with_the_other(&mut self) {
-        self.next_step = 0.0;
         self.last = (0.0, 0.0);
         self.hold_to_tolerance();
     }

@@ -22,7 +22,7 @@ const IMPLICIT_EVALUATIONS: f64 = 4.0;
 /// Steps between two looks, and of a trial: several periods of what alternates from step to step, few beside a motion.
 const STEPS: u32 = 20;
 /// Looks from one trial to the next: at first, and at most. Then trials cost no more than a thirtieth.
-const FIRST_PAUSE: u32 = 8;
+const FIRST_PAUSE: u32 = 16;
 const LONGEST_PAUSE: u32 = 32;
 
 /// What is known of both methods.
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn the_explicit_method_comes_back_when_it_is_the_cheaper_one_again() {
-        let (share, ratio) = driven(20_000, |k| if k < 10_000 { [200.0, 20.0] } else { [15.0, 20.0] });
+        let (share, ratio) = driven(40_000, |k| if k < 20_000 { [200.0, 20.0] } else { [15.0, 20.0] });
         assert!(share > 0.5 && ratio < 1.15, "{share}, {ratio}");
     }
 

@@ -9,6 +9,7 @@ use cdpr::parameters::{CableModel, Parameters};
 use cdpr::plant::Plant;
 use cdpr::simulation::{Simulation, Start};
 
+use crate::circle::{self, Control};
 use crate::problems::{
     Dense, Easing, Oscillator, Problem, ProtheroRobinson, TwoPulls, Unweighed, VanDerPol, assert_order,
 };
@@ -142,6 +143,29 @@ fn the_cheaper_method_goes_on() {
     let [auto, explicit] = [Solver::Auto, Solver::DormandPrince].map(|solver| cost("jumps", solver));
     assert!(5 * auto.evaluations < 3 * explicit.evaluations, "{auto:?}, {explicit:?}");
     assert_eq!(cost("weave", Solver::Auto).jacobians, 0);
+}
+
+/// On the bench's circle, massless springs: on trial or not, the tolerance holds.
+#[test]
+fn a_change_of_methods_keeps_the_tolerance() {
+    let run = |solver: Solver, tolerance: f64| {
+        let parameters = Parameters { cable_model: CableModel::MasslessSpring, ..Parameters::default() };
+        let plant = Arc::new(Plant::new(parameters, Vec::new()).unwrap());
+        let mut control = Control::new(*plant.geometry());
+        let pose = circle::start_pose();
+        let inputs = Control::new(*plant.geometry()).inputs(0, &[pose, [0.0; 3]].concat());
+        let start = Start { pose, inputs, ..Start::default() };
+        let mut simulation = Simulation::new(plant, &start, tolerance).unwrap().with_solver(solver);
+        let step = |k: usize| {
+            simulation.set_inputs(control.inputs(k, simulation.states()));
+            simulation.advance(circle::STEP).unwrap();
+            [simulation.states()[0], simulation.states()[1], 10.0 * simulation.states()[2]]
+        };
+        (0..circle::STEPS).map(step).collect::<Vec<_>>()
+    };
+    let (exact, found) = (run(Solver::Radau, 1e-13), run(Solver::Auto, 1e-8));
+    let apart = exact.iter().zip(&found).flat_map(|(a, b)| (0..3).map(|k| (a[k] - b[k]).abs())).fold(0.0, f64::max);
+    assert!(apart < 5e-8, "{apart:e}");
 }
 
 /// By itself the explicit method says that the equations are stiff, and its work is limited.
