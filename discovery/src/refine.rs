@@ -272,8 +272,8 @@ fn between(value: f64, one: f64, other: f64) -> f64 {
     if value.is_nan() { value } else { value.max(one.min(other)).min(one.max(other)) }
 }
 
-/// Least squares by scaled Cholesky; columns that say nothing get zero.
-fn solve(normal: &Normal) -> (Vec<f64>, DMatrix<f64>) {
+/// Least squares by scaled Cholesky: step and covariance; columns that say nothing get zero.
+pub(crate) fn solve(normal: &Normal) -> (Vec<f64>, DMatrix<f64>) {
     let n = normal.columns;
     let scale: Vec<f64> = (0..n).map(|i| normal.gram[i * n + i].sqrt()).collect();
     let live: Vec<usize> = (0..n).filter(|i| scale[*i] > 1e-9).collect();

@@ -5,6 +5,7 @@ use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::kalman::{Keep, Randomness, filter};
 use crate::path::LinearTrial;
+use crate::refine::solve;
 use crate::whiten::{Forcing, Normal, whiten};
 
 /// Moves of a clock and of the trajectory in turn.
@@ -68,7 +69,7 @@ impl Clocks {
 impl Sizing<'_> {
     /// What setting the clock of each device would gain, to first order: at the latent forces as they are and without.
     ///
-    /// The recorded forces have the reference clock.
+    /// The recorded forces have the reference clock, and no device shows what is yet to come: it is late or not.
     pub(super) fn clocks(&self, fit: &Fit, from: &At) -> Vec<(Kind, At)> {
         let devices: Vec<Device> = Device::ALL.into_iter().filter(|d| !self.channels(*d).is_empty()).collect();
         let mut found: Vec<(Kind, At)> = Vec::new();
@@ -79,7 +80,8 @@ impl Sizing<'_> {
                 let gram = normal.gram[c * devices.len() + c];
                 let step = normal.right[c] / gram;
                 // More than a few samples are no first order.
-                if gram <= 0.0 || step.abs() > 4.0 * self.interval || set(&randomness, *device) {
+                let late = step > 0.0 && step <= 4.0 * self.interval;
+                if gram <= 0.0 || !late || set(&randomness, *device) {
                     continue;
                 }
                 let mut next = randomness.clone();
@@ -113,9 +115,7 @@ impl Sizing<'_> {
             fit.smooth(self.trials)?;
             let randomness = fit.randomness.clone();
             let normal = self.clock_normal(&fit, &randomness, &clocks.devices);
-            let n = clocks.count();
-            let steps: Vec<f64> = (0..n).map(|c| normal.right[c] / normal.gram[c * n + c]).collect();
-            clocks.move_by(&steps, &mut fit.randomness);
+            clocks.move_by(&solve(&normal).0, &mut fit.randomness);
         }
         fit.smooth(self.trials)?;
         let at = self.at(&fit, fit.randomness.clone());

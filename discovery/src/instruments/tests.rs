@@ -99,6 +99,18 @@ fn a_late_pose_is_no_early_clock_of_the_lengths() {
     assert!(late.iter().flatten().all(|late| *late == 0.0), "{late:?}");
 }
 
+/// A pose that only seemed early, where the lengths are late, was the best clock to set and no instrument at all: the look
+/// for instruments ended there, and the model with everything it should have was "not explained".
+#[test]
+fn no_device_is_early_by_itself() {
+    let trials = late_recordings(3, usize::MAX, 0.02);
+    let noise = crate::estimate::noise_of_data(&trials);
+    let (fit, sizing) = (fitted(&[], &trials), Sizing::new(&trials, &noise, Penalty::NONE));
+    let clocks = sizing.clocks(&fit, &sizing.at(&fit, fit.randomness.clone()));
+    let kinds: Vec<Kind> = clocks.iter().map(|(kind, _)| *kind).collect();
+    assert!(kinds.contains(&Kind::Late(Device::UnstretchedLengths)) && !kinds.contains(&Kind::Late(Device::Pose)));
+}
+
 #[test]
 fn counts_are_seen_and_digits_of_a_file_are_not() {
     let mut trial = record(&[], 20.0, 9);
