@@ -349,7 +349,7 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
 
 /// Puts the best of the `rivals` of effect `at` in its place, and the effect among the rivals; whether that could be done.
 fn take_up(search: &mut Search<'_>, fitted: &mut Fitted, at: usize, rivals: &mut Vec<Rival>) -> bool {
-    let Rival { effect, delta_bic, price, whole: Some(whole) } = rivals.remove(0) else { return false };
+    let Rival { effect, delta_bic, price, overdispersion, whole: Some(whole) } = rivals.remove(0) else { return false };
     let Ok(better) = search.verified(whole, fitted) else { return false };
     let before = std::mem::replace(fitted, better);
     let old = before.train.model.effects[at].clone();
@@ -364,7 +364,7 @@ fn take_up(search: &mut Search<'_>, fitted: &mut Fitted, at: usize, rivals: &mut
         .iter_mut()
         .for_each(|rival| (rival.delta_bic, rival.price) = (rival.delta_bic - delta_bic, rival.price - price));
     let whole = Trained { fit: before.train, estimate: before.estimate, score: before.score };
-    rivals.push(Rival { effect: old, delta_bic: -delta_bic, price: -price, whole: Some(whole) });
+    rivals.push(Rival { effect: old, delta_bic: -delta_bic, price: -price, overdispersion, whole: Some(whole) });
     true
 }
 

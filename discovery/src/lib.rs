@@ -28,6 +28,7 @@ mod gap;
 mod instruments;
 mod kalman;
 mod late;
+mod likelihood_ratio;
 mod limits;
 mod model;
 mod null_test;

@@ -9,6 +9,7 @@ use crate::data::Trial;
 use crate::estimate::FitError;
 use crate::extension::{containing, count_in_use, extended_like};
 use crate::fitted::{Fitted, Trained};
+use crate::likelihood_ratio::overdispersion;
 use crate::search::{EVIDENCE, FAR_OFF, NOTHING_LEFT, ROUNDS, Search};
 
 /// Rounds of a refinement that starts near its end.
@@ -33,6 +34,8 @@ pub(crate) struct Rival {
     pub(crate) delta_bic: f64,
     /// The part of that which is the price of the parameters that it has more.
     pub(crate) price: f64,
+    /// How many times that scatters more than it would if what is left were white.
+    pub(crate) overdispersion: f64,
     /// Its fit to all training data; none of one that needs no more than the beginnings to be told apart.
     pub(crate) whole: Option<Trained>,
 }
@@ -41,7 +44,8 @@ impl Rival {
     /// Whether it is a law so near one that explains `explained` that the data do not tell the two apart. Data tell laws apart
     /// by how well they fit, and not by how many parameters they have: the price of those says which one to believe first.
     pub(crate) fn as_likely(&self, explained: f64) -> bool {
-        self.whole.is_some() && self.delta_bic - self.price.max(0.0) < told_apart_from(explained)
+        let fit = (self.delta_bic - self.price.max(0.0)) / self.overdispersion;
+        self.whole.is_some() && fit < told_apart_from(explained)
     }
 }
 
@@ -87,7 +91,7 @@ impl Search<'_> {
         if begun.score > limit + far_off {
             let effect = begun.fit.model.effects[at].clone();
             let price = price(&effect) - price(law);
-            return Ok(Rival { effect, delta_bic: begun.score - limit, price, whole: None });
+            return Ok(Rival { effect, delta_bic: begun.score - limit, price, overdispersion: 1.0, whole: None });
         }
         let whole = if contains {
             self.train(&begun.fit.model, &fitted.train, trials, ROUNDS, None)?
@@ -98,7 +102,8 @@ impl Search<'_> {
         };
         let effect = whole.fit.model.effects[at].clone();
         let price = price(&effect) - price(law);
-        Ok(Rival { effect, delta_bic: whole.score - fitted.score, price, whole: Some(whole) })
+        let overdispersion = overdispersion(&fitted.train, &whole.fit, trials);
+        Ok(Rival { effect, delta_bic: whole.score - fitted.score, price, overdispersion, whole: Some(whole) })
     }
 
     /// `next`, or the model with one of its last effect's rivals in its place if that is better: where a gap is left, what
@@ -146,7 +151,8 @@ mod tests {
         let trials = [crate::data::recording::record(&[], 20.0, 1)];
         let fit = crate::data::recording::fitted(&[], &trials);
         let whole = || Some(Trained { fit: fit.clone(), estimate: None, score: 0.0 });
-        let rival = |delta_bic, price| Rival { effect: effect.clone(), delta_bic, price, whole: whole() };
+        let rival =
+            |delta_bic, price| Rival { effect: effect.clone(), delta_bic, price, overdispersion: 1.0, whole: whole() };
         // As good a fit with a parameter more, or with one less.
         assert!(rival(10.42, 10.46).as_likely(-900.0));
         assert!(rival(-10.5, -10.46).as_likely(-900.0));
