@@ -56,6 +56,10 @@ const SHRUNK: f64 = 0.9;
 const PATIENCE: usize = 4;
 /// Change of `-2 log L` by a move below which a trajectory has settled.
 const SETTLED: f64 = 1.0;
+/// Sizes of latent forces between none and the first, as shares of the first.
+const BETWEEN: [f64; 2] = [0.1, 0.01];
+/// Fall of `-2 log L` for which another size of the latent forces is taken.
+const WORTH: f64 = 0.5;
 
 /// Noise of each channel of [`Channel::all`], pooled over trials, from the data alone; `NAN` where it is not measured.
 pub(crate) fn noise_of_data(trials: &[Trial]) -> Vec<f64> {
@@ -387,6 +391,13 @@ impl Fit {
                 best = at_nothing;
             }
         }
+        // From nothing no step leads to a size that is worth having, past all those that are not.
+        for share in BETWEEN {
+            let between = self.look(trials, nothing.with_latents(share));
+            if between.value < best.value - WORTH {
+                best = between;
+            }
+        }
         // From nothing, one step up on each axis tells whether there is anything.
         let factors: &[f64] = if coarse { &[10.0, 3.0] } else { &[3.0] };
         for &factor in factors {
@@ -424,7 +435,7 @@ impl Fit {
                         break;
                     }
                     let candidate = self.look(trials, next);
-                    if candidate.value >= best.value - 0.5 {
+                    if candidate.value >= best.value - WORTH {
                         break;
                     }
                     best = candidate;

@@ -12,6 +12,8 @@ use crate::refine::{Estimate, refine};
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 use crate::verdict::{POLICY, Reach, Reaches, left};
 
+/// Most moves of the trajectories of the model as given.
+const FIRST_MOVES: usize = 10;
 /// Most moves of the trajectory on held-out data.
 const MOST_MOVES: usize = 30;
 
@@ -74,10 +76,11 @@ impl Search<'_> {
         let mut train = Fit::new(model, &e.train, &randomness, None)?;
         train.smooth(&e.train)?;
         train.fit_randomness(&e.train, &e.noise, true);
-        train.smooth(&e.train)?;
+        // A model that has friction already is far from its trajectory at first.
+        train.settle(&e.train, FIRST_MOVES)?;
         self.base_randomness = Some(train.randomness.clone());
         let mut holdout = Fit::new(model, &e.holdout, &train.randomness, None)?;
-        holdout.smooth(&e.holdout)?;
+        holdout.settle(&e.holdout, FIRST_MOVES)?;
         self.reaches = Reaches::of(&holdout, &e.holdout, &e.noise, &POLICY);
         Ok(self.finish(train, holdout, None))
     }

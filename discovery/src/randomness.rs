@@ -84,6 +84,12 @@ impl Randomness {
         Self { force: nothing, winch: nothing, ..self.clone() }
     }
 
+    /// The same with all latent forces of a share of the size from which they are searched for.
+    pub(crate) fn with_latents(&self, share: f64) -> Self {
+        let size = self.considered(share * Self::first_latent(self.usual_force));
+        Self { force: size, winch: size, ..self.clone() }
+    }
+
     /// Whether the instruments add noise that is not white.
     pub(crate) fn has_instrument_noise(&self) -> bool {
         !self.memory.is_empty() || self.input > 0.0 || self.jitter > 0.0
