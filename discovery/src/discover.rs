@@ -99,7 +99,7 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
     };
     let all: Vec<Trial> = train.iter().chain(&holdout).cloned().collect();
     let noise = noise_of_data(&all);
-    Ok(Ready { evidence: Evidence { train, holdout, noise }, holdout_source, outliers, remarks })
+    Ok(Ready { evidence: Evidence { train, holdout, noise, instruments: None }, holdout_source, outliers, remarks })
 }
 
 /// Finds out what `model` is missing, from recordings that are ready.
@@ -114,6 +114,13 @@ pub(crate) fn examine(
     let mut search = Search::new(&evidence, model.effects.len(), progress);
     let mut base = search.base(model)?;
     let mut fitted = search.catalogue_rounds(&mut base)?;
+    if search.white_force_error()
+        && let Some(instruments) = search.instruments.take()
+    {
+        drop(search);
+        let evidence = evidence.with_expected_forces(instruments);
+        return examine(model, Ready { evidence, holdout_source, outliers, remarks }, begun, progress);
+    }
     let mut alternatives = Vec::new();
     fitted = search.without_idle_instruments(fitted);
     fitted = settle(&mut search, &base, fitted, &mut alternatives)?;

@@ -7,8 +7,6 @@
 //! [`null_test`](crate::null_test)). Those innovations have the noise and whatever is still unexplained, but no longer the
 //! effect itself, which a shift may leave in phase with a candidate (C. J. F. ter Braak, in Bootstrapping and Related
 //! Techniques, Springer (1992), 79).
-//!
-//! Nor does one enter that explains the error of the recorded forces (see [`force_error`](crate::force_error)).
 
 use std::sync::Arc;
 
@@ -36,13 +34,11 @@ pub(crate) enum Answer {
     Enters,
     /// Chance explains as much.
     Chance,
-    /// What is explained is the error of the recorded forces.
-    ForceError,
 }
 
 impl Search<'_> {
     /// Takes up the last effects of `next`, those that `before` lacks, each with its rivals, if all of them explain more than
-    /// chance and none of the error of the recorded forces; whether they do. `how` they were found is noted.
+    /// chance; whether they do. `how` they were found is noted.
     pub(crate) fn enter(
         &mut self,
         before: &Fitted,
@@ -66,17 +62,6 @@ impl Search<'_> {
                 self.note(effect, "refused", -weight, &reason);
             }
             return Ok(Answer::Chance);
-        }
-        if self.explains_force_error(before, next)? {
-            for (effect, weight) in effects.iter().zip(weights) {
-                self.note(
-                    effect,
-                    "refused",
-                    -weight,
-                    "it explains the error of the recorded forces: the more, the larger that is",
-                );
-            }
-            return Ok(Answer::ForceError);
         }
         let together = rivals.len() > 1;
         for (k, rivals) in rivals.into_iter().enumerate() {
@@ -146,7 +131,7 @@ mod tests {
         let train = vec![record(hidden, 40.0, 21), record(hidden, 30.0, 22)];
         let holdout = vec![record(hidden, 30.0, 23)];
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let evidence = Evidence { train, holdout, noise };
+        let evidence = Evidence { train, holdout, noise, instruments: None };
         let mut search = Search::new(&evidence, 0, &|_, _| {});
         let base = search.base(&Model::default()).expect("a fit");
         let next = search.fit(&Model { effects: proposed.to_vec(), ..Model::default() }, &base, ROUNDS).expect("a fit");

@@ -500,6 +500,7 @@ pub(crate) fn first_randomness(model: &Model, trials: &[Trial], noise: &[f64]) -
         noise: noise.to_vec(),
         memory: Vec::new(),
         input: 0.0,
+        expected: None,
         jitter: 0.0,
         late: vec![0.0; noise.len()],
     }

@@ -4,6 +4,7 @@ use cdpr::model_file::Model;
 
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
+use crate::expected::expected_forces;
 use crate::extension::count_in_use;
 use crate::gap::{gap, predict};
 use crate::instruments;
@@ -23,6 +24,17 @@ pub(crate) struct Evidence {
     pub(crate) holdout: Vec<Trial>,
     /// Noise by channel of [`Channel::all`].
     pub(crate) noise: Vec<f64>,
+    /// What an earlier search found of the instruments.
+    pub(crate) instruments: Option<Randomness>,
+}
+
+impl Evidence {
+    /// The same with the winch forces that are to be expected, given those recorded: what the `instruments` say of their error.
+    pub(crate) fn with_expected_forces(self, instruments: Randomness) -> Self {
+        let (sets, expected) = expected_forces([&self.train, &self.holdout], instruments.input);
+        let [train, holdout] = sets;
+        Self { train, holdout, instruments: Some(Randomness { expected: Some(expected), ..instruments }), ..self }
+    }
 }
 
 /// A model fitted to both sets.
@@ -72,7 +84,11 @@ impl Search<'_> {
     /// Fits the model as given.
     pub(crate) fn base(&mut self, model: &Model) -> Result<Fitted, FitError> {
         let e = self.evidence;
-        let randomness = crate::estimate::first_randomness(model, &e.train, &e.noise);
+        let first = crate::estimate::first_randomness(model, &e.train, &e.noise);
+        let randomness = match &e.instruments {
+            Some(known) => Randomness { force: first.force, winch: first.winch, ..known.clone() },
+            None => first,
+        };
         let mut train = Fit::new(model, &e.train, &randomness, None)?;
         train.smooth(&e.train)?;
         train.fit_randomness(&e.train, &e.noise, true);
@@ -274,7 +290,7 @@ mod tests {
         };
         let (train, holdout) = (vec![recorded(41), recorded(42)], vec![recorded(43)]);
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let evidence = Evidence { train, holdout, noise };
+        let evidence = Evidence { train, holdout, noise, instruments: None };
         let mut search = Search::new(&evidence, 0, &|_, _| {});
         let base = search.base(&Model::default()).expect("a fit");
         let mut fitted =

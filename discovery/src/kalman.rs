@@ -1,5 +1,7 @@
 //! Kalman filter and smoother on the linearised model.
 
+use cdpr::per_cable::MAX_CABLES;
+
 use crate::model::WRENCH;
 use crate::path::LinearTrial;
 use crate::randomness::ROOM;
@@ -255,9 +257,19 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     for l in n..w {
         decay[l] = randomness.decay(l - n, linear.interval[k]);
     }
+    // Errors of forces move the states as the latent forces at their winches do.
+    let (winches, errors) = (n + WRENCH, w - randomness.force_errors()..w);
+    let mut acts = *x;
+    errors.clone().enumerate().for_each(|(i, at)| acts[winches + i] += x[at]);
+    let mut alone = [[0.0; W]; MAX_CABLES];
+    for (i, at) in errors.clone().enumerate() {
+        let error = p[at];
+        alone[i] = p[winches + i];
+        add::<FUSED>(&mut p[winches + i], 1.0, &error);
+    }
     let mut next = [0.0; N];
     next[..n].copy_from_slice(&linear.defect[k * n..(k + 1) * n]);
-    for (value, column) in x.iter().zip(columns) {
+    for (value, column) in acts.iter().zip(columns) {
         add::<FUSED>(&mut next, *value, column);
     }
     x[..n].copy_from_slice(&next[..n]);
@@ -277,8 +289,16 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
         }
         *half = sum;
     }
+    for (i, _) in errors.clone().enumerate() {
+        p[winches + i] = alone[i];
+    }
     for (at, half) in half.as_chunks::<BLOCK>().0[..n.div_ceil(BLOCK)].iter().enumerate() {
         let first = at * BLOCK;
+        let mut acting = *half;
+        for row in &mut acting {
+            errors.clone().enumerate().for_each(|(i, at)| row[winches + i] += row[at]);
+        }
+        let half = &acting;
         let rows = &mut p[first..n.min(first + BLOCK)];
         match first {
             ..8 => lower::<8, N, W, FUSED>(columns, half, rows),
@@ -286,11 +306,12 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
             _ => lower::<N, N, W, FUSED>(columns, half, rows),
         }
     }
-    if randomness.input > 0.0 {
+    let input = randomness.white_input();
+    if input > 0.0 {
         // A force that is not quite the one recorded, held over the interval.
-        for column in &columns[n + WRENCH..] {
+        for column in &columns[winches..] {
             for (row, by) in p[..n].iter_mut().zip(column) {
-                add::<FUSED>(&mut row[..n], randomness.input * randomness.input * by, column);
+                add::<FUSED>(&mut row[..n], input * input * by, column);
             }
         }
     }
@@ -371,6 +392,8 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
             for (slot, column) in back.iter_mut().zip(columns) {
                 *slot = dot::<FUSED>(column, &lambda[..N]);
             }
+            let errors = w - randomness.force_errors()..w;
+            errors.enumerate().for_each(|(i, at)| back[at] = back[n + WRENCH + i]);
             for l in n..w {
                 back[l] += randomness.decay(l - n, linear.interval[k - 1]) * lambda[l];
             }
@@ -386,7 +409,7 @@ mod tests {
 
     use super::*;
     use crate::data::recording::{Bench, fitted, fitted_on, record, record_on};
-    use crate::randomness::Memory;
+    use crate::randomness::{Expected, Memory};
 
     /// The textbook's filter and smoother (H. E. Rauch, F. Tung and C. T. Striebel, 1965) with full matrices: `-2 log L`, the
     /// smoothed deviations of states and latents, and the covariance before each sample's measurements.
@@ -419,8 +442,11 @@ mod tests {
                     (0..n).for_each(|r| f[(r, c)] = linear.column(k, c)[r]);
                 }
                 (0..n).for_each(|r| (add[r], q[(r, r)]) = (linear.defect[k * n + r], STEP_ERROR * STEP_ERROR));
-                for column in (n + WRENCH..linear.width()).map(|c| f.column(c).clone_owned()) {
-                    q += randomness.input.powi(2) * &column * column.transpose();
+                let winches: Vec<DVector<f64>> =
+                    (n + WRENCH..linear.width()).map(|c| f.column(c).clone_owned()).collect();
+                match randomness.expected {
+                    None => winches.iter().for_each(|c| q += randomness.input.powi(2) * c * c.transpose()),
+                    Some(_) => winches.iter().rev().enumerate().for_each(|(i, c)| f.set_column(w - 1 - i, c)),
                 }
                 for l in 0..w - n {
                     let decay = randomness.decay(l, linear.interval[k]);
@@ -475,7 +501,8 @@ mod tests {
             .with_memory(memory(4, 0.7, false))
             .with_memory(memory(0, 0.3, false))
             .with_memory(memory(0, 40.0, true));
-        for randomness in [plain, rich] {
+        let expected = Randomness { expected: Some(Expected { share: 0.6, time: 0.3 }), ..rich.clone() };
+        for randomness in [plain, rich, expected] {
             let linear = &fit.linear[0];
             let filtered = filter(linear, &randomness, Keep::Covariance);
             let smoothed = smooth(linear, &randomness, &filtered);
@@ -508,16 +535,21 @@ mod tests {
         let plain = crate::estimate::for_trial(&fit.randomness, &trials[0]);
         let memory = Memory { channel: 1, deviation: 3e-3, time: 0.5, drift: false };
         let randomness = Randomness { input: 40.0, jitter: 3e-3, ..plain }.with_memory(memory);
-        let linear = &fit.linear[0];
+        whitening_is_that_difference(&fit.linear[0], &randomness);
+        let expected = Some(Expected { share: 0.6, time: 0.3 });
+        whitening_is_that_difference(&fit.linear[0], &Randomness { expected, ..randomness });
+    }
+
+    fn whitening_is_that_difference(linear: &LinearTrial, randomness: &Randomness) {
         let (n, m) = (linear.states, linear.channels);
         let sensor: Vec<f32> = (0..linear.len * m).map(|at| 1e-3 * (0.1 * at as f32).sin()).collect();
         let step: Vec<f32> = (0..(linear.len - 1) * n).map(|at| 1e-4 * (0.03 * at as f32).cos()).collect();
         let mut moved = linear.clone();
         moved.residual.iter_mut().zip(&sensor).for_each(|(slot, value)| *slot += f64::from(*value));
         moved.defect.iter_mut().zip(&step).for_each(|(slot, value)| *slot -= f64::from(*value));
-        let [before, after] = [linear, &moved].map(|linear| filter(linear, &randomness, Keep::Innovations));
+        let [before, after] = [linear, &moved].map(|linear| filter(linear, randomness, Keep::Innovations));
         let forcing = crate::whiten::Forcing { columns: 1, step, sensor };
-        crate::whiten::whitened_rows(linear, &randomness, &before, &forcing, |at, e| {
+        crate::whiten::whitened_rows(linear, randomness, &before, &forcing, |at, e| {
             let difference = after.whitened[at] - before.whitened[at];
             assert!((difference - e[0]).abs() < 1e-5 * (1.0 + e[0].abs()), "{at}: {difference} {}", e[0]);
         });

@@ -18,9 +18,9 @@ mod detection;
 mod discover;
 mod entrance;
 mod estimate;
+mod expected;
 mod extension;
 mod fitted;
-mod force_error;
 mod form;
 #[cfg(test)]
 mod fuzz;

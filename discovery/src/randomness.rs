@@ -11,8 +11,9 @@ const LARGEST_LATENT: f64 = 5.0;
 /// From what size on latent forces are searched for, as a share of the winch forces.
 const FIRST_LATENT: f64 = 1.5e-3;
 
-/// Most processes of noise with memory that the filter has room for, beside the latent disturbances of the most cables.
-pub(crate) const MOST_MEMORIES: usize = ROOM - WRENCH - MAX_CABLES;
+/// Most processes of noise with memory that the filter has room for, beside the latent disturbances of the most cables
+/// and of the errors of the forces that they are driven with.
+pub(crate) const MOST_MEMORIES: usize = ROOM - WRENCH - 2 * MAX_CABLES;
 /// Most processes that the filter has room for.
 pub(crate) const ROOM: usize = 64;
 
@@ -28,6 +29,15 @@ pub(crate) struct Memory {
     pub(crate) time: f64,
     /// Whether it is a drift: its time constant is the length of the recordings.
     pub(crate) drift: bool,
+}
+
+/// What is left of the white error of recorded forces in those that are to be expected: first order, for each winch its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Expected {
+    /// Its standard deviation over that of the white error.
+    pub(crate) share: f64,
+    /// Its time constant (s).
+    pub(crate) time: f64,
 }
 
 /// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck), measurement noise, errors of the recorded inputs.
@@ -51,6 +61,8 @@ pub(crate) struct Randomness {
     pub(crate) memory: Vec<Memory>,
     /// White error of each recorded winch force (N), held from sample to sample.
     pub(crate) input: f64,
+    /// What is left of it, where the forces are no longer those recorded but those to be expected.
+    pub(crate) expected: Option<Expected>,
     /// Error of the time stamps (s).
     pub(crate) jitter: f64,
     /// How late each channel is against its stamp (s).
@@ -111,7 +123,7 @@ impl Randomness {
 
     /// The same with nothing but white noise from the instruments.
     pub(crate) fn with_white_noise(&self) -> Self {
-        Self { memory: Vec::new(), input: 0.0, jitter: 0.0, ..self.clone() }
+        Self { memory: Vec::new(), input: 0.0, expected: None, jitter: 0.0, ..self.clone() }
     }
 
     pub(crate) fn latent_deviation(&self, latent: usize) -> f64 {
@@ -122,22 +134,45 @@ impl Randomness {
         }
     }
 
-    /// What the filter estimates beside the states: latents, then noise with memory.
+    /// What the filter estimates beside the states: latents, then noise with memory, then errors of forces.
     pub(crate) fn processes(&self) -> usize {
-        self.latents + self.memory.len()
+        self.latents + self.memory.len() + self.force_errors()
+    }
+
+    /// Errors of the winch forces that the filter estimates, the last of its processes: one for each winch where they have
+    /// memory, none where they are white.
+    pub(crate) fn force_errors(&self) -> usize {
+        if self.expected.is_some() && self.input > 0.0 { self.latents - WRENCH } else { 0 }
+    }
+
+    /// White error of each winch force that the states are moved by (N). Once the forces are those to be expected it is no
+    /// longer asked for: what is left of it has little that a model's error has not.
+    pub(crate) fn white_input(&self) -> f64 {
+        if self.expected.is_none() { self.input } else { 0.0 }
     }
 
     /// Stationary standard deviation of a process.
     pub(crate) fn deviation(&self, process: usize) -> f64 {
         match process.checked_sub(self.latents) {
             None => self.latent_deviation(process),
-            Some(at) => self.memory[at].deviation,
+            Some(at) => match (self.memory.get(at), &self.expected) {
+                (Some(memory), _) => memory.deviation,
+                (None, Some(expected)) => self.input * expected.share,
+                (None, None) => 0.0,
+            },
         }
     }
 
     /// What is left of a process after an interval (s).
     pub(crate) fn decay(&self, process: usize, interval: f64) -> f64 {
-        let time = process.checked_sub(self.latents).map_or(self.time, |at| self.memory[at].time);
+        let time = match process.checked_sub(self.latents) {
+            None => self.time,
+            Some(at) => match (self.memory.get(at), &self.expected) {
+                (Some(memory), _) => memory.time,
+                (None, Some(expected)) => expected.time,
+                (None, None) => 0.0,
+            },
+        };
         (-interval / time).exp()
     }
 

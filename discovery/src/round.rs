@@ -123,7 +123,6 @@ impl Search<'_> {
                         Answer::Enters => return Ok(Some(next)),
                         // What explains less is chance as well.
                         Answer::Chance => break,
-                        Answer::ForceError => {}
                     }
                 }
                 Ok(next) => {

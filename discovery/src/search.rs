@@ -122,7 +122,7 @@ impl<'a> Search<'a> {
             progress,
             base_randomness: None,
             reaches: Reaches::default(),
-            instruments: None,
+            instruments: evidence.instruments.clone(),
             better: None,
             penalty: Penalty::new(count),
         }
@@ -150,6 +150,9 @@ impl<'a> Search<'a> {
             let mut next = self.one_more(&fitted, &signatures)?;
             while let Some(better) = self.better.take() {
                 (*base, fitted) = (better.clone(), better);
+                if self.white_force_error() {
+                    return Ok(fitted);
+                }
                 signatures = self.signatures(&fitted, Source::Catalogue);
                 next = self.one_more(&fitted, &signatures)?;
             }
@@ -173,6 +176,9 @@ impl<'a> Search<'a> {
             }
             fitted = self.rounds(base, fitted)?;
         }
+        if self.white_force_error() {
+            return Ok(fitted);
+        }
         if !self.looked && hidden && (fitted.explains_little(base) || fitted.gap[0] > STRONG) {
             fitted = match self.look_again(base, &fitted)? {
                 Look::Explained(explained) => return Ok(explained),
@@ -184,10 +190,18 @@ impl<'a> Search<'a> {
                 && let Some(better) = self.better_instruments(base, 0.0)?
             {
                 *base = better;
+                if self.white_force_error() {
+                    return Ok(base.clone());
+                }
                 return self.catalogue_rounds(base);
             }
         }
         Ok(if self.taken.len() > 1 { self.settle_extensions(fitted) } else { fitted })
+    }
+
+    /// Whether the recorded forces were found to have an error. The search then goes on with those to be expected.
+    pub(crate) fn white_force_error(&self) -> bool {
+        self.instruments.as_ref().is_some_and(|randomness| randomness.white_input() > 0.0)
     }
 
     /// Whether a law may be missing from a fit that is so strong that it hides itself, and was not looked for yet.
@@ -246,6 +260,9 @@ impl<'a> Search<'a> {
                     None => self.finish(base.train.clone(), base.holdout.clone(), None),
                 };
                 fitted = better;
+                if self.white_force_error() {
+                    break;
+                }
                 // What was found may only have stood for what the instruments do.
                 if base.score <= fitted.score {
                     self.give_up(&fitted, "what the instruments add explains more");

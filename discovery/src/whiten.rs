@@ -1,6 +1,7 @@
 //! Whitening: signatures sent through the Kalman filter, and the normal equations of innovations on them.
 
 use crate::kalman::{Filtered, Randomness};
+use crate::model::WRENCH;
 use crate::path::LinearTrial;
 use crate::vector::{BLOCK, add, add_each, block, vectorised};
 
@@ -153,6 +154,9 @@ fn rows<const FUSED: bool>(
     let (n, m, len) = (linear.states, linear.channels, linear.len);
     let (acting, w) = (linear.width(), n + randomness.processes());
     let remembered = randomness.shown_by_channel(m);
+    // Errors of forces move the states as the latent forces at their winches do.
+    let errors = randomness.force_errors();
+    let mut alone = vec![[0.0; PANEL]; errors];
     let mut decay = vec![0.0; w - n];
     let columns = forcing.columns;
     let panels = columns.div_ceil(PANEL);
@@ -201,6 +205,11 @@ fn rows<const FUSED: bool>(
             if k + 1 == len {
                 continue;
             }
+            alone.copy_from_slice(&s[n + WRENCH..n + WRENCH + errors]);
+            for i in 0..errors {
+                let error = s[w - errors + i];
+                add::<FUSED>(&mut s[n + WRENCH + i], 1.0, &error);
+            }
             let transition = &linear.transition[k * acting * linear.padded..(k + 1) * acting * linear.padded];
             for first in (0..n).step_by(BLOCK) {
                 let mut sum = [[0.0; PANEL]; BLOCK];
@@ -212,6 +221,7 @@ fn rows<const FUSED: bool>(
                 }
                 next[first..first + BLOCK].copy_from_slice(&sum);
             }
+            s[n + WRENCH..n + WRENCH + errors].copy_from_slice(&alone);
             let (states, processes) = s.split_at_mut(n);
             states.copy_from_slice(&next[..n]);
             for (row, decay) in processes.iter_mut().zip(&decay) {

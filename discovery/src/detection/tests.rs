@@ -15,7 +15,7 @@ fn evidence(hidden: &[EffectSpec], seed: u64) -> Evidence {
     let train = vec![record(hidden, 60.0, seed), record(hidden, 60.0, seed + 1)];
     let holdout = vec![record(hidden, 60.0, seed + 2)];
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-    Evidence { train, holdout, noise }
+    Evidence { train, holdout, noise, instruments: None }
 }
 
 fn effect(id: &str, cable: Option<usize>, values: &[f64]) -> EffectSpec {

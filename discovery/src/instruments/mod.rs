@@ -189,7 +189,7 @@ pub(crate) fn resize(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Randomness {
             }
         }
     }
-    if fit.randomness.input > 0.0 {
+    if fit.randomness.white_input() > 0.0 {
         sizes.push(Size::Input);
     }
     if fit.randomness.jitter > 0.0 {
@@ -212,7 +212,7 @@ pub(crate) fn less_by_one(randomness: &Randomness, trials: &[Trial]) -> Vec<Rand
             less.extend(fewer.then_some(without));
         }
     }
-    less.extend((randomness.input > 0.0).then(|| Randomness { input: 0.0, ..randomness.clone() }));
+    less.extend((randomness.white_input() > 0.0).then(|| Randomness { input: 0.0, ..randomness.clone() }));
     less.extend((randomness.jitter > 0.0).then(|| Randomness { jitter: 0.0, ..randomness.clone() }));
     less
 }
@@ -338,7 +338,7 @@ impl<'a> Sizing<'a> {
                 sizes.extend([Size::Time(at), Size::WhiteOf(memory.channel)]);
             }
         }
-        sizes.extend((randomness.input > 0.0).then_some(Size::Input));
+        sizes.extend((randomness.white_input() > 0.0).then_some(Size::Input));
         sizes.extend((randomness.jitter > 0.0).then_some(Size::Jitter));
         sizes.extend([Size::Force, Size::Winch]);
         sizes
@@ -420,7 +420,7 @@ impl<'a> Sizing<'a> {
         let from = &best.randomness;
         let mut less: Vec<Randomness> = Vec::new();
         less.extend((from.jitter > 0.0).then(|| Randomness { jitter: 0.0, ..from.clone() }));
-        less.extend((from.input > 0.0).then(|| Randomness { input: 0.0, ..from.clone() }));
+        less.extend((from.white_input() > 0.0).then(|| Randomness { input: 0.0, ..from.clone() }));
         for without in less {
             let white: Vec<Size> = Device::ALL.map(Size::White).to_vec();
             let next = self.search(fit, &white, self.at(fit, without), &[1.05]);

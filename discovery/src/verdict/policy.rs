@@ -23,9 +23,6 @@ pub(crate) struct Policy {
     pub(crate) small_force: f64,
     /// Control runs, of 99, in which chance may explain as much as an effect that is taken up: one in a hundred.
     pub(crate) by_chance: usize,
-    /// By how many of its standard deviations what an effect explains must grow with the error of the recorded forces for the
-    /// growth to be no chance: about once in a thousand.
-    pub(crate) force_error: f64,
     /// Share of the squared gap on held-out data that a set of effects must take away over some horizon, and twice of
     /// which it may add over another: the scatter of a gap over some thousand samples.
     pub(crate) scatter: f64,
@@ -41,6 +38,5 @@ pub(crate) const POLICY: Policy = Policy {
     out_of_range: 3.0,
     small_force: 1e-3,
     by_chance: 1,
-    force_error: 3.0,
     scatter: 0.005,
 };
