@@ -13,9 +13,7 @@ use rayon::prelude::*;
 
 use crate::candidates::Situation;
 use crate::estimate::FitError;
-use crate::extension::{
-    Stage, beyond_first_order, count_in_use, force_of, in_use, index_of, is_friction, kin_of, stage, value_of, with,
-};
+use crate::extension::{Stage, count_in_use, force_of, in_use, index_of, is_friction, kin_of, stage, value_of, with};
 use crate::fitted::{Fitted, Trained};
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 
@@ -328,7 +326,7 @@ mod tests {
     fn asymmetry(hidden: &[EffectSpec]) -> f64 {
         let (train, holdout) = (vec![record(hidden, 30.0, 41)], vec![record(hidden, 20.0, 42)]);
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let evidence = Evidence { train, holdout, noise };
+        let evidence = Evidence { train, holdout, noise, instruments: None };
         let search = Search::new(&evidence, 0, &|_, _| {});
         let plain = EffectSpec::new("winch_coulomb_friction", Some(2), &[180.0, 0.02]).unwrap();
         let model = Model { effects: vec![plain], ..Model::default() };
