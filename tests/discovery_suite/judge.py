@@ -5,6 +5,11 @@ from itertools import permutations
 
 ANGLES = {"phase", "direction"}
 
+# A parameter is another one where it is off by more than this share of the truth and by more than
+# this many of its own standard errors: no chance, and no slip of the error bar.
+OFF_SHARE = 0.1
+OFF_ERRORS = 5.0
+
 
 def names(effects, cables):
     """Effects as a set of (id, cable); the same id on all cables is (id, None)."""
@@ -64,7 +69,8 @@ def parameter_errors(answer, truth):
                 target = item["parameters"][name]
                 entry = values.get(name)
                 if entry is None:
-                    rows.append({"parameter": name, "z": None, "form": item["form"]})
+                    name = f"{item['id']}.{name}"
+                    rows.append({"parameter": name, "found": None, "z": None, "form": item["form"]})
                     continue
                 error = entry["value"] - target
                 if name in ANGLES:
@@ -83,12 +89,24 @@ def parameter_errors(answer, truth):
     return rows
 
 
+def another(row):
+    """Whether a compared parameter is not the hidden one: the law is right, but not its numbers."""
+    if row["form"] != "same":
+        return False
+    if row["found"] is None:
+        return True
+    near = row["relative"] is not None and abs(row["relative"]) <= OFF_SHARE
+    return not near and (row["z"] is None or abs(row["z"]) > OFF_ERRORS)
+
+
 def judge(answer, truth, seconds):
     """One row of the score."""
     found, wanted = (names(all_["effects"], truth["cables"]) for all_ in (answer, truth))
     terms = answer.get("terms", [])
     verdict = answer["verdict"]
-    exact = found == wanted and bool(terms) == bool(truth["terms"])
+    parameters = parameter_errors(answer, truth)
+    same_numbers = not any(another(row) for row in parameters)
+    exact = found == wanted and bool(terms) == bool(truth["terms"]) and same_numbers
     correct = exact or (verdict == "ambiguous" and listed(answer, truth))
     gap = answer["gap"]["holdout"]
     row = {
@@ -101,7 +119,7 @@ def judge(answer, truth, seconds):
         "exact": exact,
         "correct": correct,
         "located": located(answer, truth),
-        "parameters": parameter_errors(answer, truth),
+        "parameters": parameters,
         "ambiguous_truth": truth["ambiguous"],
         "gap_before": gap["before"],
         "gap_after": gap["after"],

@@ -422,6 +422,25 @@ def test_judge_tells_right_from_wrong():
     assert not extra["exact"]
 
 
+def test_the_right_law_with_another_radius_is_not_exact():
+    """A drum of 0.3 m found as one of 0.5 m counted as exact."""
+    drum = effect("winch_drum_eccentricity", 1, eccentricity=0.01, drum_radius=0.3, phase=0.4)
+    truth = _truth(drum)
+    assert judge(_answer(drum), truth, 1.0)["exact"]
+    answer = _answer(drum)
+    radius = answer["effects"][0]["parameters"]["drum_radius"]
+    radius.update(value=0.5, standard_error=3e-4)
+    assert not judge(answer, truth, 1.0)["exact"]
+    # Not known to better than that, or off by less than a tenth.
+    radius.update(value=0.5, standard_error=0.1)
+    assert judge(answer, truth, 1.0)["exact"]
+    radius.update(value=0.31, standard_error=1e-4)
+    assert judge(answer, truth, 1.0)["exact"]
+    # A shape of the law that was left out has no error.
+    radius.update(value=0.0, standard_error=None)
+    assert not judge(answer, truth, 1.0)["exact"]
+
+
 def test_judge_counts_false_alarms():
     quiet = judge(_answer(verdict="no_missing_effect"), _truth(group="null"), 1.0)
     assert quiet["false_alarms"] == 0
