@@ -114,12 +114,10 @@ impl Search<'_> {
         if !fitted.train.randomness.has_latents() && !self.something_left(&fitted.train, &e.train) {
             return Ok(None);
         }
-        let taken = instruments::take_up(&fitted.train, &e.train, &e.noise, self.penalty, gain)?;
-        let Some(train) = taken else { return Ok(None) };
-        let mut holdout = fitted.holdout.clone();
-        holdout.randomness = train.randomness.clone();
-        holdout.settle(&e.holdout, MOST_MOVES)?;
-        Ok(Some(self.finish(train, holdout, fitted.estimate.clone())))
+        let taken = instruments::take_up(&fitted.train, &e.train, &e.noise, self.penalty, gain, self.given)?;
+        let Some(fit) = taken else { return Ok(None) };
+        let score = self.score(&fit, &e.train);
+        self.verified(Trained { fit, estimate: fitted.estimate.clone(), score }, fitted).map(Some)
     }
 
     /// `fitted` without what its instruments were given before its effects were known, where it is as good without: a drift

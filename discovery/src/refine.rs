@@ -130,6 +130,13 @@ fn proposals(
     (solved.collect(), usable)
 }
 
+/// The `-2 log L` that each of `sizes` would reach if the model were linear in its parameters that are `free` and its clocks.
+pub(crate) fn promises(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -> Vec<f64> {
+    let clocks = Clocks::set(&fit.randomness, trials);
+    let (proposals, _) = proposals(fit, trials, free, &clocks, sizes);
+    proposals.iter().map(|proposal| proposal.promise).collect()
+}
+
 /// Refines the parameters of the effects from `first` on by Gauss-Newton on the innovations.
 ///
 /// Parameters and the size of the latent disturbances are chosen together: what the parameters will explain, the latents

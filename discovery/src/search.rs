@@ -185,16 +185,19 @@ impl<'a> Search<'a> {
                 Look::Better(better) => self.rounds(base, better)?,
                 Look::Nothing => fitted,
             };
-            // Of what no law explains the instruments may have some.
-            if self.taken.is_empty()
-                && let Some(better) = self.better_instruments(base, 0.0)?
-            {
-                *base = better;
-                if self.white_force_error() {
-                    return Ok(base.clone());
-                }
+        }
+        // Of what no law explains the instruments may have some.
+        if fitted.gap[0] > STRONG
+            && let Some(better) = self.better_instruments(&fitted, 0.0)?
+        {
+            fitted = self.beside_instruments(base, better)?;
+            if self.white_force_error() {
+                return Ok(fitted);
+            }
+            if self.taken.is_empty() {
                 return self.catalogue_rounds(base);
             }
+            fitted = self.rounds(base, fitted)?;
         }
         Ok(if self.taken.len() > 1 { self.settle_extensions(fitted) } else { fitted })
     }
@@ -255,18 +258,9 @@ impl<'a> Search<'a> {
             let signatures = self.signatures(&fitted, Source::Catalogue);
             let next = self.one_more(&fitted, &signatures)?;
             if let Some(better) = self.better.take() {
-                *base = match self.with_instruments(base, 0.0)? {
-                    Some(base) => base,
-                    None => self.finish(base.train.clone(), base.holdout.clone(), None),
-                };
-                fitted = better;
+                fitted = self.beside_instruments(base, better)?;
                 if self.white_force_error() {
                     break;
-                }
-                // What was found may only have stood for what the instruments do.
-                if base.score <= fitted.score {
-                    self.give_up(&fitted, "what the instruments add explains more");
-                    fitted = base.clone();
                 }
                 continue;
             }
@@ -278,6 +272,20 @@ impl<'a> Search<'a> {
             }
         }
         Ok(fitted)
+    }
+
+    /// What was found, where its instruments are `better` known; `base` has them as well. What was found may only have stood
+    /// for what they do.
+    fn beside_instruments(&mut self, base: &mut Fitted, better: Fitted) -> Result<Fitted, FitError> {
+        *base = match self.with_instruments(base, 0.0)? {
+            Some(base) => base,
+            None => self.finish(base.train.clone(), base.holdout.clone(), None),
+        };
+        if base.score <= better.score {
+            self.give_up(&better, "what the instruments add explains more");
+            return Ok(base.clone());
+        }
+        Ok(better)
     }
 
     /// `fitted` with what its instruments ask for, where that explains more than the `gain` of the best effect.

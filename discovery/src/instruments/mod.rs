@@ -18,6 +18,7 @@ use crate::estimate::{Fit, FitError};
 use crate::kalman::Randomness;
 use crate::path::LinearTrial;
 use crate::randomness::Memory;
+use crate::refine::{Free, free_parameters, promises, refine_free};
 use crate::regression::Penalty;
 use crate::search::{BEGINNING, EVIDENCE};
 
@@ -96,6 +97,14 @@ const LEAST: f64 = 0.05;
 /// Most times that all sizes are gone through with one factor.
 const MOST_PASSES: usize = 6;
 
+/// Rounds in which parameters adapt to a size.
+const ADAPTING: usize = 4;
+
+/// Whether anything of a fit adapts to the sizes of what is random.
+fn adapts(fit: &Fit, free: &[Free], trials: &[Trial]) -> bool {
+    !free.is_empty() || Clocks::set(&fit.randomness, trials).count() > 0
+}
+
 /// A place of the search with its `-2 log L`.
 #[derive(Clone)]
 struct At {
@@ -126,14 +135,19 @@ pub(crate) fn parameters(randomness: &Randomness) -> usize {
 
 /// `fit` with what its instruments ask for; `None` where they ask for nothing, or far less than the `gain` of an explanation
 /// that is at hand.
+///
+/// The parameters of the effects from `first` on, and the clocks that are set, adapt: fitted beside latent forces they are not
+/// near enough for an instrument to do without these.
 pub(crate) fn take_up(
     fit: &Fit,
     trials: &[Trial],
     noise: &[f64],
     penalty: Penalty,
     gain: f64,
+    first: usize,
 ) -> Result<Option<Fit>, FitError> {
     let sizing = Sizing::new(trials, noise, penalty);
+    let free = free_parameters(&fit.model, first);
     if gain > 0.0 && !sizing.promises(fit, gain) {
         return Ok(None);
     }
@@ -141,8 +155,7 @@ pub(crate) fn take_up(
     let mut best = sizing.at(&fit, fit.randomness.clone());
     let (begin, mut taken) = (best.value, false);
     loop {
-        let mut scanned: Vec<(Kind, At)> =
-            sizing.kinds(&best.randomness).into_iter().map(|kind| (kind, sizing.scan(&fit, kind, &best))).collect();
+        let mut scanned = sizing.scan_all(&fit, &free, &best);
         scanned.extend(sizing.clocks(&fit, &best));
         scanned.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
         let Some((kind, start)) = scanned.into_iter().next() else { break };
@@ -155,7 +168,11 @@ pub(crate) fn take_up(
         }
         let (next_fit, next) = match kind {
             Kind::Late(_) => sizing.set_clock(&fit, start)?,
-            _ => (fit.clone(), sizing.search(&fit, &sizing.sizes(kind), start, &[3.0, 1.5])),
+            _ => {
+                let (adapted, start) = sizing.adapted(&fit, &free, start)?;
+                let next = sizing.search(&adapted, &sizing.sizes(kind), start, &[3.0, 1.5]);
+                (adapted, next)
+            }
         };
         let cost =
             penalty.of_parameters(parameters(&next.randomness)) - penalty.of_parameters(parameters(&best.randomness));
@@ -302,16 +319,48 @@ impl<'a> Sizing<'a> {
         }
     }
 
-    /// The best of the first sizes of a kind, with and without latent forces.
-    fn scan(&self, fit: &Fit, kind: Kind, from: &At) -> At {
-        let starts = self.starts(kind, &from.randomness).into_iter().flat_map(|start| {
+    /// The first sizes of a kind, with and without latent forces.
+    fn all_starts(&self, kind: Kind, from: &Randomness) -> Vec<Randomness> {
+        let both = |start: Randomness| {
             let bare = start.without_latents();
             if bare.same_latents(&start) { vec![start] } else { vec![start, bare] }
-        });
+        };
+        self.starts(kind, from).into_iter().flat_map(both).collect()
+    }
+
+    /// The best of the first sizes of a kind.
+    fn scan(&self, fit: &Fit, kind: Kind, from: &At) -> At {
+        let starts = self.all_starts(kind, &from.randomness).into_iter();
         starts
             .map(|start| self.at(fit, start))
             .min_by(|a, b| a.value.total_cmp(&b.value))
             .unwrap_or_else(|| from.clone())
+    }
+
+    /// The first sizes of all kinds, with what the parameters that are `free` and the clocks would gain beside them.
+    fn scan_all(&self, fit: &Fit, free: &[Free], from: &At) -> Vec<(Kind, At)> {
+        let kinds = self.kinds(&from.randomness).into_iter();
+        if !adapts(fit, free, self.trials) {
+            return kinds.map(|kind| (kind, self.scan(fit, kind, from))).collect();
+        }
+        let starts: Vec<(Kind, Randomness)> = kinds
+            .flat_map(|kind| self.all_starts(kind, &from.randomness).into_iter().map(move |start| (kind, start)))
+            .collect();
+        let sizes: Vec<Randomness> = starts.iter().map(|(_, start)| start.clone()).collect();
+        let values = promises(fit, self.trials, free, &sizes);
+        starts.into_iter().zip(values).map(|((kind, randomness), value)| (kind, At { randomness, value })).collect()
+    }
+
+    /// `fit` with the sizes of `start`, its parameters that are `free` and its clocks moved to where they belong beside them.
+    fn adapted(&self, fit: &Fit, free: &[Free], start: At) -> Result<(Fit, At), FitError> {
+        let mut adapted = fit.clone();
+        if !adapts(fit, free, self.trials) {
+            return Ok((adapted, start));
+        }
+        adapted.randomness = start.randomness;
+        refine_free(&mut adapted, self.trials, self.noise, free, ADAPTING, None)?;
+        let at = self.at(&adapted, adapted.randomness.clone());
+        Ok((adapted, at))
     }
 
     /// What belongs to a kind when its sizes are searched for.

@@ -14,7 +14,7 @@ fn recordings(change: impl Fn(u64, &mut Trial)) -> [Trial; 2] {
 
 fn taken_up(trials: &[Trial]) -> Option<Fit> {
     let fit = fitted(&[], trials);
-    take_up(&fit, trials, &crate::estimate::noise_of_data(trials), Penalty::new(PENALTY), 0.0).unwrap()
+    take_up(&fit, trials, &crate::estimate::noise_of_data(trials), Penalty::new(PENALTY), 0.0, 0).unwrap()
 }
 
 /// First-order noise of this size and time constant.
