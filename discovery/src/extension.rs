@@ -1,11 +1,16 @@
 //! Laws with extensions: which of their parameters are in use, and what laws of friction have in common.
 
+use std::f64::consts::FRAC_PI_2;
+
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
-/// Whether a parameter is in use: not one of an extension that is left out, and not idle beside another.
+/// Whether a parameter is in use: not one of an extension that is left out, not idle beside another, and not one that data show
+/// only in its product with another, which is in use then.
 pub(crate) fn in_use(spec: &EffectSpec, parameter: usize) -> bool {
-    spec.takes_part(parameter)
+    let in_product =
+        spec.info().is_ok_and(|info| info.parameters.get(parameter).is_some_and(|p| p.in_product_with.is_some()));
+    spec.takes_part(parameter) && !in_product
 }
 
 /// The number of parameters in use.
@@ -62,15 +67,35 @@ pub(crate) fn with(model: &Model, at: usize, values: &[(&str, f64)]) -> Model {
     model
 }
 
-/// Laws of friction in a winch and its pulley.
+/// Laws of friction in a winch and its pulley that differ at first sight.
 const FRICTION: [&str; 3] = ["winch_coulomb_friction", "winch_stribeck_friction", "pulley_capstan_loss"];
+/// Friction round a pulley, of which the capstan loss is the first order.
+const WRAP: &str = "pulley_wrap_friction";
+/// The angle (rad) over which a cable is taken to lie on its pulleys, a quarter turn: data show its product with the friction.
+const WRAP_ANGLE: f64 = FRAC_PI_2;
 
 pub(crate) fn is_friction(effect: &EffectSpec) -> bool {
     is_friction_law(&effect.id)
 }
 
 pub(crate) fn is_friction_law(id: &str) -> bool {
-    FRICTION.contains(&id)
+    FRICTION.contains(&id) || id == WRAP
+}
+
+/// The law of which `law` is the first order, with the values at which the two are the same to that order. It is not looked for
+/// by itself, for at first sight they are one, but tried as the form of the simpler one.
+pub(crate) fn beyond_first_order(law: &EffectSpec) -> Option<EffectSpec> {
+    if law.id != "pulley_capstan_loss" {
+        return None;
+    }
+    let values = [value_of(law, "loss")? / WRAP_ANGLE, WRAP_ANGLE, value_of(law, "transition_speed")?];
+    EffectSpec::new(WRAP, law.cable, &values).ok()
+}
+
+/// Share of the winch force that a law of friction takes.
+fn loss_of(effect: &EffectSpec) -> Option<f64> {
+    let wrapped = || Some(value_of(effect, "friction")? * value_of(effect, "wrap_angle")?);
+    value_of(effect, "loss").or_else(wrapped)
 }
 
 /// Force (N) of a law of friction that does not depend on the tension.
@@ -80,7 +105,7 @@ pub(crate) fn force_of(effect: &EffectSpec) -> Option<f64> {
 
 /// The other laws of friction at the place of `effect`, of its size, at a mean tension (N).
 pub(crate) fn kin_of(effect: &EffectSpec, tension: f64) -> Vec<EffectSpec> {
-    let Some(force) = force_of(effect).or(value_of(effect, "loss").map(|loss| loss * tension)) else {
+    let Some(force) = force_of(effect).or(loss_of(effect).map(|loss| loss * tension)) else {
         return Vec::new();
     };
     let values: [&[f64]; 3] = [&[force, 0.02], &[force, 1.3 * force, 0.1, 10.0], &[force / tension, 0.02]];
@@ -135,6 +160,20 @@ mod tests {
         assert!(kin.iter().all(|law| law.values[0] == 150.0 && law.cable == Some(2)), "{kin:?}");
         assert_eq!(kin_of(&kin[0], 15e3)[1].values, capstan.values);
         assert!(kin_of(&effect("winch_force_gain", &[0.01]), 15e3).is_empty());
+    }
+
+    /// Capstan loss stood for friction round a pulley, and a force gain of 0.01 % beside it for what was left of the exponential.
+    #[test]
+    fn friction_round_a_pulley_is_tried_in_place_of_the_capstan_loss() {
+        let capstan = effect("pulley_capstan_loss", &[0.015, 0.012]);
+        let wrap = beyond_first_order(&capstan).unwrap();
+        assert_eq!((wrap.id.as_str(), wrap.cable), ("pulley_wrap_friction", Some(2)));
+        let product = value_of(&wrap, "friction").unwrap() * value_of(&wrap, "wrap_angle").unwrap();
+        assert!((product - 0.015).abs() < 1e-15 && value_of(&wrap, "transition_speed") == Some(0.012), "{wrap:?}");
+        // Data show the product alone, so it is as simple a law.
+        assert_eq!(count_in_use(&wrap), count_in_use(&capstan));
+        assert!(is_friction(&wrap) && beyond_first_order(&wrap).is_none());
+        assert_eq!(kin_of(&wrap, 15e3)[2], effect("pulley_capstan_loss", &[0.015, 0.02]));
     }
 
     #[test]

@@ -13,7 +13,9 @@ use rayon::prelude::*;
 
 use crate::candidates::Situation;
 use crate::estimate::FitError;
-use crate::extension::{Stage, count_in_use, force_of, in_use, index_of, is_friction, kin_of, stage, value_of, with};
+use crate::extension::{
+    Stage, beyond_first_order, count_in_use, force_of, in_use, index_of, is_friction, kin_of, stage, value_of, with,
+};
 use crate::fitted::{Fitted, Trained};
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 
@@ -60,7 +62,7 @@ impl Search<'_> {
         }
         (self.progress)("fitting the shape of friction", 0.2);
         let Ok(begun) = self.on_beginnings(&fitted) else { return fitted };
-        let shaped = wanting.iter().fold(begun, |begun, at| self.shaped(begun, *at));
+        let shaped = wanting.iter().fold(begun, |begun, at| self.in_full(begun, *at));
         let Ok(formed) = self.formed(&shaped, &wanting) else { return fitted };
         if self.share(shaped.score, formed.score, &self.beginnings) < share {
             return self.as_begun(fitted, &shaped);
@@ -209,6 +211,17 @@ impl Search<'_> {
         next.ok().filter(|next| next.score < begun.score)
     }
 
+    /// The law of effect `at` with the shapes that it needs, or the one of which it is the first order, which has as many
+    /// parameters, if that is better by what counts.
+    fn in_full(&self, begun: Trained, at: usize) -> Trained {
+        let shaped = self.shaped(begun, at);
+        let Some(law) = beyond_first_order(&shaped.fit.model.effects[at]) else { return shaped };
+        let mut model = shaped.fit.model.clone();
+        model.effects[at] = law;
+        let whole = self.train(&model, &shaped.fit, &self.beginnings, ROUNDS, None);
+        whole.ok().filter(|whole| whole.score < shaped.score - EVIDENCE).unwrap_or(shaped)
+    }
+
     /// `begun` with the law of effect `at` unlike in its two directions, if the criterion falls by more than with a force bias
     /// beside it: while the winch turns fast the two are the same force, at rest only the bias acts.
     fn unlike_directions(&self, begun: &Trained, at: usize) -> Option<Trained> {
@@ -239,7 +252,7 @@ impl Search<'_> {
             model.effects[at] = law;
             let start = self.loosened(&model, &begun.fit, &self.beginnings).ok()?;
             let law = self.train(&model, &start, &self.beginnings, ROUNDS, None).ok()?;
-            Some(self.shaped(law, at))
+            Some(self.in_full(law, at))
         });
         let mut all: Vec<Trained> = tried.collect();
         all.push(begun);

@@ -75,6 +75,8 @@ pub struct ParameterInfo {
     pub extension: bool,
     /// A parameter of the same effect beside which this one does nothing, where that one is not zero.
     pub idle_beside: Option<&'static str>,
+    /// A parameter of the same effect with which this one enters the law as a product alone: data show the product of the two.
+    pub in_product_with: Option<&'static str>,
 }
 
 /// A parameter of an effect that is a text.
@@ -570,6 +572,7 @@ const fn parameter(
         shape: false,
         extension: false,
         idle_beside: None,
+        in_product_with: None,
     }
 }
 
@@ -607,6 +610,12 @@ impl ParameterInfo {
     /// A parameter that does nothing where `other` is not zero.
     const fn idle_beside(mut self, other: &'static str) -> Self {
         self.idle_beside = Some(other);
+        self
+    }
+
+    /// A parameter that only enters as a product with `other`.
+    const fn in_product_with(mut self, other: &'static str) -> Self {
+        self.in_product_with = Some(other);
         self
     }
 

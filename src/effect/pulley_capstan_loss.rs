@@ -39,6 +39,7 @@ impl Effect for PulleyCapstanLoss {
         validity: "small loss (first order in μ θ), tension above zero, sliding",
         look_alikes: &[
             LookAlike { id: "winch_coulomb_friction", separate_by: "change the pretension" },
+            LookAlike { id: "pulley_wrap_friction", separate_by: "the same to first order: paying out against winding in" },
         ],
     };
 

@@ -30,7 +30,7 @@ impl Effect for PulleyWrapFriction {
         depends_on: &[DependsOn::Direction, DependsOn::Tension],
         parameters: &[
             parameter("friction", "1", "coefficient of friction μ between cable and pulley", (0.01, 0.2)).at_least(0.0),
-            parameter("wrap_angle", "rad", "angle θ over which it lies on its pulleys, all together", (0.2, 3.2)).at_least(0.0),
+            parameter("wrap_angle", "rad", "angle θ over which it lies on its pulleys, all together", (0.2, 3.2)).at_least(0.0).in_product_with("friction"),
             parameter("transition_speed", "m/s", "speed v_s over which the friction turns its sign", (1e-4, 0.1))
                 .at_least(1e-9)
                 .or(0.01).shape(),

@@ -68,9 +68,18 @@ MACHINE = [
     ),
     case(
         "wrap_friction_4",
-        "outside",
-        [effect("pulley_wrap_friction", 4, friction=0.01, wrap_angle=1.5, transition_speed=0.01)],
-        acceptable=("pulley_capstan_loss",),
+        "single",
+        [
+            effect(
+                "pulley_wrap_friction",
+                4,
+                # Data show the product of friction and angle.
+                compare=("transition_speed",),
+                friction=0.01,
+                wrap_angle=1.5,
+                transition_speed=0.01,
+            )
+        ],
     ),
     case(
         "anchor_compliance_2",

@@ -115,7 +115,11 @@ fn view(found: &Found, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
     let size = values.first().copied().unwrap_or_default();
     let effect = kind.clone();
     match spec.id.as_str() {
-        "winch_coulomb_friction" | "winch_viscous_friction" | "winch_stribeck_friction" | "pulley_capstan_loss" => {
+        "winch_coulomb_friction"
+        | "winch_viscous_friction"
+        | "winch_stribeck_friction"
+        | "pulley_capstan_loss"
+        | "pulley_wrap_friction" => {
             // A loss that follows the load is drawn for the mean load.
             let force = mean(moments, spec, |m, i| m.inputs.winch_force[i]);
             let law = move |speed| effect.loss(force, &WinchContext { time: 0.0, speed });
