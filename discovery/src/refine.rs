@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, Look, for_trial};
-use crate::extension::{in_use, is_friction};
+use crate::extension::{in_use, index_of, is_friction, value_of};
 use crate::instruments::Clocks;
 use crate::kalman::{Keep, Randomness, filter};
 use crate::model::Examined;
@@ -65,7 +65,14 @@ fn parameter_step(model: &Model, free: Free) -> f64 {
     let scale = if scale > 0.0 { scale } else { 1.0 };
     // What is typical of a large robot is far too much for a small one.
     let scale = Sizes::of(&model.parameters).of_unit(unit).map_or(scale, |size| scale.min(size));
-    1e-3 * spec.values[free.parameter].abs().max(1e-2 * scale)
+    let step = 1e-3 * spec.values[free.parameter].abs().max(1e-2 * scale);
+    // A drum has turned by the angle l/r, of which a small part must not be a turn.
+    match value_of(spec, "drum_radius") {
+        Some(radius) if index_of(spec, "drum_radius") == Some(free.parameter) => {
+            step.min(1e-2 * radius * radius / Sizes::of(&model.parameters).reach)
+        }
+        _ => step,
+    }
 }
 
 /// Models with each free parameter moved by its step, away from its bounds.
@@ -378,6 +385,15 @@ mod tests {
         assert!((late - trials[0].interval()).abs() < 1e-3, "{late}");
         let (factor, error) = (fit.model.effects[0].values[0], estimate.standard_error[0]);
         assert!((factor - 0.01).abs() < 4.0 * error, "{factor} {error}");
+    }
+
+    /// The angle by which a drum of 0.3 m turns over 900 m changes by 3 rad where the radius does by a thousandth.
+    #[test]
+    fn a_drum_is_not_varied_by_a_turn() {
+        let drum = EffectSpec::new("winch_drum_eccentricity", Some(1), &[0.01, 0.3, 0.4]).unwrap();
+        let model = Model { effects: vec![drum], ..Model::default() };
+        let step = parameter_step(&model, Free { effect: 0, parameter: 1 });
+        assert!(step > 0.0 && step * 900.0 / (0.3 * 0.3) < 0.1, "{step}");
     }
 
     /// Where all forces push, so do the limits of a winch's force, and four times such a limit lies below a quarter of it.

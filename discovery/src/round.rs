@@ -36,6 +36,9 @@ impl Search<'_> {
         let mut situation = Situation::of(&self.evidence.train);
         situation.peaks = crate::spectrum::peaks(fit, &self.evidence.train);
         situation.waves = crate::spectrum::waves(fit, &self.evidence.train);
+        let (each, all) = crate::spectrum::drum_waves(fit, &self.evidence.train);
+        let radius = |number: Option<f64>| number.map(|number| 1.0 / number);
+        situation.drums = (each.into_iter().map(radius).collect(), radius(all));
         situation
     }
 

@@ -54,6 +54,8 @@ pub(crate) struct Situation {
     pub(crate) peaks: Vec<f64>,
     /// Lengths at which the latent forces repeat.
     pub(crate) waves: Vec<Wave>,
+    /// Radii (m) that a drum may have by the waves in its measured length, by cable, and of all alike.
+    pub(crate) drums: (Vec<Option<f64>>, Option<f64>),
     /// Whether unstretched lengths, cable lengths, tensions, poses are measured.
     pub(crate) unstretched: Vec<bool>,
     pub(crate) lengths: Vec<bool>,
@@ -82,6 +84,7 @@ impl Situation {
             commands,
             peaks: Vec::new(),
             waves: Vec::new(),
+            drums: (Vec::new(), None),
             unstretched: (0..cables).map(|i| has(Channel::UnstretchedLength(i))).collect(),
             lengths: (0..cables).map(|i| has(Channel::CableLength(i))).collect(),
             tensions: (0..cables).map(|i| has(Channel::Tension(i))).collect(),
@@ -457,11 +460,11 @@ fn sensors(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
     }
     if situation.unstretched.iter().any(|p| *p) {
         lib.each_cable("length_sensor_scale", &[vec![1e-4]], 0, proportional(1e-4));
-        // The wave e (cos(l/r + ψ) - cos ψ) has these two parts.
-        let (radius, off) = (sizes.drum_radius, 1e-3 * sizes.drum_radius);
-        let sets = [vec![off, radius, 0.0], vec![off, radius, PI / 2.0]];
-        let build = move |a: &[f64]| Some(vec![off * a[0].hypot(a[1]), radius, a[1].atan2(a[0])]);
-        lib.each_cable("winch_drum_eccentricity", &sets, 0, build);
+        for cable in situation.cables_and_all() {
+            let seen = cable.map_or(situation.drums.1, |c| situation.drums.0.get(c - 1).copied().flatten());
+            drum(lib, cable, sizes.drum_radius, 0);
+            seen.into_iter().for_each(|radius| drum(lib, cable, radius, 1));
+        }
     }
     if situation.tensions.iter().any(|p| *p) {
         let force = SMALL * situation.mean_tension;
@@ -476,6 +479,20 @@ fn sensors(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
         lib.whole("pose_sensor_bias", &sets, 0, |a| Some(vec![0.02 * a[0], 0.02 * a[1], 0.002 * a[2]]));
         lib.whole("pose_sensor_delay", &[vec![late]], 0, proportional(late));
     }
+}
+
+/// A drum of a radius (m) off its axis: the wave e (cos(l/r + ψ) - cos ψ) has two parts. The model's radius is one to look at,
+/// but a wave of another radius is at right angles to it, so that what the data show is another.
+fn drum(lib: &mut Library, cable: Option<usize>, radius: f64, tried: usize) {
+    const ID: &str = "winch_drum_eccentricity";
+    let off = 1e-3 * radius;
+    let columns = [0.0, PI / 2.0].map(|phase| {
+        let cables = cable.map_or(1..=lib.cables, |c| c..=c);
+        let waves = cables.map(|c| (lib.vary(ID, Some(c), &[off, radius, phase]), 1.0)).collect();
+        lib.column(waves)
+    });
+    let build = move |a: &[f64]| EffectSpec::new(ID, cable, &[off * a[0].hypot(a[1]), radius, a[1].atan2(a[0])]).ok();
+    lib.candidate(ID, cable, columns.to_vec(), tried, Box::new(build));
 }
 
 #[cfg(test)]
@@ -493,7 +510,7 @@ mod tests {
         ),
         ("cable_catenary", "to first order in the sag it is the parabola, which is looked for"),
         ("cable_wind", "at poses near each other it is a steady wind and drag, which are looked for"),
-        ("pulley_wrap_friction", "to first order it is the capstan loss, which is looked for"),
+        ("pulley_wrap_friction", "to first order it is the capstan loss, as whose form it is tried"),
         ("winch_power_limit", "where it is reached it is a limit of the force, which is looked for"),
         ("winch_torque_ripple", "waves along the paid-out length are found in the spectrum and named as terms"),
         ("cable_elasticity", "another base model, which `discover` tries as such"),
