@@ -212,7 +212,7 @@ mod tests {
         (base.score - next.score, next.train.model.effects[0].values[0])
     }
 
-    /// With the forces as recorded an inertia of the drums explained thousands where nothing is hidden.
+    /// With the forces as recorded an inertia of the drums explained more than chance does, where nothing is hidden.
     #[test]
     fn no_inertia_stands_for_an_error_of_the_forces() {
         let inertia = EffectSpec::new("winch_drum_inertia", None, &[50.0]).expect("an effect");
