@@ -84,10 +84,13 @@ const SHORTEST: f64 = 1.0;
 const LONGEST: f64 = 0.2;
 /// First sizes of noise with memory, in multiples of what differences say of white noise.
 const RATIOS: [f64; 2] = [1.0, 4.0];
-/// First errors of the recorded forces, as shares of the mean force.
-const INPUTS: [f64; 3] = [3e-4, 3e-3, 3e-2];
-/// First jitters of the stamps, in sampling intervals.
-const JITTERS: [f64; 2] = [0.03, 0.2];
+/// Smallest and largest first error of the recorded forces, as shares of the mean force.
+const INPUTS: (f64, f64) = (3e-4, 3e-2);
+/// Smallest and largest first jitter of the stamps, in sampling intervals.
+const JITTERS: (f64, f64) = (0.02, 0.2);
+/// Steps between first sizes, as powers of ten: half an octave where nothing else can stand in for a size that is off; more
+/// beside latent forces, which can.
+const STEPS: (f64, f64) = (0.25, 1.0);
 /// Share of what a rival gains that a first look at an instrument must gain for a second.
 const PROMISING: f64 = 0.3;
 /// Fall of `-2 log L` for which all sizes are gone through again.
@@ -103,6 +106,12 @@ const ADAPTING: usize = 4;
 /// Whether anything of a fit adapts to the sizes of what is random.
 fn adapts(fit: &Fit, free: &[Free], trials: &[Trial]) -> bool {
     !free.is_empty() || Clocks::set(&fit.randomness, trials).count() > 0
+}
+
+/// Sizes between two, with a step between them (powers of ten).
+fn spaced((least, most): (f64, f64), step: f64) -> impl Iterator<Item = f64> {
+    let count = ((most / least).log10() / step).round() as i32;
+    (0..=count).map(move |k| least * 10.0_f64.powf(step * f64::from(k)))
 }
 
 /// A place of the search with its `-2 log L`.
@@ -299,8 +308,8 @@ impl<'a> Sizing<'a> {
         kinds
     }
 
-    /// Sizes from which a kind is searched for.
-    fn starts(&self, kind: Kind, from: &Randomness) -> Vec<Randomness> {
+    /// Sizes from which a kind is searched for, with a step between them (powers of ten).
+    fn starts(&self, kind: Kind, from: &Randomness, step: f64) -> Vec<Randomness> {
         let remembering = |device: Device, ratio: f64, time: f64, drift: bool| {
             self.channels(device).into_iter().fold(from.clone(), |randomness, channel| {
                 randomness.with_memory(Memory { channel, deviation: ratio * self.noise[channel], time, drift })
@@ -313,19 +322,23 @@ impl<'a> Sizing<'a> {
                 times.flat_map(|time| RATIOS.map(|ratio| remembering(device, ratio, time, false))).collect()
             }
             Kind::Drift(device) => RATIOS.map(|ratio| remembering(device, ratio, self.duration, true)).to_vec(),
-            Kind::Input => INPUTS.map(|share| Randomness { input: share * self.tension, ..from.clone() }).to_vec(),
-            Kind::Jitter => JITTERS.map(|share| Randomness { jitter: share * self.interval, ..from.clone() }).to_vec(),
+            Kind::Input => {
+                spaced(INPUTS, step).map(|share| Randomness { input: share * self.tension, ..from.clone() }).collect()
+            }
+            Kind::Jitter => spaced(JITTERS, step)
+                .map(|share| Randomness { jitter: share * self.interval, ..from.clone() })
+                .collect(),
             Kind::Late(_) => Vec::new(),
         }
     }
 
     /// The first sizes of a kind, with and without latent forces.
     fn all_starts(&self, kind: Kind, from: &Randomness) -> Vec<Randomness> {
-        let both = |start: Randomness| {
-            let bare = start.without_latents();
-            if bare.same_latents(&start) { vec![start] } else { vec![start, bare] }
-        };
-        self.starts(kind, from).into_iter().flat_map(both).collect()
+        let mut starts = self.starts(kind, &from.without_latents(), STEPS.0);
+        if from.has_latents() {
+            starts.extend(self.starts(kind, from, STEPS.1));
+        }
+        starts
     }
 
     /// The best of the first sizes of a kind.
