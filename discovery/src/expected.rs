@@ -8,14 +8,18 @@
 //! What is left of the error has memory, and no part in the expected forces: the filter estimates it as it does latent
 //! forces.
 
-use nalgebra::{DMatrix, DVector};
+use rustdct::DctPlanner;
 
 use crate::data::Trial;
 use crate::data::clean::median;
 use crate::randomness::Expected;
 
-/// Samples of the recording on each side that a sample's error is told from.
-const REACH: usize = 25;
+/// Share of a frequency over which power is averaged on each side of it.
+const RELATIVE_WIDTH: f64 = 0.1;
+/// Fewest frequencies over which it is averaged on each side: with four winches a scatter of an eighth.
+const LEAST_WIDTH: usize = 8;
+/// Fewest samples of a recording whose error can be told from it.
+const FEWEST: usize = 101;
 /// Most that is taken off a sample, in standard deviations of the error: a step of the force is no error.
 const MOST: f64 = 3.0;
 /// Shortest memory of what is left (sampling intervals): as good as none.
@@ -26,18 +30,22 @@ const SHORTEST: f64 = 0.1;
 pub(crate) fn expected_forces<const SETS: usize>(sets: [&[Trial]; SETS], error: f64) -> ([Vec<Trial>; SETS], Expected) {
     let all = || sets.iter().flat_map(|trials| trials.iter());
     let interval = median(all().map(Trial::interval).collect());
-    let series: Vec<Vec<f64>> = all().flat_map(|trial| (0..trial.cables()).map(|i| recorded(trial, i))).collect();
-    let filter = Filter::new(&series, error);
-    let of = |trial: &Trial| {
+    let (mut left, mut samples) = (0.0, 0);
+    let mut of = |trial: &Trial| {
         let mut expected = trial.clone();
-        for i in 0..trial.cables() {
-            for (inputs, error) in expected.inputs.iter_mut().zip(filter.errors(&recorded(trial, i))) {
+        let recorded: Vec<Vec<f64>> = (0..trial.cables()).map(|i| recorded(trial, i)).collect();
+        let errors = expected_errors(&recorded, error);
+        for (i, errors) in errors.of_series.iter().enumerate() {
+            for (inputs, error) in expected.inputs.iter_mut().zip(errors) {
                 inputs.winch_force[i] -= error;
             }
         }
+        left += errors.left * trial.len() as f64;
+        samples += trial.len();
         expected
     };
-    (sets.map(|trials| trials.iter().map(of).collect()), what_is_left(filter.left(), interval))
+    let sets = sets.map(|trials| trials.iter().map(&mut of).collect());
+    (sets, what_is_left(left / samples.max(1) as f64, interval))
 }
 
 /// The recorded forces of winch `i`.
@@ -53,77 +61,70 @@ fn what_is_left(variance: f64, interval: f64) -> Expected {
     Expected { share: variance.sqrt(), time: time.max(SHORTEST * interval) }
 }
 
-/// What is to be expected of the white error of a sample, from the samples around it.
+/// What is to be expected of the white errors of series that were recorded together.
+struct Errors {
+    of_series: Vec<Vec<f64>>,
+    /// Share of the errors' variance that is left.
+    left: f64,
+}
+
+/// Of each frequency the share of the error in its power, averaged over the series and over frequencies near to it.
 ///
-/// With the covariance `R` of these samples it is `σ² R⁻¹ e` times them, `e` the unit vector of the one in the middle.
-struct Filter {
-    /// Weights of the samples around one; empty where there are too few to tell.
-    weights: Vec<f64>,
-    /// Most that is taken off.
-    most: f64,
+/// A series less the straight line through its ends is a sum of sines that end with it. These reach over all of it: what is
+/// slow is kept to as many parts as it has power over the error, which weights of the samples near one cannot do.
+fn expected_errors(series: &[Vec<f64>], deviation: f64) -> Errors {
+    let len = series.first().map_or(0, Vec::len);
+    if len < FEWEST {
+        return Errors { of_series: vec![vec![0.0; len]; series.len()], left: 1.0 };
+    }
+    let inner = len - 2;
+    let transform = DctPlanner::new().plan_dst1(inner);
+    // Back is the same again but for this factor, whose root makes both keep the power.
+    let scale = (2.0 / (inner + 1) as f64).sqrt();
+    let transformed = |values: &mut Vec<f64>| {
+        transform.process_dst1(values);
+        values.iter_mut().for_each(|value| *value *= scale);
+    };
+    let sines: Vec<Vec<f64>> = series
+        .iter()
+        .map(|series| {
+            let slope = (series[len - 1] - series[0]) / (len - 1) as f64;
+            let mut sines: Vec<f64> = (1..=inner).map(|k| series[k] - series[0] - slope * k as f64).collect();
+            transformed(&mut sines);
+            sines
+        })
+        .collect();
+    let power: Vec<f64> =
+        (0..inner).map(|k| sines.iter().map(|s| s[k] * s[k]).sum::<f64>() / sines.len() as f64).collect();
+    let power = averaged(&power);
+    // At half of all frequencies forces hardly move: the error is no larger than what is random there.
+    let variance = deviation.powi(2).min(median(power.clone()));
+    let share: Vec<f64> =
+        power.iter().map(|power| if variance > 0.0 { (variance / power).min(1.0) } else { 0.0 }).collect();
+    let most = MOST * deviation;
+    let of_series = sines.into_iter().map(|mut sines| {
+        sines.iter_mut().zip(&share).for_each(|(sine, share)| *sine *= share);
+        transformed(&mut sines);
+        let within = sines.into_iter().map(|error| error.clamp(-most, most));
+        std::iter::once(0.0).chain(within).chain(std::iter::once(0.0)).collect()
+    });
+    Errors { of_series: of_series.collect(), left: 1.0 - share.iter().sum::<f64>() / inner as f64 }
 }
 
-impl Filter {
-    /// By what the series have in common, so that its scatter is small.
-    fn new(series: &[Vec<f64>], deviation: f64) -> Self {
-        let none = Self { weights: Vec::new(), most: 0.0 };
-        let taps = 2 * REACH + 1;
-        let samples: usize = series.iter().map(Vec::len).sum();
-        if series.iter().any(|series| series.len() < 2 * taps) {
-            return none;
-        }
-        let covariance: Vec<f64> = (0..taps)
-            .map(|lag| {
-                let products = series.iter().map(|series| {
-                    let mean = mean(series);
-                    series.iter().zip(&series[lag..]).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>()
-                });
-                // By the pairs that there are: a taper would spread what is slow over all frequencies.
-                products.sum::<f64>() / (samples - lag * series.len()) as f64
-            })
-            .collect();
-        let matrix = DMatrix::from_fn(taps, taps, |r, c| covariance[r.abs_diff(c)]);
-        let eigen = matrix.symmetric_eigen();
-        // At half of all frequencies forces hardly move: the error is no larger than what is random there.
-        let variance = deviation.powi(2).min(median(eigen.eigenvalues.iter().copied().collect()));
-        if variance.is_nan() || variance <= 0.0 {
-            return none;
-        }
-        let middle: DVector<f64> = eigen.eigenvectors.row(REACH).transpose();
-        let weighed = middle.zip_map(&eigen.eigenvalues, |v, value| v * variance / value.max(variance));
-        let weights = (&eigen.eigenvectors * weighed).iter().copied().collect();
-        Self { weights, most: MOST * deviation }
-    }
-
-    /// Share of the error's variance that is left.
-    fn left(&self) -> f64 {
-        self.weights.get(REACH).map_or(1.0, |weight| (1.0 - weight).clamp(0.0, 1.0))
-    }
-
-    /// The expected errors of a series.
-    fn errors(&self, series: &[f64]) -> Vec<f64> {
-        let (n, mean) = (series.len(), mean(series));
-        // Beyond an end the series goes on as its reflection in its last value.
-        let at = |k: isize| {
-            let last = n as isize - 1;
-            match k {
-                ..0 => 2.0 * series[0] - series[(-k).min(last) as usize],
-                _ if k > last => 2.0 * series[n - 1] - series[(2 * last - k).max(0) as usize],
-                _ => series[k as usize],
-            }
-        };
-        let error = |k: usize| {
-            let first = k as isize - REACH as isize;
-            let taps = self.weights.iter().enumerate();
-            let sum: f64 = taps.map(|(tap, weight)| weight * (at(first + tap as isize) - mean)).sum();
-            sum.clamp(-self.most, self.most)
-        };
-        (0..n).map(error).collect()
-    }
-}
-
-fn mean(series: &[f64]) -> f64 {
-    series.iter().sum::<f64>() / series.len() as f64
+/// Power by frequency, each averaged with those near to it.
+fn averaged(power: &[f64]) -> Vec<f64> {
+    let sums: Vec<f64> = std::iter::once(0.0)
+        .chain(power.iter().scan(0.0, |sum, power| {
+            *sum += power;
+            Some(*sum)
+        }))
+        .collect();
+    let of = |k: usize| {
+        let width = LEAST_WIDTH.max((RELATIVE_WIDTH * (k + 1) as f64) as usize);
+        let (first, end) = (k.saturating_sub(width), (k + width + 1).min(power.len()));
+        (sums[end] - sums[first]) / (end - first) as f64
+    };
+    (0..power.len()).map(of).collect()
 }
 
 #[cfg(test)]
@@ -147,44 +148,54 @@ mod tests {
         f64::sqrt(sum / count)
     }
 
-    /// A smooth force, recorded with an error: the filter of the recording, what it expects, and the error.
-    fn recorded_with(error: f64, truth: &[f64]) -> (Filter, Vec<f64>, Vec<f64>) {
+    /// A smooth force, recorded with an error: what is expected of the error, and the error.
+    fn recorded_with(error: f64, truth: &[f64]) -> (Errors, Vec<f64>) {
         let errors: Vec<f64> = noise(truth.len(), 3).map(|e| error * e).collect();
         let series: Vec<f64> = truth.iter().zip(&errors).map(|(force, error)| force + error).collect();
-        let filter = Filter::new(std::slice::from_ref(&series), 50.0);
-        let expected = filter.errors(&series);
-        (filter, expected, errors)
+        (expected_errors(&[series], 50.0), errors)
     }
 
-    /// As much is left as the filter says, and of that as much at frequency zero as there is of the error.
+    /// As much is left as is said, and of that as much at frequency zero as there is of the error.
     #[test]
     fn most_of_a_white_error_on_a_smooth_force_is_known() {
-        let (filter, expected, errors) = recorded_with(50.0, &smooth(20_000));
-        let left = rms(expected.iter().zip(&errors).map(|(expected, error)| error - expected));
-        assert!(left < 15.0 && (left / (50.0 * filter.left().sqrt()) - 1.0).abs() < 0.25, "{left} {}", filter.left());
-        let Expected { share, time } = what_is_left(filter.left(), 0.02);
+        let (expected, errors) = recorded_with(50.0, &smooth(20_000));
+        let left = rms(expected.of_series[0].iter().zip(&errors).map(|(expected, error)| error - expected));
+        assert!(left < 15.0 && (left / (50.0 * expected.left.sqrt()) - 1.0).abs() < 0.25, "{left} {}", expected.left);
+        let Expected { share, time } = what_is_left(expected.left, 0.02);
         let decay = (-0.02 / time).exp();
         assert!((share * share * (1.0 + decay) / (1.0 - decay) - 1.0).abs() < 1e-9, "{share} {time}");
+    }
+
+    /// A filter of the samples around one took 0.24 % off a force that moves at 1 rad/s: a mass error where nothing is missing.
+    #[test]
+    fn a_slow_force_stays_as_large_as_it_is() {
+        let slow: Vec<f64> = (0..4000).map(|k| 20e3 + 600.0 * (0.02 * k as f64).sin()).collect();
+        let (expected, _) = recorded_with(13.0, &slow);
+        let moved = |k: usize| slow[k] - 20e3;
+        let taken_off: f64 = (0..4000).map(|k| expected.of_series[0][k] * moved(k)).sum();
+        let share = taken_off / (0..4000).map(|k| moved(k).powi(2)).sum::<f64>();
+        assert!(share.abs() < 3e-4, "{share}");
     }
 
     /// Of a force that is white itself only the share of the error is taken off.
     #[test]
     fn a_force_that_shakes_is_kept() {
         let shaken: Vec<f64> = smooth(4000).iter().zip(noise(4000, 4)).map(|(force, e)| force + 200.0 * e).collect();
-        let (filter, expected, _) = recorded_with(0.0, &shaken);
-        let taken_off = rms(expected.into_iter());
+        let (expected, _) = recorded_with(0.0, &shaken);
+        let taken_off = rms(expected.of_series[0].iter().copied());
         assert!((taken_off / (200.0 * (50.0_f64 / 200.0).powi(2)) - 1.0).abs() < 0.3, "{taken_off}");
-        assert!(filter.left() > 0.9, "{}", filter.left());
-        let exact = rms(recorded_with(0.0, &smooth(4000)).1.into_iter());
+        assert!(expected.left > 0.9, "{}", expected.left);
+        let exact = rms(recorded_with(0.0, &smooth(4000)).0.of_series[0].iter().copied());
         assert!(exact < 10.0, "{exact}");
     }
 
     #[test]
     fn a_step_is_no_error() {
         let stepped: Vec<f64> = (0..2000).map(|k| if k < 1000 { 20e3 } else { 26e3 }).collect();
-        let (_, expected, _) = recorded_with(50.0, &stepped);
-        assert!(expected.iter().all(|error| error.abs() <= 150.0));
-        assert!(recorded_with(50.0, &stepped[..100]).1.iter().all(|error| *error == 0.0));
+        let (expected, _) = recorded_with(50.0, &stepped);
+        assert!(expected.of_series[0].iter().all(|error| error.abs() <= 150.0));
+        let (short, _) = recorded_with(50.0, &stepped[..100]);
+        assert!(short.left == 1.0 && short.of_series[0].iter().all(|error| *error == 0.0));
     }
 
     /// A recording with `hidden` effects whose recorded forces have an error of 100 N.
