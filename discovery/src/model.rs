@@ -186,22 +186,26 @@ impl Examined {
         };
         let mut pose: [Option<f64>; 3] = std::array::from_fn(|k| mean(Channel::Pose(k)));
         if pose.iter().any(Option::is_none) {
-            let lengths: Vec<Option<f64>> = (0..self.plant.cables())
-                .map(|i| {
-                    mean(Channel::CableLength(i)).or_else(|| {
-                        // A paid-out length stretches under its winch force.
-                        let l = mean(Channel::UnstretchedLength(i))?;
-                        let stretch =
-                            trial.inputs[0].winch_force[i].max(0.0) / self.plant.data().cables[i].axial_stiffness;
-                        Some(if self.plant.unstretched_index(i).is_some() { l * (1.0 + stretch) } else { l })
-                    })
-                })
-                .collect();
+            let lengths = self.lengths(mean, &trial.inputs[0]);
             let known = pose.map(|p| p.unwrap_or(0.0));
             let found = gauss_newton_pose(self.plant.geometry(), &lengths, &pose, known);
             pose = found.map(Some);
         }
         pose.map(|p| p.unwrap_or(0.0))
+    }
+
+    /// Lengths from anchor to platform by what the sensors show, less what they show too much; a paid-out length stretches
+    /// under its winch force.
+    pub(crate) fn lengths(&self, shown: impl Fn(Channel) -> Option<f64>, inputs: &Inputs) -> Vec<Option<f64>> {
+        let of_cable = |i: usize| {
+            let [chord, paid_out] = self.plant.length_sensor_biases(i);
+            shown(Channel::CableLength(i)).map(|length| length - chord).or_else(|| {
+                let length = shown(Channel::UnstretchedLength(i))? - paid_out;
+                let strain = inputs.winch_force[i].max(0.0) / self.plant.data().cables[i].axial_stiffness;
+                Some(if self.plant.unstretched_index(i).is_some() { length * (1.0 + strain) } else { length })
+            })
+        };
+        (0..self.plant.cables()).map(of_cable).collect()
     }
 }
 

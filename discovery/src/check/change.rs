@@ -306,9 +306,9 @@ fn origins(model: &Examined, trial: &Trial, windows: &[Window], columns: &[Colum
             .map(|column| {
                 let Column::Measured(channel) = column else { return None };
                 let j = trial.channels.iter().position(|c| c == channel)?;
-                let (i, stretches) = match channel {
-                    Channel::CableLength(i) => (*i, false),
-                    Channel::UnstretchedLength(i) => (*i, model.plant.unstretched_index(*i).is_some()),
+                let (i, sensor, stretches) = match channel {
+                    Channel::CableLength(i) => (*i, 0, false),
+                    Channel::UnstretchedLength(i) => (*i, 1, model.plant.unstretched_index(*i).is_some()),
                     _ => return None,
                 };
                 let all = windows.iter().zip(&poses).flat_map(|(w, poses)| w.instants.iter().zip(poses));
@@ -316,7 +316,8 @@ fn origins(model: &Examined, trial: &Trial, windows: &[Window], columns: &[Colum
                     let tension = instant.inputs.winch_force[i].max(0.0);
                     let strain = tension / model.plant.data().cables[i].axial_stiffness;
                     let length = cdpr::kinematics::cable_lengths(geometry, pose)[i];
-                    (if stretches { length / (1.0 + strain) } else { length }) - sign * instant.shown[j]
+                    let length = if stretches { length / (1.0 + strain) } else { length };
+                    model.plant.shown_lengths(i, length, length)[sensor] - sign * instant.shown[j]
                 });
                 Some(median(missing.collect())).filter(|offset| offset.is_finite())
             })

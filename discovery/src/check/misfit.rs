@@ -46,22 +46,13 @@ pub(super) fn poses(model: &Examined, channels: &[Channel], windows: &[Window]) 
         .collect()
 }
 
-/// Lengths from anchor to platform, as measured: a paid-out length stretches under its winch force.
+/// Lengths from anchor to platform, as measured.
 pub(super) fn lengths(model: &Examined, channels: &[Channel], instant: &Instant) -> Vec<Option<f64>> {
-    let value = |wanted: Channel| {
+    let shown = |wanted: Channel| {
         let j = channels.iter().position(|c| *c == wanted)?;
         Some(instant.shown[j]).filter(|v| v.is_finite())
     };
-    (0..instant.inputs.winch_force.len())
-        .map(|i| {
-            value(Channel::CableLength(i)).or_else(|| {
-                let paid_out = value(Channel::UnstretchedLength(i))?;
-                let tension = instant.inputs.winch_force[i].max(0.0);
-                let strain = tension / model.plant.data().cables[i].axial_stiffness;
-                Some(if model.plant.unstretched_index(i).is_some() { paid_out * (1.0 + strain) } else { paid_out })
-            })
-        })
-        .collect()
+    model.lengths(shown, &instant.inputs)
 }
 
 /// States with the platform at rest at a pose, where the cables have these lengths, carrying their winch forces.
@@ -104,8 +95,11 @@ pub(super) fn misfits(model: &Examined, trial: &Trial, noise: &[f64], windows: &
             for (j, channel) in trial.channels.iter().enumerate() {
                 let predicted = match *channel {
                     Channel::Pose(_) => continue,
-                    Channel::CableLength(i) => chords[i],
-                    Channel::UnstretchedLength(i) => plant.unstretched_index(i).map_or(chords[i], |at| y[at]),
+                    Channel::CableLength(i) => plant.shown_lengths(i, chords[i], chords[i])[0],
+                    Channel::UnstretchedLength(i) => {
+                        let paid_out = plant.unstretched_index(i).map_or(chords[i], |at| y[at]);
+                        plant.shown_lengths(i, chords[i], paid_out)[1]
+                    }
                     Channel::Tension(i) => instant.inputs.winch_force[i],
                 };
                 off[j].push((instant.shown[j] - predicted).abs());

@@ -135,9 +135,14 @@ fn another_robot(model: &Examined, trial: &Trial, windows: &[Window]) -> Option<
     for (instant, pose) in windows.iter().zip(&poses).flat_map(|(w, poses)| w.instants.iter().zip(poses)) {
         let expected = cdpr::kinematics::cable_lengths(geometry, pose);
         for (j, channel) in trial.channels.iter().enumerate() {
-            let (Channel::CableLength(i) | Channel::UnstretchedLength(i)) = *channel else { continue };
+            let (i, sensor) = match *channel {
+                Channel::CableLength(i) => (i, 0),
+                Channel::UnstretchedLength(i) => (i, 1),
+                _ => continue,
+            };
             let found = instant.shown[j];
-            if (found - expected[i]).abs() > SAME_ROBOT * expected[i] {
+            let expected = model.plant.shown_lengths(i, expected[i], expected[i])[sensor];
+            if (found - expected).abs() > SAME_ROBOT * expected {
                 return Some(format!(
                     "{} is {found:.3} m at x = {:.3} m, y = {:.3} m, phi = {:.4} rad, where the model's geometry has {:.3} m, \
                      and no other unit, order or origin explains it. Is it the recordings' robot that the model describes?",
@@ -145,7 +150,7 @@ fn another_robot(model: &Examined, trial: &Trial, windows: &[Window]) -> Option<
                     pose[0],
                     pose[1],
                     pose[2],
-                    expected[i]
+                    expected
                 ));
             }
         }

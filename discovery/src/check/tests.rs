@@ -63,6 +63,21 @@ fn no_missing_effect_is_taken_for_a_wrong_reading() {
     }
 }
 
+/// A calibrated model with offsets of its encoders was refused: the check said to write them in the map once more.
+#[test]
+fn an_offset_that_the_model_has_is_no_other_origin() {
+    let offset = |cable: usize| EffectSpec::new("length_sensor_bias", Some(cable), &[60.0]).unwrap();
+    let effects: Vec<EffectSpec> = (1..=4).map(offset).collect();
+    let trial = record(&effects, 40.0, 12);
+    assert!(said(&trial).contains("lengths count from another zero"), "{}", said(&trial));
+    let model = Model { effects, ..Model::default() };
+    assert_eq!(check(&model, std::iter::once(&trial)).err().unwrap_or_default(), "");
+    let mut alone = trial;
+    alone.channels.drain(..3);
+    alone.measured.iter_mut().for_each(|row| drop(row.drain(..3)));
+    assert_eq!(check(&model, std::iter::once(&alone)).err().unwrap_or_default(), "");
+}
+
 #[test]
 fn units_are_seen_by_size() {
     let degrees = changed(|_, row| row[2] = row[2].to_degrees());
