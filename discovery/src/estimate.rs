@@ -6,6 +6,7 @@ use cdpr::simulation::Simulation;
 use rayon::prelude::*;
 
 use crate::data::clean::{median, noise_by_differences};
+use crate::data::counts::least_noise;
 use crate::data::{Channel, Trial};
 use crate::gap::restarts;
 use crate::instruments;
@@ -68,7 +69,7 @@ pub(crate) fn noise_of_data(trials: &[Trial]) -> Vec<f64> {
         .map(|channel| {
             let of_trial = |t: &Trial| t.channels.iter().position(|c| c == channel).map(|j| noise_by_differences(t, j));
             let noise = median(trials.iter().filter_map(of_trial).collect());
-            if noise.is_nan() { noise } else { noise.max(channel.noise_floor()) }
+            if noise.is_nan() { noise } else { noise.max(least_noise(trials, *channel, noise)) }
         })
         .collect()
 }
@@ -81,6 +82,8 @@ pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
         .iter()
         .map(|c| all.iter().position(|a| a == c).map_or(f64::NAN, |at| randomness.noise[at]))
         .collect();
+    let least = |c: &Channel| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.least_noise[at]);
+    let least_noise = trial.channels.iter().map(least).collect();
     let memory = randomness.memory.iter().filter_map(|m| {
         let channel = trial.channels.iter().position(|c| *c == all[m.channel])?;
         Some(Memory { channel, ..*m })
@@ -88,7 +91,7 @@ pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
     let mut memory: Vec<Memory> = memory.collect();
     memory.sort_by_key(|m| m.channel);
     let late = trial.channels.iter().map(|c| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.late[at]));
-    Randomness { noise, memory, late: late.collect(), ..randomness.clone() }
+    Randomness { noise, least_noise, memory, late: late.collect(), ..randomness.clone() }
 }
 
 /// A first trajectory from measurements alone: pose by a local straight line, cables at rest under their commands.
@@ -459,7 +462,7 @@ impl Fit {
             if count > 0 {
                 let fitted = (sum / count as f64).sqrt();
                 let most = if self.randomness.has_instrument_noise() { f64::INFINITY } else { 1.05 * noise[at] };
-                self.randomness.noise[at] = fitted.min(most).max(channel.noise_floor());
+                self.randomness.noise[at] = fitted.min(most).max(self.randomness.least_noise[at]);
             }
         }
     }
@@ -490,6 +493,7 @@ pub(crate) fn first_randomness(model: &Model, trials: &[Trial], noise: &[f64]) -
     let duration = |t: &Trial| t.time[t.len() - 1] - t.time[0];
     let longest = LATENT_TIMES.1 * trials.iter().map(duration).fold(0.0, f64::max);
     let shortest = LATENT_TIMES.0 * median(trials.iter().map(Trial::interval).collect());
+    let channels = Channel::all(model.parameters.cables());
     Randomness {
         latents: WRENCH + model.parameters.cables(),
         force: Randomness::first_latent(usual_force),
@@ -498,6 +502,7 @@ pub(crate) fn first_randomness(model: &Model, trials: &[Trial], noise: &[f64]) -
         arm: sizes.arm,
         time: (LATENT_SWINGS * sizes.swing).min(longest).max(shortest),
         noise: noise.to_vec(),
+        least_noise: channels.iter().zip(noise).map(|(channel, noise)| least_noise(trials, *channel, *noise)).collect(),
         memory: Vec::new(),
         input: 0.0,
         expected: None,

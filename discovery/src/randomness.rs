@@ -57,6 +57,8 @@ pub(crate) struct Randomness {
     pub(crate) time: f64,
     /// White noise of each channel.
     pub(crate) noise: Vec<f64>,
+    /// The least that it can be.
+    pub(crate) least_noise: Vec<f64>,
     /// Noise with memory, the channels in their order.
     pub(crate) memory: Vec<Memory>,
     /// White error of each recorded winch force (N), held from sample to sample.

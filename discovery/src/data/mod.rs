@@ -3,6 +3,7 @@
 mod channel;
 pub(crate) mod clean;
 pub(crate) mod clock;
+pub(crate) mod counts;
 mod map;
 mod read;
 mod ready;

@@ -417,7 +417,9 @@ impl<'a> Sizing<'a> {
             memory.time = (factor * before).clamp(*times.start(), *times.end());
             memory.deviation *= (memory.time / before).sqrt();
         };
-        let white = |noise: &mut f64, at: usize| *noise = (factor * *noise).max(self.all[at].noise_floor());
+        let white = |next: &mut Randomness, at: usize| {
+            next.noise[at] = (factor * next.noise[at]).max(next.least_noise[at]);
+        };
         match size {
             Size::Memories { device, drift } => {
                 let chosen = next.memory.iter_mut().filter(|m| m.drift == drift && of(m, device));
@@ -425,11 +427,11 @@ impl<'a> Sizing<'a> {
             }
             Size::Times(device) => next.memory.iter_mut().filter(|m| !m.drift && of(m, device)).for_each(time),
             Size::White(device) => {
-                self.channels(device).into_iter().for_each(|at| white(&mut next.noise[at], at));
+                self.channels(device).into_iter().for_each(|at| white(&mut next, at));
             }
             Size::Memory(at) => next.memory[at].deviation *= factor,
             Size::Time(at) => time(&mut next.memory[at]),
-            Size::WhiteOf(at) => white(&mut next.noise[at], at),
+            Size::WhiteOf(at) => white(&mut next, at),
             Size::Input => next.input *= factor,
             Size::Jitter => next.jitter *= factor,
             Size::Force => next.force = next.force_scaled(factor),

@@ -3,7 +3,8 @@
 use nalgebra::DMatrix;
 
 use super::{Device, Size, Sizing};
-use crate::data::{Channel, Trial};
+use crate::data::Trial;
+use crate::data::counts::resolution;
 use crate::estimate::Fit;
 use crate::kalman::Randomness;
 use crate::outcome::{ChannelInstrument, Estimated, Instruments};
@@ -39,25 +40,6 @@ impl Sizing<'_> {
         let error = self.covariance(fit, &[size]).map(|covariance| value * covariance[(0, 0)].sqrt());
         Estimated { value, standard_error: error }
     }
-}
-
-/// The smallest step between different readings, where all are multiples of it and it is no smaller than a share of the
-/// noise that matters.
-pub(super) fn resolution(trials: &[Trial], channel: Channel, noise: f64) -> Option<f64> {
-    let mut readings: Vec<f64> = Vec::new();
-    for trial in trials {
-        let Some(j) = trial.channels.iter().position(|c| *c == channel) else { continue };
-        readings.extend(trial.measured.iter().map(|row| row[j]).filter(|v| v.is_finite()));
-    }
-    readings.sort_by(f64::total_cmp);
-    let count =
-        readings.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 1e-3 * noise).fold(f64::INFINITY, f64::min);
-    let whole = |v: &f64| {
-        let multiple = (v - readings[0]) / count;
-        (multiple - multiple.round()).abs() < 1e-3
-    };
-    // Noise of a tenth of a count hides it, one of many counts makes it superfluous.
-    (count.is_finite() && count > 0.3 * noise && readings.iter().all(whole)).then_some(count)
 }
 
 /// What the instruments of the fit add, with standard errors.

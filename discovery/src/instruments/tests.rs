@@ -1,4 +1,3 @@
-use super::summary::resolution;
 use super::*;
 use crate::data::recording::{fitted, noise, record};
 use crate::randomness::Memory;
@@ -111,15 +110,6 @@ fn no_device_is_early_by_itself() {
     assert!(kinds.contains(&Kind::Late(Device::UnstretchedLengths)) && !kinds.contains(&Kind::Late(Device::Pose)));
 }
 
-#[test]
-fn counts_are_seen_and_digits_of_a_file_are_not() {
-    let mut trial = record(&[], 20.0, 9);
-    assert_eq!(resolution(std::slice::from_ref(&trial), Channel::Pose(0), 2e-3), None);
-    trial.measured.iter_mut().for_each(|row| row[0] = 5e-3 * (row[0] / 5e-3).round());
-    let count = resolution(&[trial], Channel::Pose(0), 2e-3).expect("counts");
-    assert!((count - 5e-3).abs() < 1e-9, "{count}");
-}
-
 /// Noise is not a number where a channel is not measured: what differs is counted, not compared.
 #[test]
 fn what_instruments_add_is_taken_away_one_thing_at_a_time() {
@@ -134,4 +124,21 @@ fn what_instruments_add_is_taken_away_one_thing_at_a_time() {
     let less: Vec<_> = less_by_one(&randomness, &trials).iter().map(counts).collect();
     let expected = [(2, true, true), (3, true, true), (3, true, true), (4, false, true), (4, true, false)];
     assert_eq!(less, expected);
+}
+
+/// Lengths in centimetres came out with 3 µm of white noise, stamps that jitter by half an interval, and no effect.
+#[test]
+fn noise_of_counts_is_no_smaller_than_rounding() {
+    let count = 0.05;
+    let trials = recordings(|_, trial| {
+        let lengths = trial.measured.iter_mut().flat_map(|row| &mut row[3..]);
+        lengths.for_each(|length| *length = count * (*length / count).round());
+    });
+    let noise = crate::estimate::noise_of_data(&trials);
+    let (fit, sizing) = (fitted(&[], &trials), Sizing::new(&trials, &noise, Penalty::NONE));
+    let least = count / 12.0_f64.sqrt() - 1e-9;
+    for at in sizing.channels(Device::UnstretchedLengths) {
+        let smaller = sizing.scaled(&fit.randomness, Size::WhiteOf(at), 1e-3).noise[at];
+        assert!(noise[at] >= least && fit.randomness.noise[at] >= least && smaller >= least, "{at}: {smaller}");
+    }
 }
