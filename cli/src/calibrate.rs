@@ -15,9 +15,9 @@ use crate::{model, terminal, whole};
 #[command(after_help = "Examples:\n  \
     cdpr calibrate --data slow.csv -o model.toml\n  \
     cdpr calibrate --data a.csv b.csv --model nominal.toml --map map.toml -o calibrated.toml\n\n\
-    The recordings are those of cdpr discover. They need the whole pose (x, y, phi) and lengths: cable_length[i], or \
-    unstretched_length[i] with winches commanded by force or a column tension[i], by which the cable is stretched. Slow motion \
-    through all of the workspace tells most.\n\n\
+    The recordings are those of cdpr discover. They need lengths: cable_length[i], or unstretched_length[i] with winches \
+    commanded by force or a column tension[i], by which the cable is stretched; and x, y and phi, or more lengths than it takes \
+    to tell those of them that are not measured. Slow motion through all of the workspace tells most.\n\n\
     Corrected are anchors, attachments and what each length counts from. What the recordings cannot tell apart is held at the \
     given value and named. More in docs/calibrate.md.")]
 pub(crate) struct Arguments {

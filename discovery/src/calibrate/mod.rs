@@ -1,8 +1,8 @@
 //! Geometry from the kinematics of recordings alone: anchors, attachments, offsets of length sensors, the frame of the pose.
 //!
-//! Each cable's measured length is compared with the distance of its ends at the measured pose, an unstretched length with what
-//! of that distance is paid out under the cable's tension. What explains the differences best is found by weighted nonlinear
-//! least squares, the pose's own noise taken into account (W. A. Fuller, Measurement Error Models, Wiley 1987), robustly
+//! Each cable's measured length is compared with the distance of its ends at the measured pose, or where the lengths together
+//! tell it to be, an unstretched length with what of that distance is paid out under the cable's tension. What explains the
+//! differences best is found by weighted nonlinear least squares, the pose's own noise taken into account (W. A. Fuller, Measurement Error Models, Wiley 1987), robustly
 //! (P. J. Huber, Robust Statistics, Wiley 1981). Directions in which the recordings know the geometry no better than anybody who
 //! builds such a machine are held at the given value, by the singular values of the problem (C. L. Lawson and R. J. Hanson,
 //! Solving Least Squares Problems, 1974). No standard error rests on a prior.
@@ -105,7 +105,8 @@ pub const TOLD: f64 = 0.99;
 /// Corrects the geometry of `model` by recordings.
 ///
 /// # Errors
-/// Recordings without a pose or without lengths, a tension that is not known, corrections that do not settle.
+/// Recordings without lengths, or without any to spare where the pose is not measured, a tension that is not known, corrections
+/// that do not settle.
 pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, CalibrateError> {
     let problem = Problem::new(model, trials)?;
     let solution = solve(&problem)?;

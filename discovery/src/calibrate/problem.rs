@@ -7,8 +7,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::CalibrateError;
 use crate::data::clean::noise_by_differences;
+use crate::data::counts::least_noise;
 use crate::data::{Channel, Trial};
-use crate::model::Examined;
+use crate::model::{Examined, gauss_newton_pose};
 use crate::sizes::Sizes;
 
 /// How exactly anybody who builds such a machine knows where its anchors are and what its encoders count from, as a share of
@@ -60,10 +61,12 @@ struct Length {
     tension: f64,
 }
 
-/// A sample with a pose and lengths.
+/// A sample with lengths.
 pub(super) struct Sample {
+    /// As measured; where an axis is not, as the lengths tell it with the geometry as given.
     pose: [f64; 3],
-    pose_noise: [f64; 3],
+    /// Noise of each axis, where it is measured.
+    pose_noise: [Option<f64>; 3],
     time: f64,
     lengths: Vec<Length>,
     /// Which recording it is of.
@@ -77,6 +80,8 @@ pub(super) struct Problem {
     pub(super) unknowns: Vec<Unknown>,
     /// By how much each may plausibly be off (m).
     pub(super) plausible: DVector<f64>,
+    /// How far the platform may be from where it is sought, along an axis that was not measured (m, m, rad).
+    range: [f64; 3],
     pub(super) samples: Vec<Sample>,
 }
 
@@ -88,11 +93,17 @@ pub(super) struct Equations {
     pub(super) slopes: DMatrix<f64>,
     /// Covariance of the residuals by noise.
     pub(super) covariance: DMatrix<f64>,
+    /// What the axes of the pose that were not measured do to what is expected over their whole range, a column each (m).
+    pub(super) free: DMatrix<f64>,
     pub(super) channels: Vec<Channel>,
 }
 
 /// Fewest samples of a calibration.
 const FEWEST: usize = 50;
+/// Most steps to a pose that lengths tell.
+const STEPS: usize = 20;
+/// Step, as a share of the axis's range, from which on a pose is found: a millionth of any noise.
+const FOUND: f64 = 1e-10;
 
 impl Problem {
     pub(super) fn new(model: &Model, trials: &[Trial]) -> Result<Self, CalibrateError> {
@@ -108,11 +119,13 @@ impl Problem {
         }
         if samples.len() < FEWEST {
             return Err(CalibrateError::Data(format!(
-                "{} samples with a whole pose and a length, expected {FEWEST} or more",
+                "{} samples with a length and what is measured of the pose, expected {FEWEST} or more",
                 samples.len()
             )));
         }
         let mut unknowns = Vec::new();
+        // Where all cables meet in a point there is no attachment to be off.
+        let point = geometry.attachment.iter().flatten().all(|coordinate| *coordinate == 0.0);
         let measured = |channel: Channel| samples.iter().any(|s| s.lengths.iter().any(|l| l.channel == channel));
         for cable in 0..cables {
             let channels = [Channel::CableLength(cable), Channel::UnstretchedLength(cable)];
@@ -121,7 +134,7 @@ impl Problem {
                 continue;
             }
             unknowns.extend((0..2).map(|axis| Unknown::Anchor(cable, axis)));
-            unknowns.extend((0..2).map(|axis| Unknown::Attachment(cable, axis)));
+            unknowns.extend((0..2).filter(|_| !point).map(|axis| Unknown::Attachment(cable, axis)));
             unknowns.extend(channels.into_iter().map(Unknown::Offset));
         }
         let sizes = Sizes::of(&model.parameters);
@@ -130,7 +143,29 @@ impl Problem {
             _ => ANCHORS * sizes.reach,
         });
         let plausible = DVector::from_iterator(unknowns.len(), plausible);
-        Ok(Self { examined, geometry, unknowns, plausible, samples })
+        let range = [sizes.reach, sizes.reach, 1.0];
+        let problem = Self { examined, geometry, unknowns, plausible, range, samples };
+        problem.enough()?;
+        Ok(problem)
+    }
+
+    /// That lengths are left over where axes of the pose are to be told by them.
+    fn enough(&self) -> Result<(), CalibrateError> {
+        let given = DVector::zeros(self.unknowns.len());
+        let over = |sample: &Sample| {
+            let equations = self.equations(sample, &given);
+            equations.left_over().ncols() > 0
+        };
+        if self.samples.iter().any(over) {
+            return Ok(());
+        }
+        let axes = ["x", "y", "phi"].into_iter().zip(self.samples[0].pose_noise);
+        let missing: Vec<&str> = axes.filter(|(_, noise)| noise.is_none()).map(|(name, _)| name).collect();
+        Err(CalibrateError::Data(format!(
+            "{} not measured, and no length is left over once the others tell {}; expected more lengths, or x, y and phi",
+            missing.join(", "),
+            if missing.len() == 1 { "it" } else { "them" }
+        )))
     }
 
     /// The value of an unknown as given (m).
@@ -144,8 +179,24 @@ impl Problem {
         }
     }
 
-    /// The equations of a sample with so much added to the unknowns.
+    /// The equations of a sample with so much added to the unknowns, at the pose as measured, and along axes that were not
+    /// measured, where the lengths tell it to be.
     pub(super) fn equations(&self, sample: &Sample, change: &DVector<f64>) -> Equations {
+        let mut pose = sample.pose;
+        let mut equations = self.equations_at(sample, &pose, change);
+        for _ in 0..STEPS {
+            let step = equations.step();
+            if step.amax() <= FOUND {
+                break;
+            }
+            let axes = (0..3).filter(|axis| sample.pose_noise[*axis].is_none());
+            axes.zip(step.iter()).for_each(|(axis, step)| pose[axis] += step * self.range[axis]);
+            equations = self.equations_at(sample, &pose, change);
+        }
+        equations
+    }
+
+    fn equations_at(&self, sample: &Sample, pose: &[f64; 3], change: &DVector<f64>) -> Equations {
         let rows = sample.lengths.len();
         let mut slopes = DMatrix::zeros(rows, self.unknowns.len());
         let mut by_pose = DMatrix::zeros(rows, 3);
@@ -153,7 +204,7 @@ impl Problem {
         let mut covariance = DMatrix::zeros(rows, rows);
         let at = |wanted: Unknown| self.unknowns.iter().position(|u| *u == wanted);
         let added = |wanted: Unknown| at(wanted).map_or(0.0, |k| change[k]);
-        let [x, y, phi] = sample.pose;
+        let [x, y, phi] = *pose;
         let (sin, cos) = phi.sin_cos();
         for (row, length) in sample.lengths.iter().enumerate() {
             let cable = length.cable;
@@ -190,10 +241,14 @@ impl Problem {
                 slopes[(row, k)] = 1.0;
             }
         }
-        let pose = DMatrix::from_diagonal(&DVector::from_iterator(3, sample.pose_noise.iter().map(|s| s * s)));
+        let measured = sample.pose_noise.iter().map(|noise| noise.map_or(0.0, |s| s * s));
+        let pose = DMatrix::from_diagonal(&DVector::from_iterator(3, measured));
         covariance += &by_pose * pose * by_pose.transpose();
+        let axes = (0..3).filter(|axis| sample.pose_noise[*axis].is_none());
+        let free: Vec<DVector<f64>> = axes.map(|axis| by_pose.column(axis) * self.range[axis]).collect();
+        let free = if free.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&free) };
         let channels = sample.lengths.iter().map(|l| l.channel).collect();
-        Equations { residual, slopes, covariance, channels }
+        Equations { residual, slopes, covariance, free, channels }
     }
 
     /// What of a distance (m) is paid out, and how much more of one more metre.
@@ -209,6 +264,50 @@ impl Problem {
     }
 }
 
+impl Equations {
+    /// The root `L` of the covariance, `L Lᵀ`.
+    pub(super) fn root(&self) -> DMatrix<f64> {
+        self.covariance.clone().cholesky().unwrap_or_else(|| unreachable!("noise above zero on every row")).l()
+    }
+
+    /// What the unmeasured axes do to the whitened rows, where the lengths tell more of it than the axes' range: directions of
+    /// the rows, directions of the axes, and how much more. Along the others the pose is held.
+    fn white_free(&self) -> (DMatrix<f64>, DMatrix<f64>, Vec<f64>) {
+        if self.free.ncols() == 0 {
+            return (DMatrix::zeros(self.free.nrows(), 0), DMatrix::zeros(0, 0), Vec::new());
+        }
+        let solved = self.root().solve_lower_triangular(&self.free).unwrap_or_else(|| unreachable!("as above"));
+        let (rows, axes) = solved.shape();
+        let eigen = (solved.transpose() * &solved).symmetric_eigen();
+        let told: Vec<usize> = (0..axes).filter(|k| eigen.eigenvalues[*k] > 1.0).collect();
+        let sizes: Vec<f64> = told.iter().map(|k| eigen.eigenvalues[*k].sqrt()).collect();
+        let of_axes = DMatrix::from_fn(axes, told.len(), |r, c| eigen.eigenvectors[(r, told[c])]);
+        let of_rows = &solved * &of_axes;
+        let of_rows = DMatrix::from_fn(rows, told.len(), |r, c| of_rows[(r, c)] / sizes[c]);
+        (of_rows, of_axes, sizes)
+    }
+
+    /// Step to the pose that the lengths tell, as shares of the unmeasured axes' ranges (Gauss-Newton).
+    fn step(&self) -> DVector<f64> {
+        let (of_rows, of_axes, sizes) = self.white_free();
+        let residual =
+            self.root().solve_lower_triangular(&self.residual).unwrap_or_else(|| unreachable!("noise above zero"));
+        let along = of_rows.transpose() * residual;
+        of_axes * DVector::from_fn(sizes.len(), |k, _| along[k] / sizes[k])
+    }
+
+    /// Orthonormal directions of the whitened rows about which the unmeasured axes say nothing, as columns.
+    pub(super) fn left_over(&self) -> DMatrix<f64> {
+        let rows = self.residual.len();
+        let (taken, ..) = self.white_free();
+        let (axes, mut all) = (taken.ncols(), DMatrix::identity(rows, rows));
+        all = all.insert_columns(0, axes, 0.0);
+        all.columns_mut(0, axes).copy_from(&taken);
+        // In the order of the rows, so that the directions follow the pose without a leap.
+        all.qr().q().columns(axes, rows - axes).into_owned()
+    }
+}
+
 /// The samples of a recording.
 fn of_trial(model: &Model, examined: &Examined, t: usize, trial: &Trial) -> Result<Vec<Sample>, CalibrateError> {
     let wrong = |message: String| CalibrateError::Data(format!("{}: {message}", trial.name));
@@ -221,18 +320,6 @@ fn of_trial(model: &Model, examined: &Examined, t: usize, trial: &Trial) -> Resu
     }
     let place = |wanted: Channel| trial.channels.iter().position(|c| *c == wanted);
     let has = |wanted: Channel| place(wanted).filter(|j| trial.measured.iter().any(|row| row[*j].is_finite()));
-    let missing: Vec<&str> = ["x", "y", "phi"]
-        .into_iter()
-        .enumerate()
-        .filter(|(k, _)| has(Channel::Pose(*k)).is_none())
-        .map(|(_, n)| n)
-        .collect();
-    if !missing.is_empty() {
-        return Err(wrong(format!(
-            "{} not measured; a calibration compares lengths with the pose and needs x, y and phi",
-            missing.join(", ")
-        )));
-    }
     let lengths: Vec<Channel> = (0..cables)
         .flat_map(|i| [Channel::CableLength(i), Channel::UnstretchedLength(i)])
         .filter(|c| has(*c).is_some())
@@ -259,17 +346,18 @@ fn of_trial(model: &Model, examined: &Examined, t: usize, trial: &Trial) -> Resu
     }
     let noise = |channel: Channel| {
         let noise = place(channel).map_or(f64::NAN, |j| noise_by_differences(trial, j));
-        if noise.is_nan() { channel.noise_floor() } else { noise.max(channel.noise_floor()) }
+        let least = least_noise(std::slice::from_ref(trial), channel, noise);
+        if noise.is_nan() { least } else { noise.max(least) }
     };
-    let pose_noise = [0, 1, 2].map(|k| noise(Channel::Pose(k)));
+    let pose_at = [0, 1, 2].map(|k| has(Channel::Pose(k)));
+    let pose_noise: [Option<f64>; 3] = std::array::from_fn(|k| pose_at[k].map(|_| noise(Channel::Pose(k))));
     let lengths: Vec<(Channel, usize, f64)> =
         lengths.into_iter().map(|c| (c, place(c).unwrap_or_default(), noise(c))).collect();
-    let pose_at = [0, 1, 2].map(|k| place(Channel::Pose(k)).unwrap_or_default());
     let bias = examined.plant.pose_sensor_bias();
-    let mut out = Vec::new();
+    let mut out: Vec<Sample> = Vec::new();
     for (k, row) in trial.measured.iter().enumerate() {
-        let pose: [f64; 3] = std::array::from_fn(|axis| row[pose_at[axis]] - bias[axis]);
-        if pose.iter().any(|v| !v.is_finite()) {
+        let measured: [Option<f64>; 3] = std::array::from_fn(|axis| pose_at[axis].map(|j| row[j] - bias[axis]));
+        if measured.iter().flatten().any(|v| !v.is_finite()) {
             continue;
         }
         let length = |(channel, j, noise): &(Channel, usize, f64)| {
@@ -282,6 +370,16 @@ fn of_trial(model: &Model, examined: &Examined, t: usize, trial: &Trial) -> Resu
         };
         let lengths: Vec<Length> = lengths.iter().filter_map(length).collect();
         if !lengths.is_empty() {
+            // Sought from where it was last; the equations see to the stretch of the cables.
+            let last = out.last().map_or([0.0; 3], |sample| sample.pose);
+            let shown = |i: usize| lengths.iter().find(|l| l.cable == i).map(|l| l.value);
+            let pose = if measured.iter().any(Option::is_none) {
+                let shown: Vec<Option<f64>> = (0..cables).map(shown).collect();
+                let guess = std::array::from_fn(|axis| measured[axis].unwrap_or(last[axis]));
+                gauss_newton_pose(examined.plant.geometry(), &shown, &measured, guess)
+            } else {
+                measured.map(Option::unwrap_or_default)
+            };
             out.push(Sample { pose, pose_noise, time: trial.time[k], lengths, trial: t });
         }
     }

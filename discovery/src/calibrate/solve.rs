@@ -1,6 +1,6 @@
 //! Robust least squares with what cannot be told held.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
 
 use super::problem::{Equations, Problem, Sample};
 use super::{CalibrateError, ChannelMisfit};
@@ -30,7 +30,7 @@ pub(super) struct Solution {
     pub(super) widened: f64,
 }
 
-/// The whitened equations of one sample.
+/// The whitened equations of one sample, less those that went into axes of the pose that were not measured.
 struct White {
     residual: DVector<f64>,
     slopes: DMatrix<f64>,
@@ -40,10 +40,16 @@ struct White {
 
 fn white(problem: &Problem, sample: &Sample, change: &DVector<f64>) -> White {
     let plain = problem.equations(sample, change);
-    let root = plain.covariance.clone().cholesky().unwrap_or_else(|| unreachable!("noise above zero on every row")).l();
-    let solved = |right: DMatrix<f64>| root.solve_lower_triangular(&right).unwrap_or_else(|| unreachable!("as above"));
-    let slopes = solved(&plain.slopes * DMatrix::from_diagonal(&problem.plausible));
-    let residual = solved(DMatrix::from_columns(std::slice::from_ref(&plain.residual))).column(0).into_owned();
+    let root = plain.root();
+    let solved = |right: &DMatrix<f64>| {
+        root.solve_lower_triangular(right).unwrap_or_else(|| unreachable!("noise above zero on every row"))
+    };
+    let mut slopes = solved(&(&plain.slopes * DMatrix::from_diagonal(&problem.plausible)));
+    let mut residual = solved(&DMatrix::from_columns(std::slice::from_ref(&plain.residual))).column(0).into_owned();
+    if plain.free.ncols() > 0 {
+        let left_over = plain.left_over().transpose();
+        (slopes, residual) = (&left_over * slopes, &left_over * residual);
+    }
     White { residual, slopes, plain }
 }
 
@@ -52,16 +58,35 @@ fn deviation(values: impl Iterator<Item = f64>) -> f64 {
     median(values.map(f64::abs).collect()) / 0.674_489_750_2
 }
 
-pub(super) fn solve(problem: &Problem) -> Result<Solution, CalibrateError> {
+/// Corrections that have settled.
+struct Settled {
+    change: DVector<f64>,
+    /// Directions in multiples of what is plausible, and how well each is told (one over its variance by noise).
+    eigen: SymmetricEigen<f64, Dyn>,
+    /// Those of them that are told.
+    told: Vec<usize>,
+    widened: f64,
+    scale: f64,
+}
+
+/// The whitened equations of all samples at some corrections, the robust size of what is left, and by how much errors are
+/// larger for it.
+fn look(problem: &Problem, change: &DVector<f64>) -> (Vec<White>, f64, f64) {
+    let all: Vec<White> = problem.samples.iter().map(|s| white(problem, s, change)).collect();
+    let scale = deviation(all.iter().flat_map(|w| w.residual.iter().copied()));
+    // Noise that is larger than it looks counts as noise.
+    let scale = scale.max(1.0);
+    let widened = widening(problem, &all, scale);
+    (all, scale, widened)
+}
+
+/// Rounds of least squares from some corrections on, until they settle. Told is what is known better than the `least` (one over
+/// the variance by noise, in multiples of what is plausible).
+fn settle(problem: &Problem, start: DVector<f64>, least: f64) -> Result<Settled, CalibrateError> {
     let unknowns = problem.unknowns.len();
-    let mut change = DVector::<f64>::zeros(unknowns);
-    let mut moved = f64::INFINITY;
-    let mut last = None;
+    let (mut change, mut moved) = (start, f64::INFINITY);
     for _ in 0..ROUNDS {
-        let all: Vec<White> = problem.samples.iter().map(|s| white(problem, s, &change)).collect();
-        let scale = deviation(all.iter().flat_map(|w| w.residual.iter().copied())).max(f64::MIN_POSITIVE);
-        // Noise that is larger than it looks counts as noise.
-        let scale = scale.max(1.0);
+        let (all, scale, widened) = look(problem, &change);
         let mut gram = DMatrix::<f64>::zeros(unknowns, unknowns);
         let mut right = DVector::<f64>::zeros(unknowns);
         let now = change.component_div(&problem.plausible);
@@ -73,10 +98,8 @@ pub(super) fn solve(problem: &Problem) -> Result<Solution, CalibrateError> {
                 right.axpy(weight * (residual + row.dot(&now)), &row, 1.0);
             }
         }
-        let widened = widening(problem, &all, scale);
         let eigen = gram.symmetric_eigen();
-        // Told is what is known better than what is plausible.
-        let told: Vec<usize> = (0..unknowns).filter(|k| eigen.eigenvalues[*k] > widened * widened).collect();
+        let told: Vec<usize> = (0..unknowns).filter(|k| eigen.eigenvalues[*k] > least).collect();
         let mut next = DVector::<f64>::zeros(unknowns);
         for k in &told {
             let direction = eigen.eigenvectors.column(*k);
@@ -84,15 +107,42 @@ pub(super) fn solve(problem: &Problem) -> Result<Solution, CalibrateError> {
         }
         moved = (&next - &now).amax();
         change = next.component_mul(&problem.plausible);
-        last = Some((eigen, told, widened, scale));
         if moved < SETTLED {
-            break;
+            return Ok(Settled { change, eigen, told, widened, scale });
         }
     }
-    let (eigen, told, widened, scale) = match last {
-        Some(last) if moved < SETTLED => last,
-        _ => return Err(CalibrateError::NotSettled { rounds: ROUNDS, moved }),
+    Err(CalibrateError::NotSettled { rounds: ROUNDS, moved })
+}
+
+/// How large corrections are, as a mean square in multiples of what is plausible, by the directions that are told; one or
+/// more.
+fn usual_square(problem: &Problem, settled: &Settled) -> f64 {
+    let now = settled.change.component_div(&problem.plausible);
+    let squares = settled.told.iter().map(|k| settled.eigen.eigenvectors.column(*k).dot(&now).powi(2));
+    (squares.sum::<f64>() / settled.told.len().max(1) as f64).max(1.0)
+}
+
+pub(super) fn solve(problem: &Problem) -> Result<Solution, CalibrateError> {
+    let unknowns = problem.unknowns.len();
+    let nothing = DVector::<f64>::zeros(unknowns);
+    // What corrections explain is no noise: it must not hold them. So noise is what they leave where nothing but the
+    // instruments' noise holds them, if they settle so.
+    let (start, widened) = match settle(problem, nothing.clone(), 1.0) {
+        Ok(Settled { change, widened, .. }) => (change, widened),
+        Err(_) => (nothing.clone(), look(problem, &nothing).2),
     };
+    let mut settled = settle(problem, start, widened * widened)?;
+    // Where what is told is off by more than is plausible, so is the rest.
+    for _ in 0..ROUNDS {
+        let known = settled.told.len();
+        let least = widened * widened / usual_square(problem, &settled);
+        let more = settled.eigen.eigenvalues.iter().filter(|value| **value > least).count();
+        if more <= known {
+            break;
+        }
+        settled = settle(problem, settled.change, least)?;
+    }
+    let Settled { change, eigen, told, widened, scale } = settled;
     let mut covariance = DMatrix::<f64>::zeros(unknowns, unknowns);
     let mut share = vec![0.0; unknowns];
     for k in &told {
@@ -145,8 +195,11 @@ fn misfits(problem: &Problem, change: &DVector<f64>, scale: f64) -> (Vec<Channel
     for sample in &problem.samples {
         let after = white(problem, sample, change);
         let before = problem.equations(sample, &nothing);
+        let whole = after.residual.len() == after.plain.channels.len();
         for (row, channel) in after.plain.channels.iter().enumerate() {
-            if after.residual[row].abs() > OUTLIER * scale {
+            // Where lengths tell the pose one that is off shows in all.
+            let residual = if whole { after.residual[row].abs() } else { after.residual.amax() };
+            if residual > OUTLIER * scale {
                 outliers += 1;
                 continue;
             }
