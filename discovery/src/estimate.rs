@@ -251,6 +251,27 @@ impl Fit {
         Ok(fit)
     }
 
+    /// `model` linearised along trajectories that are known.
+    pub(crate) fn along_trajectories(
+        model: &Model,
+        examined: Examined,
+        trials: &[Trial],
+        trajectories: Vec<Trajectory>,
+        randomness: Randomness,
+    ) -> Result<Self, FitError> {
+        let mut fit = Self {
+            model: model.clone(),
+            examined,
+            first: trajectories.iter().map(|trajectory| trajectory.states(0).to_vec()).collect(),
+            trajectories,
+            linear: Vec::new(),
+            randomness,
+            pace: vec![1.0; trials.len()],
+        };
+        fit.linearise(trials)?;
+        Ok(fit)
+    }
+
     /// Linearises along the present trajectories.
     fn linearise(&mut self, trials: &[Trial]) -> Result<(), FitError> {
         self.linear = trials

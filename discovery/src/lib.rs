@@ -7,6 +7,7 @@
 
 pub mod calibrate;
 pub mod data;
+pub mod experiment;
 pub mod outcome;
 pub mod report;
 pub mod write;

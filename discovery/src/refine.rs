@@ -53,7 +53,7 @@ pub(crate) fn free_parameters(model: &Model, first: usize) -> Vec<Free> {
 }
 
 /// Step for differences in a parameter.
-fn parameter_step(model: &Model, free: Free) -> f64 {
+pub(crate) fn parameter_step(model: &Model, free: Free) -> f64 {
     let spec = &model.effects[free.effect];
     if spec.expression.is_some() {
         return term::step(spec, free.parameter);

@@ -21,6 +21,23 @@ impl Forcing {
     pub(crate) fn none() -> Self {
         Self { columns: 0, step: Vec::new(), sensor: Vec::new() }
     }
+
+    /// Its signatures, then those of another.
+    pub(crate) fn beside(self, other: &Self) -> Self {
+        if self.columns == 0 {
+            return other.clone();
+        }
+        let rows = |own: &[f32], others: &[f32]| -> Vec<f32> {
+            let others = others.chunks_exact(other.columns.max(1)).chain(std::iter::repeat(&[][..]));
+            let both = own.chunks_exact(self.columns).zip(others);
+            both.flat_map(|(own, others)| own.iter().chain(others).copied()).collect()
+        };
+        Self {
+            columns: self.columns + other.columns,
+            step: rows(&self.step, &other.step),
+            sensor: rows(&self.sensor, &other.sensor),
+        }
+    }
 }
 
 /// Normal equations of innovations on whitened signatures.

@@ -36,11 +36,12 @@ use crate::whiten::{Forcing, Normal, whiten};
 
 use free_run::{FreeRuns, Runs};
 use motion::{is_of_motion, moves};
-use reading::{Kind, Reading, readings, untypical};
+pub(crate) use reading::Reading;
+use reading::{Kind, readings, untypical};
 use visibility::{Asked, Visibility};
 
 /// Frequency (rad/s) of a gust where the data have no peak: the middle of what is typical.
-const GUST: f64 = 0.7;
+pub(crate) const GUST: f64 = 0.7;
 
 impl Search<'_> {
     /// For every law that the final model lacks, the smallest size that the data would have shown.
@@ -211,6 +212,15 @@ fn groups(library: &Library) -> Vec<Vec<(usize, Reading)>> {
     groups.into_iter().map(|group| group.members).collect()
 }
 
+/// The candidates of the entries `id`, on `cable` or on each, with their readings.
+pub(crate) fn readings_of(library: &Library, id: &str, cable: Option<usize>) -> Vec<(usize, Reading)> {
+    let asked = |at: usize| {
+        let candidate = &library.candidates[at];
+        candidate.id == id && (cable.is_none() || candidate.cable == cable)
+    };
+    groups(library).into_iter().flatten().filter(|(at, _)| asked(*at)).collect()
+}
+
 /// Id, cable, channel, name of the size.
 type Key = (&'static str, Option<usize>, Option<String>, String);
 
@@ -308,7 +318,7 @@ impl Bounds {
 }
 
 /// The library's columns that candidates have, in the order of the candidates.
-fn columns_of(library: &Library, candidates: &[usize]) -> Vec<usize> {
+pub(crate) fn columns_of(library: &Library, candidates: &[usize]) -> Vec<usize> {
     candidates.iter().flat_map(|at| library.candidates[*at].columns.clone()).collect()
 }
 
@@ -329,15 +339,7 @@ fn all_forcing(fit: &Fit, trials: &[Trial], library: &Library, varied: &[Varied]
         let (variations, columns) = (&library.variations, &library.columns);
         let own = forcing(&fit.model, &fit.examined, variations, columns, linear, trial, trajectory);
         let free = sensitivities(&fit.examined, varied, linear, trial, trajectory);
-        let beside = |own: &[f32], free: &[f32]| {
-            let free = free.chunks_exact(varied.len().max(1)).chain(std::iter::repeat(&[][..]));
-            own.chunks_exact(library.columns.len()).zip(free).flat_map(|(a, b)| a.iter().chain(b).copied()).collect()
-        };
-        Forcing {
-            columns: library.columns.len() + varied.len(),
-            step: beside(&own.step, &free.step),
-            sensor: beside(&own.sensor, &free.sensor),
-        }
+        own.beside(&free)
     };
     trials.iter().enumerate().map(of_trial).collect()
 }

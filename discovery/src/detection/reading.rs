@@ -6,11 +6,11 @@ use crate::candidates::Candidate;
 
 /// A way to read amplitudes: one size, in the unit of one parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Reading {
+pub(crate) struct Reading {
     /// The candidate's columns that it is about, counted through its own.
-    pub(super) columns: Vec<usize>,
+    pub(crate) columns: Vec<usize>,
     /// Amplitude of each that makes a size of one; of one column that is not in proportion, one.
-    pub(super) scale: Vec<f64>,
+    pub(crate) scale: Vec<f64>,
     /// The parameter, or the first of those that are parts of one vector.
     pub(super) parameter: usize,
     /// What it is called.
@@ -86,7 +86,7 @@ pub(super) fn readings(candidate: &Candidate) -> Vec<Reading> {
 
 impl Reading {
     /// The size that a vector of amplitudes over the scale has, which is so long.
-    pub(super) fn size(&self, candidate: &Candidate, length: f64) -> f64 {
+    pub(crate) fn size(&self, candidate: &Candidate, length: f64) -> f64 {
         // A size of one may be out of the law's range: a drum whose axis is a metre off.
         if self.kind == Kind::Proportional {
             return length;
@@ -108,7 +108,7 @@ impl Reading {
     }
 
     /// Whether a stronger effect has a smaller size.
-    pub(super) fn is_inverse(&self, candidate: &Candidate) -> bool {
+    pub(crate) fn is_inverse(&self, candidate: &Candidate) -> bool {
         self.kind == Kind::Law && self.size(candidate, 2.0) < self.size(candidate, 1.0)
     }
 }

@@ -1,0 +1,119 @@
+//! Detection limits along a motion: how small a law could be and still show.
+
+use cdpr::model_file::Model;
+use nalgebra::DMatrix;
+
+use crate::candidates::{Situation, catalogue};
+use crate::detection::{GUST, columns_of, readings_of};
+use crate::estimate::{Fit, for_trial, noise_of_data};
+use crate::extension::count_in_use;
+use crate::fitted::Evidence;
+use crate::kalman::{Keep, filter};
+use crate::outcome::DetectionLimit;
+use crate::refine::{free_parameters, varied_models};
+use crate::search::{EVIDENCE, Search};
+use crate::signature::{Varied, forcing, sensitivities};
+use crate::whiten::whiten;
+
+use super::Lowered;
+use super::apart::{Bench, CERTAIN, left};
+use super::drive::drive;
+use super::motion::Motion;
+use super::question::Known;
+
+/// Seeds of the noise in the two recordings of which the limits are told.
+const SEEDS: [u64; 2] = [1, 2];
+
+/// A law of which smaller sizes are to show.
+pub(super) struct Lower<'a> {
+    pub(super) bench: &'a Bench<'a>,
+    /// The model with what was found, and how many of its effects were given.
+    pub(super) model: &'a Model,
+    pub(super) given: usize,
+    pub(super) id: &'a str,
+    pub(super) cable: Option<usize>,
+}
+
+impl Lower<'_> {
+    /// What a motion sampled at `interval` (s) is worth: by how many natural logarithms the limits are below one unit of
+    /// their parameters, as a mean over them. By what training data ask for, which is most of a limit and quick to say.
+    pub(super) fn merit(&self, motion: &Motion, interval: f64) -> Result<f64, String> {
+        let driven = drive(self.model, motion, &self.bench.channels(), interval)?;
+        self.bench.check_tensions(&driven)?;
+        let (fit, trial) = self.bench.fit(self.model, driven, interval)?;
+        let mut situation = Situation::of(std::slice::from_ref(&trial));
+        situation.peaks.push(GUST);
+        let library = catalogue(self.model, &situation);
+        let entries = readings_of(&library, self.id, self.cable);
+        let candidates: Vec<usize> = entries.iter().map(|(at, _)| *at).collect();
+        let own = library.of_columns(&columns_of(&library, &candidates));
+        let free = varied_models(self.model, &free_parameters(self.model, self.given));
+        let free: Vec<Varied> = free.into_iter().flatten().collect();
+        let Fit { linear, trajectories, model, examined, randomness, .. } = &fit;
+        let (linear, trajectory) = (&linear[0], &trajectories[0]);
+        let signatures = forcing(model, examined, &own.variations, &own.columns, linear, &trial, trajectory);
+        let all = signatures.beside(&sensitivities(examined, &free, linear, &trial, trajectory));
+        let randomness = for_trial(randomness, &trial);
+        let normal = whiten(linear, &randomness, &filter(linear, &randomness, Keep::Innovations), &all, None);
+        let nuisance: Vec<usize> = (own.columns.len()..all.columns).collect();
+        let penalty = self.bench.penalty(&trial, interval);
+        let mut first = 0;
+        let logarithms = entries.iter().map(|(at, reading)| {
+            let candidate = &library.candidates[*at];
+            let of = |k: usize| (first + reading.columns[k], reading.scale[k]);
+            let square = |sum: &[(usize, f64)]| left(&normal, sum, &nuisance);
+            let gram = DMatrix::from_fn(reading.columns.len(), reading.columns.len(), |a, b| {
+                if a == b {
+                    square(&[of(a)])
+                } else {
+                    0.5 * (square(&[of(a), of(b)]) - square(&[of(a)]) - square(&[of(b)]))
+                }
+            });
+            first += candidate.columns.len();
+            let weakest = gram.symmetric_eigenvalues().min().max(f64::MIN_POSITIVE);
+            let parameters =
+                candidate.effect(&vec![1.0; candidate.columns.len()]).map_or(1, |e| count_in_use(&e).max(1));
+            let asked = EVIDENCE + penalty.of(parameters.max(candidate.columns.len() + candidate.tried));
+            let size = reading.size(candidate, (asked.sqrt() + CERTAIN) / weakest.sqrt());
+            let logarithm = size.abs().clamp(SIZES.0, SIZES.1).ln();
+            if reading.is_inverse(candidate) { logarithm } else { -logarithm }
+        });
+        let logarithms: Vec<f64> = logarithms.collect();
+        Ok(logarithms.iter().sum::<f64>() / logarithms.len().max(1) as f64)
+    }
+
+    /// The limits as a discovery of two recordings of the motion would tell them, one held out, beside those that are `known`.
+    pub(super) fn limits(&self, motion: &Motion, interval: f64, known: &[Known]) -> Result<Vec<Lowered>, String> {
+        let cannot = |e: &dyn std::fmt::Display| format!("the model cannot be fitted to recordings of the motion: {e}");
+        let driven = drive(self.model, motion, &self.bench.channels(), interval)?;
+        let [train, holdout] = SEEDS.map(|seed| {
+            let mut trial = driven.trial.clone();
+            self.bench.add_noise(&mut trial, interval, seed);
+            vec![trial]
+        });
+        let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let mut search = Search::new(&evidence, self.given, &|_, _| {});
+        let base = search.base(self.model).map_err(|e| cannot(&e))?;
+        let found = search.detection_limits(&base);
+        let planned = |known: &Known| {
+            let same = |limit: &&DetectionLimit| {
+                limit.effect.id == self.id && limit.effect.cable == known.cable && limit.parameter == known.parameter
+            };
+            found.iter().find(same).and_then(|limit| limit.size)
+        };
+        let lowered = |known: &Known| Lowered {
+            id: self.id.to_owned(),
+            cable: known.cable,
+            parameter: known.parameter.clone(),
+            unit: known.unit.clone(),
+            at_most: known.shows == "up_to",
+            now: known.size,
+            planned: planned(known),
+        };
+        Ok(known.iter().map(lowered).collect())
+    }
+}
+
+/// Sizes beyond which a limit is none.
+const SIZES: (f64, f64) = (1e-12, 1e15);
