@@ -184,7 +184,7 @@ pub(crate) fn write_results(discovery: &Discovery, mut about: About, out: &Path)
     whole::write(&place("discovery.json"), discovery_json(discovery)?)?;
     // Last: packing needs more than this folder, and what was found is not lost with it.
     fmu::pack(&model_toml, &[], &place("CablePlatform.fmu"))?;
-    Ok(Results { summary: summary(discovery, &report), files: files.to_vec(), report })
+    Ok(Results { summary: summary(discovery, &report, &place("discovery.json")), files: files.to_vec(), report })
 }
 
 /// Removes a file of an earlier run, if there is one.
@@ -197,8 +197,8 @@ fn remove_older(path: &Path) -> anyhow::Result<()> {
     }
 }
 
-/// The result on one screen.
-fn summary(discovery: &Discovery, report: &Report) -> String {
+/// The result on one screen; `json` is where it is written for programs.
+fn summary(discovery: &Discovery, report: &Report, json: &Path) -> String {
     let words = report::summary(report);
     let mut text = format!("{}\n\n", words.headline);
     let mut line = |key: &str, value: &str| {
@@ -215,6 +215,10 @@ fn summary(discovery: &Discovery, report: &Report) -> String {
     }
     for term in &discovery.terms {
         line("term", &found_text(term));
+    }
+    if discovery.verdict == Verdict::Ambiguous {
+        let command = format!("cdpr experiment --from {} --limits limits.toml -o plan.csv", json.display());
+        line("plan it", &format!("{command}  (cdpr experiment --help shows limits.toml)"));
     }
     for located in report::gather(&report.located, report.robot.anchors.len()).iter().take(3) {
         let depends = if located.depends_on.is_empty() {

@@ -6,6 +6,7 @@ mod csv_io;
 mod demo;
 mod discover;
 mod effects;
+mod experiment;
 mod failure;
 mod fmu;
 mod interrupt;
@@ -40,7 +41,9 @@ use clap::{Parser, Subcommand};
         cdpr model > model.toml                    the default model, to be changed\n  \
         cdpr simulate -o run.csv --plot run.svg    60 s of simulation, with a picture\n  \
         cdpr calibrate --data run.csv -o new.toml  the geometry that fits a recording\n  \
-        cdpr discover --data run.csv --out found   the effect that the model is missing\n\n\
+        cdpr discover --data run.csv --out found   the effect that the model is missing\n  \
+        cdpr experiment --from found/discovery.json --limits limits.toml -o plan.csv\n  \
+        \u{20}                                          the motion that tells apart what was ambiguous\n\n\
         Exit codes: 0 done, 1 the work failed, 2 wrong use or bad input."
 )]
 struct Arguments {
@@ -61,6 +64,7 @@ enum Command {
     Effects(effects::Arguments),
     Calibrate(calibrate::Arguments),
     Discover(discover::Arguments),
+    Experiment(experiment::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -87,5 +91,6 @@ fn run(command: Command) -> anyhow::Result<()> {
         Command::Effects(arguments) => effects::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Discover(arguments) => discover::run(&arguments),
+        Command::Experiment(arguments) => experiment::run(&arguments),
     }
 }

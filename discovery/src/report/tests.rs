@@ -212,6 +212,7 @@ fn ambiguous_names_all_and_the_experiment() {
         ),
         "{text}"
     );
+    assert!(text.contains("cdpr experiment --from discovery.json"), "{text}");
     let mut elsewhere = capstan(true);
     elsewhere.place = "cable[1]".to_owned();
     report.effects[0].alternatives.push(elsewhere);

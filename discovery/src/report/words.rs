@@ -463,8 +463,14 @@ fn next_steps(report: &Report) -> Vec<String> {
             }
         }
     }
+    if !steps.is_empty() {
+        steps.push(format!("{PLAN} plans such a recording, within what the machine may do."));
+    }
     steps
 }
+
+/// The call that plans the next experiment.
+const PLAN: &str = "cdpr experiment --from discovery.json --limits limits.toml -o plan.csv";
 
 /// What the data would have shown, of each kind of place the first law of the catalogue.
 #[must_use]
