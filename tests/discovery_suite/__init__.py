@@ -5,6 +5,7 @@ in other ways where that is sensible, and the integrator is another one. Run fro
 
     python -m discovery_suite generate --out DIR [--case NAME ...] [--small]
     python -m discovery_suite score --cdpr PATH --out DIR [--small] [--jobs N]
+    python -m discovery_suite experiment --cdpr PATH --out DIR [--case NAME ...]
 
 Modules, in the order in which data flow:
 
@@ -15,5 +16,6 @@ Modules, in the order in which data flow:
 - `strength`: how strongly an effect shows against the noise
 - `cases`: the declared suite
 - `generate`, `score`: the two commands
+- `experiments`: what recordings leave open, planned experiments, and what is found on them
 - `moordyn_trial`: a second generator on another project's cable model
 """

@@ -1,10 +1,12 @@
-"""`python -m discovery_suite generate|measure|score|list`: see the package's own text."""
+"""`python -m discovery_suite generate|measure|score|experiment|list`: see the package text."""
 
 import argparse
+import json
 import sys
 from functools import partial
+from pathlib import Path
 
-from . import generate, score, suite
+from . import experiments, generate, score, suite
 
 
 def main(argv=None):
@@ -31,7 +33,15 @@ def main(argv=None):
             "--redraw", type=int, default=0, metavar="N", help="other paths, wind and noise"
         )
     make.add_argument("--out", required=True, metavar="DIR")
+    trying = commands.add_parser(
+        "experiment", help="plan experiments for what is left open, drive them, and discover again"
+    )
+    trying.add_argument("--cdpr", required=True, metavar="PATH", help="the binary")
+    trying.add_argument("--out", required=True, metavar="DIR")
+    trying.add_argument("--case", nargs="+", metavar="NAME", help="only these")
     args = parser.parse_args(argv)
+    if args.command == "experiment":
+        return _experiment(args)
     try:
         cases = suite.select(args.case, args.small, args.redraw)
     except ValueError as error:
@@ -49,6 +59,21 @@ def main(argv=None):
         generate.each_case(generate.measure_case, cases, args.jobs)
     else:
         generate.each_case(partial(generate.write_case, folder=args.out), cases, args.jobs)
+    return 0
+
+
+def _experiment(args):
+    known = {item.case.name: item for item in experiments.EXPERIMENTS}
+    unknown = sorted(set(args.case or ()) - set(known))
+    if unknown:
+        print(f"discovery_suite: unknown experiment {unknown[0]!r}", file=sys.stderr)
+        return 2
+    rows = []
+    for name in args.case or known:
+        row = experiments.run(known[name], args.cdpr, args.out)
+        (Path(args.out) / name / "row.json").write_text(json.dumps(row, indent=1) + "\n")
+        print(experiments.markdown([row]).splitlines()[-1], flush=True)
+        rows.append(row)
     return 0
 
 

@@ -44,6 +44,7 @@ class Settings:
     robot: Robot = TELESCOPE
     settling: float = 8.0  # s, in which the reference begins to move
     tones: tuple = ((0.2, 2.0), (0.02, 0.07))  # Hz, slowest and fastest of dither and pretension
+    plan: str = ""  # table of `cdpr experiment` to follow, in place of a reference that is drawn
 
     def but(self, **changes):
         """The same trial with these settings changed."""
@@ -148,6 +149,21 @@ def _pretension(rng, settings, t):
     return mean
 
 
+def planned(path, samples):
+    """Reference (samples, 3, 3) and mean winch force (samples) of a plan; held before and after."""
+    names = Path(path).read_text(encoding="utf-8").split("\n", 1)[0].split(",")
+    rows = np.loadtxt(path, delimiter=",", skiprows=1)
+    column = dict(zip(names, rows.T, strict=True))
+    motion = [("x", "y", "phi"), ("vx", "vy", "omega"), ("ax", "ay", "alpha")]
+    reference = np.stack([np.stack([column[n] for n in axes], 1) for axes in motion], 1)
+    forces = [values for name, values in column.items() if name.startswith("winch_force")]
+    mean = np.mean(forces, axis=0)
+    lead = samples - len(rows)
+    if lead < 0:
+        raise ValueError(f"{path}: found {len(rows)} rows, expected at most {samples}")
+    return np.pad(reference, ((lead, 0), (0, 0), (0, 0)), "edge"), np.pad(mean, (lead, 0), "edge")
+
+
 @dataclass
 class Plan:
     """What a trial asks of the robot, sample by sample; `lead` samples come before the record."""
@@ -184,8 +200,10 @@ def plan(settings):
         for i in range(cables):
             wave = multisine(r_dither, t, *settings.tones[0], 8, settings.dither)[:, 0]
             dither[:, i] = gate * wave
-    wanted = reference(r_ref, settings, t)
-    mean = _pretension(r_pre, settings, t)
+    if settings.plan:
+        wanted, mean = planned(settings.plan, n)
+    else:
+        wanted, mean = reference(r_ref, settings, t), _pretension(r_pre, settings, t)
     return Plan(dt, lead, t, wanted, mean, pose_errors, dither, recorded, hidden, r_noise, r_loss)
 
 
