@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::data::clean::{median, noise_by_differences};
 use crate::data::counts::least_noise;
 use crate::data::{Channel, Trial};
+use crate::expected;
 use crate::gap::restarts;
 use crate::instruments;
 use crate::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
@@ -393,7 +394,11 @@ impl Fit {
         sums.iter().map(|(sum, count)| (sum / *count as f64).sqrt()).collect()
     }
 
+    /// Where the recorded forces have an error, with those in their place that are to be expected.
     pub(crate) fn minus_two_log_likelihood(&self, trials: &[Trial], randomness: &Randomness) -> f64 {
+        if randomness.white_input() > 0.0 {
+            return expected::minus_two_log_likelihood(self, trials, randomness);
+        }
         self.filter(trials, randomness, Keep::Likelihood).iter().map(|f| f.minus_two_log_likelihood).sum()
     }
 

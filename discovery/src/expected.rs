@@ -10,9 +10,16 @@
 
 use rustdct::DctPlanner;
 
+use rayon::prelude::*;
+
 use crate::data::Trial;
 use crate::data::clean::median;
-use crate::randomness::Expected;
+use crate::estimate::{Fit, for_trial};
+use crate::kalman::{Keep, filter};
+use crate::model::WRENCH;
+use crate::path::LinearTrial;
+use crate::randomness::{Expected, Randomness};
+use crate::whiten::{Forcing, whiten};
 
 /// Share of a frequency over which power is averaged on each side of it.
 const RELATIVE_WIDTH: f64 = 0.1;
@@ -28,24 +35,60 @@ const SHORTEST: f64 = 0.1;
 /// Sets of recordings with the winch forces that are to be expected where those recorded have a white error of this standard
 /// deviation (N), and what is left of it.
 pub(crate) fn expected_forces<const SETS: usize>(sets: [&[Trial]; SETS], error: f64) -> ([Vec<Trial>; SETS], Expected) {
+    let errors = sets.map(|trials| of_trials(trials, error));
     let all = || sets.iter().flat_map(|trials| trials.iter());
-    let interval = median(all().map(Trial::interval).collect());
-    let (mut left, mut samples) = (0.0, 0);
-    let mut of = |trial: &Trial| {
-        let mut expected = trial.clone();
-        let recorded: Vec<Vec<f64>> = (0..trial.cables()).map(|i| recorded(trial, i)).collect();
-        let errors = expected_errors(&recorded, error);
-        for (i, errors) in errors.of_series.iter().enumerate() {
-            for (inputs, error) in expected.inputs.iter_mut().zip(errors) {
-                inputs.winch_force[i] -= error;
+    let expected = what_is_left(all(), errors.iter().flatten());
+    let mut at = 0;
+    let sets = sets.map(|trials| {
+        let corrected = trials.iter().zip(&errors[at]).map(|(trial, errors)| {
+            let mut trial = trial.clone();
+            for (i, errors) in errors.of_series.iter().enumerate() {
+                let forces = trial.inputs.iter_mut().map(|inputs| &mut inputs.winch_force[i]);
+                forces.zip(errors).for_each(|(force, error)| *force -= error);
             }
-        }
-        left += errors.left * trial.len() as f64;
-        samples += trial.len();
-        expected
+            trial
+        });
+        at += 1;
+        corrected.collect()
+    });
+    (sets, expected)
+}
+
+/// `-2 log L` of a fit along the recorded forces, with those in their place that are to be expected where they have the white
+/// error of `randomness`, to first order.
+pub(crate) fn minus_two_log_likelihood(fit: &Fit, trials: &[Trial], randomness: &Randomness) -> f64 {
+    let errors = of_trials(trials, randomness.input);
+    let expected = Some(what_is_left(trials.iter(), errors.iter()));
+    let randomness = Randomness { expected, ..randomness.clone() };
+    let of_trial = |((linear, trial), errors): ((&LinearTrial, &Trial), &Errors)| {
+        let randomness = for_trial(&randomness, trial);
+        let filtered = filter(linear, &randomness, Keep::Innovations);
+        let normal = whiten(linear, &randomness, &filtered, &without_errors(linear, errors), None);
+        normal.minus_two_log_likelihood - normal.drop(&[1.0])
     };
-    let sets = sets.map(|trials| trials.iter().map(&mut of).collect());
-    (sets, what_is_left(left / samples.max(1) as f64, interval))
+    fit.linear.par_iter().zip(trials).zip(&errors).map(of_trial).sum()
+}
+
+/// What taking errors off the winch forces does.
+fn without_errors(linear: &LinearTrial, errors: &Errors) -> Forcing {
+    let n = linear.states;
+    let mut step = vec![0.0; (linear.len - 1) * n];
+    for (k, row) in step.chunks_exact_mut(n).enumerate() {
+        for (i, errors) in errors.of_series.iter().enumerate() {
+            let acts = linear.column(k, n + WRENCH + i);
+            row.iter_mut().zip(acts).for_each(|(slot, by)| *slot -= (errors[k] * by) as f32);
+        }
+    }
+    Forcing { columns: 1, step, sensor: vec![0.0; linear.len * linear.channels] }
+}
+
+/// The expected errors of each trial.
+fn of_trials(trials: &[Trial], error: f64) -> Vec<Errors> {
+    let of = |trial: &Trial| {
+        let recorded: Vec<Vec<f64>> = (0..trial.cables()).map(|i| recorded(trial, i)).collect();
+        expected_errors(&recorded, error)
+    };
+    trials.par_iter().map(of).collect()
 }
 
 /// The recorded forces of winch `i`.
@@ -55,7 +98,14 @@ fn recorded(trial: &Trial, i: usize) -> Vec<f64> {
 
 /// What is left, by the share of the error's variance: where the force does most, at low frequency, as dense as the error
 /// itself, for nothing of that can be told from it.
-fn what_is_left(variance: f64, interval: f64) -> Expected {
+fn what_is_left<'a>(trials: impl Iterator<Item = &'a Trial>, errors: impl Iterator<Item = &'a Errors>) -> Expected {
+    let (intervals, lengths): (Vec<f64>, Vec<f64>) = trials.map(|trial| (trial.interval(), trial.len() as f64)).unzip();
+    let left: f64 = errors.zip(&lengths).map(|(errors, len)| errors.left * len).sum();
+    with_memory(left / lengths.iter().sum::<f64>(), median(intervals))
+}
+
+/// A first-order error with this share of the variance of a white one, and its density at frequency zero.
+fn with_memory(variance: f64, interval: f64) -> Expected {
     let decay = (1.0 - variance) / (1.0 + variance);
     let time = if decay > 0.0 { -interval / decay.ln() } else { 0.0 };
     Expected { share: variance.sqrt(), time: time.max(SHORTEST * interval) }
@@ -108,7 +158,8 @@ fn expected_errors(series: &[Vec<f64>], deviation: f64) -> Errors {
         let within = sines.into_iter().map(|error| error.clamp(-most, most));
         std::iter::once(0.0).chain(within).chain(std::iter::once(0.0)).collect()
     });
-    Errors { of_series: of_series.collect(), left: 1.0 - share.iter().sum::<f64>() / inner as f64 }
+    let known = variance / deviation.powi(2) * share.iter().sum::<f64>() / inner as f64;
+    Errors { of_series: of_series.collect(), left: 1.0 - known }
 }
 
 /// Power by frequency, each averaged with those near to it.
@@ -161,7 +212,7 @@ mod tests {
         let (expected, errors) = recorded_with(50.0, &smooth(20_000));
         let left = rms(expected.of_series[0].iter().zip(&errors).map(|(expected, error)| error - expected));
         assert!(left < 15.0 && (left / (50.0 * expected.left.sqrt()) - 1.0).abs() < 0.25, "{left} {}", expected.left);
-        let Expected { share, time } = what_is_left(expected.left, 0.02);
+        let Expected { share, time } = with_memory(expected.left, 0.02);
         let decay = (-0.02 / time).exp();
         assert!((share * share * (1.0 + decay) / (1.0 - decay) - 1.0).abs() < 1e-9, "{share} {time}");
     }

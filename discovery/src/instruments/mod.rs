@@ -189,6 +189,10 @@ pub(crate) fn take_up(
             break;
         }
         (fit, best, taken) = (next_fit, next, true);
+        if kind == Kind::Input {
+            // All else is asked again beside the forces that are to be expected.
+            break;
+        }
         // The trajectory no longer bends to what the instrument did.
         fit.randomness = best.randomness.clone();
         fit.smooth(trials)?;
@@ -360,7 +364,11 @@ impl<'a> Sizing<'a> {
             .flat_map(|kind| self.all_starts(kind, &from.randomness).into_iter().map(move |start| (kind, start)))
             .collect();
         let sizes: Vec<Randomness> = starts.iter().map(|(_, start)| start.clone()).collect();
-        let values = promises(fit, self.trials, free, &sizes);
+        let mut values = promises(fit, self.trials, free, &sizes);
+        // Forces with an error are those to be expected, whatever else adapts.
+        for ((_, start), value) in starts.iter().zip(&mut values).filter(|((kind, _), _)| *kind == Kind::Input) {
+            *value = value.min(fit.minus_two_log_likelihood(self.trials, start));
+        }
         starts.into_iter().zip(values).map(|((kind, randomness), value)| (kind, At { randomness, value })).collect()
     }
 
