@@ -58,7 +58,8 @@ pub(crate) fn horizon_gaps(
     horizons.iter().map(of_horizon).collect()
 }
 
-/// Ljung-Box test of each channel's innovations.
+/// Ljung-Box test of each channel's innovations, for what they have more than the noise is taken to have: where they have
+/// less at a frequency, nothing is left there.
 ///
 /// The limit is the 99.9 % point of chi-square, plus what a root mean square autocorrelation of two per cent gives: with
 /// ten thousand samples a deviation of no practical weight would otherwise count.
@@ -88,14 +89,30 @@ pub(crate) fn whiteness(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Vec<White
         }
         if count > 10 * LAGS {
             let n = count as f64;
+            let correlation = of_excess(power / n, &lagged.map(|sum| sum / n));
             let q = n
                 * (n + 2.0)
-                * lagged.iter().enumerate().map(|(l, s)| (s / power).powi(2) / (n - l as f64 - 1.0)).sum::<f64>();
+                * correlation.iter().enumerate().map(|(l, r)| r.powi(2) / (n - l as f64 - 1.0)).sum::<f64>();
             let limit = chi + LAGS as f64 * n * TOLERATED_CORRELATION.powi(2);
             out.push(Whiteness { channel, noise: noise[at], samples: count, statistic: q, limit });
         }
     }
     out
+}
+
+/// Autocorrelation at the lags from one on of innovations with this variance and these autocovariances, in units of the
+/// variance that they should have, where each frequency at which they have less than white noise of that variance is filled
+/// up to it.
+fn of_excess(variance: f64, lagged: &[f64; LAGS]) -> [f64; LAGS] {
+    const FREQUENCIES: usize = 4 * LAGS;
+    let angle = |f: usize, lag: usize| std::f64::consts::PI * (f as f64 + 0.5) * (lag + 1) as f64 / FREQUENCIES as f64;
+    let density = |f: usize| {
+        let sum: f64 = lagged.iter().enumerate().map(|(lag, c)| 2.0 * c * angle(f, lag).cos()).sum();
+        (variance + sum).max(1.0)
+    };
+    let filled: Vec<f64> = (0..FREQUENCIES).map(density).collect();
+    let total: f64 = filled.iter().sum();
+    std::array::from_fn(|lag| filled.iter().enumerate().map(|(f, d)| d * angle(f, lag).cos()).sum::<f64>() / total)
 }
 
 /// Stretches of time in which `full` explains the measurements better than `reduced`, as `(trial, start, end)`.
@@ -170,4 +187,22 @@ pub(crate) fn compared(base: &Fitted, fitted: &Fitted, evidence: &Evidence, hori
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is left of a force's error has no high frequencies, which the filter takes it to have in part.
+    #[test]
+    fn less_than_the_noise_at_some_frequencies_is_nothing_left() {
+        let mut lagged = [0.0; LAGS];
+        assert!(of_excess(1.0, &lagged).iter().all(|r| r.abs() < 1e-12));
+        // Half the variance that is expected at high frequencies, all of it at low ones.
+        lagged[0] = 0.125;
+        assert!(of_excess(0.75, &lagged).iter().all(|r| r.abs() < 1e-12));
+        // As much more than is expected.
+        let more = of_excess(1.25, &lagged)[0];
+        assert!((more - 0.1).abs() < 1e-3, "{more}");
+    }
 }
