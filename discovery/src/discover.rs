@@ -7,6 +7,7 @@ use cdpr::model_file::Model;
 use cdpr::winch::WinchCommand;
 
 use crate::alike::likeness;
+use crate::by_block::{ByBlock, Column};
 use crate::check::check;
 use crate::data::clean::remove_outliers;
 use crate::data::{Trial, make_ready};
@@ -143,7 +144,9 @@ pub(crate) fn examine(
     let mut located: Vec<Located> = Vec::new();
     let mut facts = Vec::new();
     let given = search.given;
-    let mut stability = stability(&fitted.train, &evidence.train, given);
+    let by_block = ByBlock::new(&fitted.train, &evidence.train, given);
+    let errors_found = by_block.standard_errors();
+    let mut stability = stability(&fitted.train, &by_block, given);
     let total: f64 = search.taken.iter().map(|t| t.delta_bic.abs()).sum();
     for (k, taken) in search.taken.iter().enumerate() {
         let at = given + k;
@@ -176,7 +179,7 @@ pub(crate) fn examine(
             alternative.correlation = correlation;
         }
         let found = Found {
-            standard_error: standard_errors(&fitted, at),
+            standard_error: standard_errors(&errors_found, &effect, at),
             named: false,
             delta_bic: taken.delta_bic,
             holdout_gap_without: Some(without.gap[0] * search.reaches.main.attainable),
@@ -229,7 +232,10 @@ pub(crate) fn examine(
     let arm = base.train.randomness.arm;
     // Terms are of another library, weighed after it.
     let last_weighing = search.null_test.filter(|_| terms.is_empty());
-    let instruments = instruments::summary(&fitted.train, &evidence.train, &evidence.noise);
+    let delay_errors =
+        errors_found.iter().filter(|(column, _)| matches!(column, Column::Clock(_))).map(|(_, error)| *error);
+    let instruments =
+        instruments::summary(&fitted.train, &evidence.train, &evidence.noise, &delay_errors.collect::<Vec<_>>());
     remarks.extend(instruments.remarks());
     let (candidates, steps) = (search.tried.len(), std::mem::take(&mut search.steps));
     let horizon = search.reaches.main.horizon;
@@ -460,14 +466,14 @@ fn separate_by(a: &EffectSpec, b: &EffectSpec) -> String {
     })
 }
 
-fn standard_errors(fitted: &Fitted, at: usize) -> Vec<Option<f64>> {
-    let effect = &fitted.train.model.effects[at];
+fn standard_errors(errors: &[(Column, f64)], effect: &EffectSpec, at: usize) -> Vec<Option<f64>> {
     let mut out = vec![None; term::values(effect).len()];
-    if let Some(estimate) = &fitted.estimate {
-        for (free, se) in estimate.free.iter().zip(&estimate.standard_error) {
-            if free.effect == at && se.is_finite() {
-                out[free.parameter] = Some(*se);
-            }
+    for (column, error) in errors {
+        if let Column::Parameter(free) = column
+            && free.effect == at
+            && error.is_finite()
+        {
+            out[free.parameter] = Some(*error);
         }
     }
     out

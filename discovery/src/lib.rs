@@ -13,6 +13,7 @@ pub mod report;
 pub mod write;
 
 mod alike;
+mod by_block;
 mod candidates;
 mod check;
 mod detection;

@@ -32,12 +32,9 @@ pub(crate) struct Free {
     pub(crate) parameter: usize,
 }
 
-/// Estimates with their covariance.
+/// How certain estimates are by white noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
-    pub(crate) free: Vec<Free>,
-    /// Standard errors, in the order of `free`; infinite where the data say nothing.
-    pub(crate) standard_error: Vec<f64>,
     /// Wald statistic of each effect: how far its size is from zero, as a chi-square.
     pub(crate) wald: Vec<f64>,
 }
@@ -251,10 +248,6 @@ fn moved(fit: &Fit, trials: &[Trial], parameters: &Parameters, proposal: &Propos
     Some(next)
 }
 
-fn normal_error(covariance: &DMatrix<f64>, slot: usize) -> f64 {
-    covariance[(slot, slot)].max(0.0).sqrt().max(1e-300)
-}
-
 /// Moves one parameter within its bounds. Sizes enter the model nearly linearly and move as far as they like; a shape
 /// changes at most fourfold, and an angle by half a radian.
 fn move_parameter(model: &mut Model, free: Free, change: f64) {
@@ -321,14 +314,10 @@ pub(crate) fn solve(normal: &Normal) -> (Vec<f64>, DMatrix<f64>) {
     (out, covariance)
 }
 
-/// Standard errors, widened where the innovations are larger than the model says.
+/// How certain each effect is, less so where the innovations are larger than the model says.
 fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Proposal) -> Estimate {
     let (normal, covariance) = (&proposal.normal, &proposal.covariance);
-    let spread = (normal.total / normal.count.max(1) as f64).max(1.0).sqrt();
-    let mut standard_error = vec![f64::INFINITY; free.len()];
-    for (slot, at) in usable.iter().enumerate() {
-        standard_error[*at] = spread * normal_error(covariance, slot);
-    }
+    let spread = (normal.total / normal.count.max(1) as f64).max(1.0);
     let wald = (0..model.effects.len())
         .map(|effect| {
             // The parameters that are zero when the effect is absent carry its size; shapes do not.
@@ -346,10 +335,10 @@ fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Propos
             }
             let v = DMatrix::from_fn(slots.len(), slots.len(), |r, c| covariance[(slots[r].0, slots[c].0)]);
             let x = DVector::from_fn(slots.len(), |r, _| slots[r].1);
-            v.clone().try_inverse().map_or(f64::NAN, |i| (x.transpose() * i * &x)[(0, 0)]) / (spread * spread)
+            v.clone().try_inverse().map_or(f64::NAN, |i| (x.transpose() * i * &x)[(0, 0)]) / spread
         })
         .collect();
-    Estimate { free: free.to_vec(), standard_error, wald }
+    Estimate { wald }
 }
 
 #[cfg(test)]
@@ -357,6 +346,7 @@ mod tests {
     use cdpr::effect::EffectSpec;
 
     use super::*;
+    use crate::by_block::ByBlock;
     use crate::data::Channel;
     use crate::data::recording::record;
     use crate::estimate::{first_randomness, noise_of_data};
@@ -380,10 +370,11 @@ mod tests {
             .for_each(|(late, _)| *late = 0.12);
         let mut fit = Fit::new(&model, &trials, &randomness, None).unwrap();
         fit.settle(&trials, 10).unwrap();
-        let estimate = refine(&mut fit, &trials, &noise, 0, 8, None).unwrap();
+        refine(&mut fit, &trials, &noise, 0, 8, None).unwrap();
         let late = fit.randomness.late.iter().copied().fold(0.0, f64::max);
         assert!((late - trials[0].interval()).abs() < 1e-3, "{late}");
-        let (factor, error) = (fit.model.effects[0].values[0], estimate.standard_error[0]);
+        let (_, error) = ByBlock::new(&fit, &trials, 0).standard_errors()[0];
+        let factor = fit.model.effects[0].values[0];
         assert!((factor - 0.01).abs() < 4.0 * error, "{factor} {error}");
     }
 

@@ -4,126 +4,37 @@
 //! and everything else is common to all blocks. The step uses the whitened derivatives of the final fit, so the latent
 //! disturbances are allowed for.
 
-use cdpr::effect::EffectSpec;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use crate::data::Trial;
-use crate::estimate::{Fit, for_trial};
-use crate::kalman::{Keep, filter};
-use crate::model::Examined;
+use crate::by_block::{ByBlock, Column};
+use crate::estimate::Fit;
 use crate::outcome::{Block, Stability};
-use crate::refine::{Free, free_parameters, varied_models};
-use crate::signature::{Varied, sensitivities};
-use crate::whiten::{Forcing, Normal, whitened_rows};
 
-/// Blocks of time over all trials, as far as they are long enough.
-const BLOCKS: f64 = 8.0;
-/// Shortest block (s): several times the correlation time of the latent disturbances.
-const SHORTEST: f64 = 8.0;
 /// Standard error, in multiples of the size, from which a block says nothing.
 const NOTHING: f64 = 3.0;
-/// Step by which an expression is scaled for its derivative.
-const EXPRESSION_STEP: f64 = 1e-3;
-
-/// What a column of derivatives belongs to.
-#[derive(Clone, Copy)]
-enum Column {
-    Parameter(Free),
-    /// The relative size of an expression, by the effect's index.
-    Expression(usize),
-}
-
-impl Column {
-    fn effect(self) -> usize {
-        match self {
-            Self::Parameter(free) => free.effect,
-            Self::Expression(effect) => effect,
-        }
-    }
-}
-
 /// The stability of every effect from index `first` on; `None` where the data give fewer than two blocks for it.
-pub(crate) fn stability(fit: &Fit, trials: &[Trial], first: usize) -> Vec<Option<Stability>> {
-    let (columns, varied) = derivatives(fit, first);
-    let blocks: Vec<Vec<Block>> = blocks(trials);
-    let parts: Vec<Vec<Normal>> = (0..trials.len())
-        .into_par_iter()
-        .map(|t| {
-            let forcing = sensitivities(&fit.examined, &varied, &fit.linear[t], &trials[t], &fit.trajectories[t]);
-            by_block(fit, t, &trials[t], &forcing, &blocks[t])
-        })
-        .collect();
-    let blocks: Vec<Block> = blocks.concat();
-    let parts: Vec<Normal> = parts.into_iter().flatten().collect();
-    (first..fit.model.effects.len()).map(|effect| of_effect(fit, effect, &columns, &blocks, &parts)).collect()
-}
-
-/// The columns and their varied models.
-fn derivatives(fit: &Fit, first: usize) -> (Vec<Column>, Vec<Varied>) {
-    let free = free_parameters(&fit.model, first);
-    let parameters = free.iter().zip(varied_models(&fit.model, &free));
-    let parameters = parameters.filter_map(|(free, varied)| Some((Column::Parameter(*free), varied?)));
-    let expressions = (first..fit.model.effects.len()).filter_map(|at| {
-        let spec = &fit.model.effects[at];
-        let text = format!("{}*({})", 1.0 + EXPRESSION_STEP, spec.expression.as_ref()?);
-        let mut model = fit.model.clone();
-        model.effects[at] = EffectSpec::expression(spec.target.as_ref()?, &text).ok()?;
-        let examined = Examined::new(&model).ok()?;
-        let varied = Varied { examined, effect: model.effects[at].id.clone(), size: EXPRESSION_STEP };
-        Some((Column::Expression(at), varied))
-    });
-    parameters.chain(expressions).unzip()
-}
-
-/// Blocks of about the same length that do not reach over the end of a trial.
-fn blocks(trials: &[Trial]) -> Vec<Vec<Block>> {
-    let duration = |trial: &Trial| trial.time[trial.len() - 1] - trial.time[0];
-    let total: f64 = trials.iter().map(duration).sum();
-    let of_trial = |(at, trial): (usize, &Trial)| {
-        let length = duration(trial);
-        let count = (BLOCKS * length / total).round().min((length / SHORTEST).floor()).max(1.0);
-        let edge = |k: f64| trial.time[0] + length * k / count;
-        (0..count as usize)
-            .map(|k| Block {
-                trial: at,
-                start: edge(k as f64),
-                end: edge(k as f64 + 1.0),
-                size: f64::NAN,
-                standard_error: f64::INFINITY,
-            })
-            .collect()
-    };
-    trials.iter().enumerate().map(of_trial).collect()
-}
-
-/// The normal equations of each block of a trial.
-fn by_block(fit: &Fit, t: usize, trial: &Trial, forcing: &Forcing, blocks: &[Block]) -> Vec<Normal> {
-    let linear = &fit.linear[t];
-    let randomness = for_trial(&fit.randomness, trial);
-    let filtered = filter(linear, &randomness, Keep::Innovations);
-    let mut normals = vec![Normal::empty(forcing.columns); blocks.len()];
-    whitened_rows(linear, &randomness, &filtered, forcing, |at, e| {
-        let time = trial.time[at / linear.channels];
-        let block = blocks.iter().position(|b| time < b.end).unwrap_or(blocks.len() - 1);
-        normals[block].push(e, filtered.whitened[at]);
-    });
-    normals.iter_mut().for_each(Normal::mirror);
-    normals
+pub(crate) fn stability(fit: &Fit, by_block: &ByBlock, first: usize) -> Vec<Option<Stability>> {
+    (first..fit.model.effects.len()).map(|effect| of_effect(fit, effect, by_block)).collect()
 }
 
 /// The weight of each column in the relative size of `effect`, and the columns of what else may move.
 fn directions(fit: &Fit, effect: usize, columns: &[Column], gram: &DMatrix<f64>) -> (DVector<f64>, Vec<usize>) {
     let value = |c: usize| match columns[c] {
         Column::Parameter(free) => fit.model.effects[effect].values[free.parameter],
-        Column::Expression(_) => 1.0,
+        Column::Expression(_) | Column::Clock(_) => 1.0,
     };
     let shape = |c: usize| match columns[c] {
         Column::Parameter(free) => fit.model.effects[effect].info().is_ok_and(|i| i.parameters[free.parameter].shape),
-        Column::Expression(_) => false,
+        Column::Expression(_) | Column::Clock(_) => false,
     };
-    let own: Vec<usize> = (0..columns.len()).filter(|c| columns[*c].effect() == effect).collect();
+    // An expression has its size; its numbers are part of that.
+    let is_number = |c: usize| match columns[c] {
+        Column::Parameter(free) => fit.model.effects[free.effect].expression.is_some(),
+        Column::Expression(_) | Column::Clock(_) => false,
+    };
+    let own: Vec<usize> =
+        (0..columns.len()).filter(|c| columns[*c].effect() == Some(effect) && !is_number(*c)).collect();
     let weight = |c: &usize| value(*c).powi(2) * gram[(*c, *c)];
     let strongest = |list: &[usize]| list.iter().copied().max_by(|a, b| weight(a).total_cmp(&weight(b)));
     let mut sizes: Vec<usize> = own.iter().copied().filter(|c| !shape(*c)).collect();
@@ -136,12 +47,13 @@ fn directions(fit: &Fit, effect: usize, columns: &[Column], gram: &DMatrix<f64>)
     for c in sizes {
         size[c] = value(c);
     }
-    let others = (0..columns.len()).filter(|c| Some(*c) != main && gram[(*c, *c)] > 1e-12).collect();
+    let others = (0..columns.len()).filter(|c| Some(*c) != main && !is_number(*c) && gram[(*c, *c)] > 1e-12).collect();
     (size, others)
 }
 
 /// Least squares with one size of `effect` for each block.
-fn of_effect(fit: &Fit, effect: usize, columns: &[Column], blocks: &[Block], parts: &[Normal]) -> Option<Stability> {
+fn of_effect(fit: &Fit, effect: usize, by_block: &ByBlock) -> Option<Stability> {
+    let ByBlock { columns, blocks, normals: parts, .. } = by_block;
     let n = columns.len();
     let grams: Vec<DMatrix<f64>> = parts.iter().map(|p| DMatrix::from_row_slice(n, n, &p.gram)).collect();
     let rights: Vec<DVector<f64>> = parts.iter().map(|p| DVector::from_column_slice(&p.right)).collect();
@@ -202,8 +114,15 @@ fn of_effect(fit: &Fit, effect: usize, columns: &[Column], blocks: &[Block], par
 
 #[cfg(test)]
 mod tests {
+    use cdpr::effect::EffectSpec;
+
     use super::*;
+    use crate::data::Trial;
     use crate::data::recording::{fitted, record};
+
+    fn stability(fit: &Fit, trials: &[Trial], first: usize) -> Vec<Option<Stability>> {
+        super::stability(fit, &ByBlock::new(fit, trials, first), first)
+    }
 
     fn wind(force: f64) -> EffectSpec {
         EffectSpec::new("steady_wind", None, &[force, 0.0, 0.0]).expect("an effect")

@@ -192,6 +192,7 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::by_block::ByBlock;
     use crate::data::recording::{fitted, record};
     use crate::estimate::Fit;
     use cdpr::formula::{Formula, Variable};
@@ -252,15 +253,16 @@ mod tests {
         let noise = fit.randomness.noise.clone();
         let free = free_values(&fit.model, 0);
         assert_eq!(free.len(), 3);
-        let estimate = refine_free(&mut fit, &trials, &noise, &free, ROUNDS, None).unwrap();
+        refine_free(&mut fit, &trials, &noise, &free, ROUNDS, None).unwrap();
+        let errors = ByBlock::new(&fit, &trials, 0).standard_errors();
         let found = values(&fit.model.effects[0]);
         let text = fit.model.effects[0].expression.clone().unwrap();
         let phase = if text.contains(" - ") { -found[2] } else { found[2] };
-        for ((value, error), true_value) in
-            [found[0], found[1], phase].into_iter().zip(&estimate.standard_error).zip([90.0, 1.5, 0.0])
+        for ((value, (_, error)), true_value) in
+            [found[0], found[1], phase].into_iter().zip(&errors).zip([90.0, 1.5, 0.0])
         {
             assert!(*error > 0.0 && (value - true_value).abs() < 4.0 * error, "{text}: {value} ± {error}");
         }
-        assert!(estimate.standard_error[0] < 5.0, "{:?}", estimate.standard_error);
+        assert!(errors[0].1 < 5.0, "{errors:?}");
     }
 }

@@ -11,8 +11,13 @@ pub(crate) fn resolution(trials: &[Trial], channel: Channel, noise: f64) -> Opti
         readings.extend(trial.measured.iter().map(|row| row[j]).filter(|v| v.is_finite()));
     }
     readings.sort_by(f64::total_cmp);
-    let count =
-        readings.windows(2).map(|w| w[1] - w[0]).filter(|step| *step > 1e-3 * noise).fold(f64::INFINITY, f64::min);
+    readings.dedup_by(|next, last| *next - *last <= 1e-3 * noise);
+    let first = readings.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    // A reading's last digit is much of one count, and little of many.
+    let count = readings.iter().fold(first, |count, reading| {
+        let multiple = ((reading - readings[0]) / count).round();
+        if multiple >= 1.0 { (reading - readings[0]) / multiple } else { count }
+    });
     let whole = |v: &f64| {
         let multiple = (v - readings[0]) / count;
         (multiple - multiple.round()).abs() < 1e-3
@@ -32,6 +37,20 @@ pub(crate) fn least_noise(trials: &[Trial], channel: Channel, noise: f64) -> f64
 mod tests {
     use super::super::recording::record;
     use super::*;
+
+    /// Lengths of 900 m in counts of 7.6 mm, with the six digits of a file.
+    #[test]
+    fn counts_are_seen_over_many_of_them() {
+        let mut trial = record(&[], 20.0, 9);
+        for (k, row) in trial.measured.iter_mut().enumerate() {
+            let counted = 7.6234e-3 * ((880.0 + 0.01 * k as f64) / 7.6234e-3).round();
+            row[3] = (counted * 1e6).round() * 1e-6;
+        }
+        let trials = [trial];
+        let channel = trials[0].channels[3];
+        let found = resolution(&trials, channel, 3e-3).expect("a count");
+        assert!((found / 7.6234e-3 - 1.0).abs() < 1e-6, "{found}");
+    }
 
     #[test]
     fn counts_are_seen_and_digits_of_a_file_are_not() {

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::*;
+use crate::by_block::ByBlock;
 use crate::data::recording::{noise, record};
 use crate::discover::{examine, prepare};
 use crate::estimate::noise_of_data;
@@ -107,9 +108,11 @@ fn a_limit_is_a_multiple_of_the_standard_error() {
         let other = &mut Search::new(&with, 0, &|_, _| {});
         let without = other.base(&Model::default()).expect("a fit");
         let model = Model { effects: vec![hidden], ..Model::default() };
-        let refined = other.fit(&model, &without, 5).expect("a fit").estimate.expect("an estimate");
-        let ratio = foreseen / refined.standard_error[0];
-        assert!((0.8..1.25).contains(&ratio), "{id}: {foreseen} foreseen, {} found", refined.standard_error[0]);
+        let refined = other.fit(&model, &without, 5).expect("a fit").train;
+        let information: f64 = ByBlock::new(&refined, &with.train, 0).normals.iter().map(|normal| normal.gram[0]).sum();
+        let found = 1.0 / information.sqrt();
+        let ratio = foreseen / found;
+        assert!((0.8..1.25).contains(&ratio), "{id}: {foreseen} foreseen, {found} found");
     }
 }
 

@@ -42,13 +42,12 @@ impl Sizing<'_> {
     }
 }
 
-/// What the instruments of the fit add, with standard errors.
-pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Instruments {
+/// What the instruments of the fit add, with standard errors; those of the clocks' delays are given.
+pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: &[f64]) -> Instruments {
     let sizing = Sizing::new(trials, noise, Penalty::NONE);
     let randomness = &fit.randomness;
     let devices: Vec<Device> =
         Device::ALL.into_iter().filter(|d| sizing.channels(*d).iter().any(|at| randomness.late[*at] != 0.0)).collect();
-    let clocks = (!devices.is_empty()).then(|| sizing.clock_normal(fit, randomness, &devices));
     let channel = |at: usize| {
         let memory = |drift: bool| randomness.memory.iter().position(|m| m.channel == at && m.drift == drift);
         let coloured = memory(false).map(|m| {
@@ -62,9 +61,9 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Instruments
             let deviation = |c: &DMatrix<f64>| c[(0, 0)] + c[(0, 1)] + 0.25 * c[(1, 1)];
             [of(randomness.memory[m].deviation, deviation), of(randomness.memory[m].time, |c| c[(1, 1)])]
         });
-        let delay = devices.iter().position(|d| *d == Device::of(sizing.all[at])).and_then(|c| {
-            let gram = clocks.as_ref()?.gram[c * devices.len() + c];
-            Some(Estimated { value: randomness.late[at], standard_error: Some(1.0 / gram.sqrt()) })
+        let delay = devices.iter().position(|d| *d == Device::of(sizing.all[at])).map(|c| Estimated {
+            value: randomness.late[at],
+            standard_error: delay_errors.get(c).copied().filter(|error| error.is_finite()),
         });
         ChannelInstrument {
             channel: sizing.all[at],
