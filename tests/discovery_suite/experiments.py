@@ -67,8 +67,12 @@ def _open(answer):
     return []
 
 
-def again(experiment, law, plan, binary, folder, timeout):
-    """Drive the plan twice with `law` as the truth and discover: what was said, whether right."""
+def again(experiment, law, rivals, plan, binary, folder, timeout):
+    """Drive the plan twice with `law` as the truth and discover: what was said, whether right.
+
+    It is right where the law is found, and none of its `rivals`, which the plan is for, is left
+    open. The whole catalogue is looked at again: a law that was no rival before may be one now.
+    """
     first = experiment.case.train[0]
     name = f"{experiment.case.name}_{name_of(law)}"
     settings = first.but(
@@ -88,12 +92,10 @@ def again(experiment, law, plan, binary, folder, timeout):
     write_case(made, folder)
     answer = _discover(binary, folder / name, folder / name / "found", timeout)
     found = [name_of(entry) for entry in answer["effects"]]
-    told = (
-        answer["verdict"]
-        if answer["verdict"] != "ambiguous"
-        else "ambiguous with " + ", ".join(name_of(entry) for entry in _open(answer)[1:])
-    )
-    return found, told, answer["verdict"] == "named" and found == [name_of(law)]
+    still = [name_of(entry) for entry in _open(answer)[1:]]
+    named = answer["verdict"] in ("named", "ambiguous") and found == [name_of(law)]
+    right = named and not set(still) & {name_of(rival) for rival in rivals}
+    return {"found": found, "verdict": answer["verdict"], "still": still, "right": right}
 
 
 def run(experiment, binary, folder, timeout=600.0):
@@ -115,9 +117,10 @@ def run(experiment, binary, folder, timeout=600.0):
     if code != 0:
         return row
     row["after"] = {}
-    for law in _open(before):
-        found, told, right = again(experiment, law, plan, binary, folder, timeout)
-        row["after"][name_of(law)] = {"found": found, "verdict": told, "right": right}
+    laws = _open(before)
+    for law in laws:
+        rivals = [rival for rival in laws if rival is not law]
+        row["after"][name_of(law)] = again(experiment, law, rivals, plan, binary, folder, timeout)
     return row
 
 
@@ -164,13 +167,16 @@ EXPERIMENTS = [
 ]
 
 
+def _in_words(told):
+    still = f", {', '.join(told['still'])} left open" if told["still"] else ""
+    found = "right" if told["right"] else f"{told['verdict']} {', '.join(told['found'])}"
+    return found + still
+
+
 def markdown(rows):
     """The table of `docs/experiment.md`."""
     lines = ["| open before | with each as the truth, after |", "| --- | --- |"]
     for row in rows:
-        after = "; ".join(
-            f"{law}: {'right' if it['right'] else it['verdict'] + ' ' + ', '.join(it['found'])}"
-            for law, it in row.get("after", {}).items()
-        )
+        after = "; ".join(f"{law}: {_in_words(it)}" for law, it in row.get("after", {}).items())
         lines.append(f"| {row['case']}: {', '.join(row['open'])} | {after or row['before']} |")
     return "\n".join(lines) + "\n"
