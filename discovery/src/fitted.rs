@@ -117,7 +117,12 @@ impl Search<'_> {
         let taken = instruments::take_up(&fitted.train, &e.train, &e.noise, self.penalty, gain, self.given)?;
         let Some(fit) = taken else { return Ok(None) };
         let score = self.score(&fit, &e.train);
-        self.verified(Trained { fit, estimate: fitted.estimate.clone(), score }, fitted).map(Some)
+        match self.verified(Trained { fit, estimate: fitted.estimate.clone(), score }, fitted) {
+            Ok(better) => Ok(Some(better)),
+            // Without what the instruments took over nothing holds the held-out trajectory: they are no better.
+            Err(FitError::Diverged { .. } | FitError::Simulation(_)) => Ok(None),
+            Err(error) => Err(error),
+        }
     }
 
     /// `fitted` without what its instruments were given before its effects were known, where it is as good without: a drift

@@ -26,6 +26,9 @@ const FINALISTS: usize = 3;
 const FIRST_ROUNDS: usize = 6;
 const LAST_ROUNDS: usize = 5;
 
+/// Friction at the start, as a share of the mean tension.
+const FRICTION: f64 = 0.0075;
+
 /// A law: effects that belong together, with the rivals each would have.
 type Law = Vec<(EffectSpec, Vec<EffectSpec>)>;
 
@@ -33,12 +36,13 @@ type Law = Vec<(EffectSpec, Vec<EffectSpec>)>;
 /// effects, across and along, of which one alone explains little.
 fn laws(situation: &Situation, density: f64) -> Vec<Law> {
     let mut out: Vec<Law> = Vec::new();
+    let force = FRICTION * situation.mean_tension;
     for cable in situation.cables_and_all() {
         let effect = |id: &str, values: &[f64]| EffectSpec::new(id, cable, values).ok();
-        let friction = effect("winch_coulomb_friction", &[150.0, 0.02]);
+        let friction = effect("winch_coulomb_friction", &[force, 0.02]);
         let other = [
-            effect("winch_stribeck_friction", &[150.0, 200.0, 0.1, 10.0]),
-            effect("pulley_capstan_loss", &[150.0 / situation.mean_tension, 0.02]),
+            effect("winch_stribeck_friction", &[force, 1.3 * force, 0.1, 0.07 * force]),
+            effect("pulley_capstan_loss", &[FRICTION, 0.02]),
         ];
         let limits = effect("winch_saturation", &[situation.quantile(cable, 0.1), situation.quantile(cable, 0.9)]);
         let sag = effect("cable_sag", &[1.5, situation.mean_tension]);

@@ -373,8 +373,11 @@ fn nuisance(normal: &Normal, columns: usize) -> DMatrix<f64> {
     if free == 0 {
         return DMatrix::zeros(0, columns);
     }
-    let product = |a: usize, b: usize| normal.gram[a * normal.columns + b];
-    let size: Vec<f64> = (columns..normal.columns).map(|a| product(a, a).sqrt().max(f64::MIN_POSITIVE)).collect();
+    // A parameter that does nothing, or a law too sharp to be varied along the trajectory, makes up for nothing.
+    let known = |value: f64| if value.is_finite() { value } else { 0.0 };
+    let product = |a: usize, b: usize| known(normal.gram[a * normal.columns + b]);
+    let size = |a: usize| Some(product(a, a).sqrt()).filter(|size| *size > 0.0).unwrap_or(1.0);
+    let size: Vec<f64> = (columns..normal.columns).map(size).collect();
     let gram = DMatrix::from_fn(free, free, |a, b| product(columns + a, columns + b) / (size[a] * size[b]));
     let right = DMatrix::from_fn(free, columns, |a, c| product(columns + a, c) / size[a]);
     // Parameters that cannot be told apart make up for it together.
@@ -389,8 +392,13 @@ fn clear(forcing: &Forcing, nuisance: &DMatrix<f64>) -> Forcing {
     let of = |values: &[f32]| -> Vec<f32> {
         let row = |row: &[f32]| -> Vec<f32> {
             let (own, free) = row.split_at(columns);
-            let made_up =
-                |c: usize| free.iter().zip(nuisance.column(c).iter()).map(|(f, n)| f64::from(*f) * n).sum::<f64>();
+            let made_up = |c: usize| {
+                free.iter()
+                    .zip(nuisance.column(c).iter())
+                    .filter(|(f, _)| f.is_finite())
+                    .map(|(f, n)| f64::from(*f) * n)
+                    .sum::<f64>()
+            };
             own.iter().enumerate().map(|(c, value)| (f64::from(*value) - made_up(c)) as f32).collect()
         };
         values.chunks_exact(forcing.columns).flat_map(row).collect()

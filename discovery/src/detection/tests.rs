@@ -185,3 +185,16 @@ fn a_moving_machine_shows_all_laws_of_motion() {
         limits.iter().filter(|l| l.effect.id == "winch_saturation").map(|l| l.at_most).take(2).collect();
     assert_eq!(sides, [true, false], "an upper limit shows up to a force, a lower one from one on");
 }
+
+/// A friction that turned within micrometres a second had derivatives beyond the range of their numbers: the command panicked.
+#[test]
+fn what_has_no_derivative_makes_up_for_nothing() {
+    let mut normal = crate::whiten::Normal::empty(3);
+    normal.gram = vec![4.0, 2.0, f64::NAN, 2.0, 2.0, f64::INFINITY, f64::NAN, f64::INFINITY, f64::NAN];
+    let found = super::nuisance(&normal, 1);
+    assert!((found[(0, 0)] - 1.0).abs() < 1e-9 && found[(1, 0)] == 0.0, "{found}");
+    let forcing =
+        crate::whiten::Forcing { columns: 3, step: vec![3.0, 1.0, f32::INFINITY], sensor: vec![5.0, 2.0, f32::NAN] };
+    let cleared = super::clear(&forcing, &found);
+    assert_eq!((&cleared.step[..], &cleared.sensor[..]), (&[2.0][..], &[3.0][..]));
+}
