@@ -206,6 +206,7 @@ pub(crate) fn examine(
         main: search.reaches.main.horizon,
         coloured,
         disturbance: Disturbance::of(&fitted.train, &evidence.train),
+        unrecorded: fitted.train.randomness.expected.map_or(0.0, |expected| expected.unrecorded),
         effects: facts,
         terms: terms.len(),
         chance: search.null_test,

@@ -501,7 +501,8 @@ mod tests {
             .with_memory(memory(4, 0.7, false))
             .with_memory(memory(0, 0.3, false))
             .with_memory(memory(0, 40.0, true));
-        let expected = Randomness { expected: Some(Expected { share: 0.6, time: 0.3 }), ..rich.clone() };
+        let expected =
+            Randomness { expected: Some(Expected { share: 0.6, time: 0.3, unrecorded: 0.0 }), ..rich.clone() };
         for randomness in [plain, rich, expected] {
             let linear = &fit.linear[0];
             let filtered = filter(linear, &randomness, Keep::Covariance);
@@ -536,7 +537,7 @@ mod tests {
         let memory = Memory { channel: 1, deviation: 3e-3, time: 0.5, drift: false };
         let randomness = Randomness { input: 40.0, jitter: 3e-3, ..plain }.with_memory(memory);
         whitening_is_that_difference(&fit.linear[0], &randomness);
-        let expected = Some(Expected { share: 0.6, time: 0.3 });
+        let expected = Some(Expected { share: 0.6, time: 0.3, unrecorded: 0.0 });
         whitening_is_that_difference(&fit.linear[0], &Randomness { expected, ..randomness });
     }
 

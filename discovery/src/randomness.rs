@@ -38,6 +38,9 @@ pub(crate) struct Expected {
     pub(crate) share: f64,
     /// Its time constant (s).
     pub(crate) time: f64,
+    /// Variance of the error that the recorded forces have no room for, over that and what they vary by: the share of the
+    /// forces that nobody recorded.
+    pub(crate) unrecorded: f64,
 }
 
 /// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck), measurement noise, errors of the recorded inputs.

@@ -123,6 +123,8 @@ pub(crate) struct Facts {
     pub(crate) coloured: Vec<String>,
     /// What stays unexplained with everything found.
     pub(crate) disturbance: Disturbance,
+    /// Share of the winch forces' variance that acts at random and was not recorded.
+    pub(crate) unrecorded: f64,
     pub(crate) effects: Vec<EffectFacts>,
     /// Terms outside the catalogue.
     pub(crate) terms: usize,

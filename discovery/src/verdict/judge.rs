@@ -11,6 +11,8 @@ pub(crate) enum Reason {
     SmallDisturbance { force: f64 },
     /// Nothing found, but more than noise is left: the gap over a horizon (s), and whether no candidate of chance came near.
     Unexplained { gap: f64, horizon: f64, beyond_chance: bool },
+    /// A share of the winch forces' variance acts at random, and was not recorded.
+    Unrecorded { share: f64 },
     /// What was found leaves so much: the gap over a horizon (s) in multiples of what a faultless model would leave.
     MoreIsLeft { gap: f64, horizon: f64 },
     /// What was found explains less than half of the gap.
@@ -64,10 +66,15 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
             carries
         })
         .collect();
+    let driven = facts.unrecorded <= policy.unrecorded;
+    if !driven {
+        reasons.push(Reason::Unrecorded { share: facts.unrecorded });
+    }
     let nothing_found = facts.effects.is_empty() && facts.terms == 0;
     let small = white && facts.disturbance.is_small(policy);
     let verdict = if nothing_found {
         match worst {
+            _ if at_noise && !driven => Verdict::Unnamed,
             _ if at_noise => Verdict::NoMissingEffect,
             Some(_) if small && facts.disturbance.any => {
                 reasons.push(Reason::SmallDisturbance { force: facts.disturbance.force });
@@ -95,7 +102,7 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
         }
         match () {
             () if little || !named.contains(&true) => Verdict::Unnamed,
-            () if !at_noise || !white || named.contains(&false) => Verdict::PartlyNamed,
+            () if !at_noise || !white || !driven || named.contains(&false) => Verdict::PartlyNamed,
             () if facts.effects.iter().any(|e| e.has_twin) => Verdict::Ambiguous,
             () => Verdict::Named,
         }

@@ -21,6 +21,9 @@ pub(crate) struct Policy {
     pub(crate) out_of_range: f64,
     /// Share of the mean winch force below which a force at random does not matter: drives and load cells are no better.
     pub(crate) small_force: f64,
+    /// Share of the winch forces' variance that may act without being recorded: with more than a tenth of it at random, the
+    /// recordings say little of what the model makes of forces.
+    pub(crate) unrecorded: f64,
     /// Control runs, of 99, in which chance may explain as much as an effect that is taken up: one in a hundred.
     pub(crate) by_chance: usize,
     /// Share of the squared gap on held-out data that a set of effects must take away over some horizon, and twice of
@@ -37,6 +40,7 @@ pub(crate) const POLICY: Policy = Policy {
     uncertain: 0.5,
     out_of_range: 3.0,
     small_force: 1e-3,
+    unrecorded: 0.1,
     by_chance: 1,
     scatter: 0.005,
 };

@@ -35,6 +35,7 @@ fn facts(gaps: [(f64, f64); 3], effects: &[EffectFacts]) -> Facts {
         main: 5.0,
         coloured: Vec::new(),
         disturbance: NOTHING,
+        unrecorded: 0.0,
         effects: effects.to_vec(),
         terms: 0,
         chance: None,
@@ -67,6 +68,16 @@ fn what_leaves_only_noise_is_named_and_what_is_only_noise_is_nothing() {
     let twin = EffectFacts { has_twin: true, ..SURE };
     assert_eq!(verdict(&facts(FOUND, &[SURE, twin])), Verdict::Ambiguous);
     assert_eq!(verdict(&Facts { terms: 1, ..facts(FOUND, &[]) }), Verdict::Unnamed);
+}
+
+/// A real robot with forces of 30 N and a white error of 118 N on them: the gap was small in units of what that error does.
+#[test]
+fn what_was_never_recorded_is_no_reason_to_say_that_nothing_is_missing() {
+    let shaken = |effects: &[EffectFacts]| judged(&Facts { unrecorded: 0.9, ..facts(NOISE, effects) });
+    assert_eq!(shaken(&[]).verdict, Verdict::Unnamed);
+    assert_eq!(shaken(&[]).reasons, [Reason::Unrecorded { share: 0.9 }]);
+    assert_eq!(shaken(&[SURE]).verdict, Verdict::PartlyNamed);
+    assert_eq!(verdict(&Facts { unrecorded: 0.05, ..facts(NOISE, &[]) }), Verdict::NoMissingEffect);
 }
 
 /// Pose alone, 5 mm of noise, friction hidden: latent forces of 300 N made the innovations white at a gap of 269.

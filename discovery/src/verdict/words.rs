@@ -29,6 +29,11 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
              nothing else unexplained, and it is small against the winch forces.",
             short(*force)
         ),
+        Reason::Unrecorded { share } => format!(
+            "{} % of the variance of the winch forces acts at random and is not in the recorded forces: commands that change \
+             between rows, or a force that nobody measured. Whatever a model makes of the recorded forces passes beside that.",
+            short(100.0 * share)
+        ),
         Reason::Unexplained { gap, horizon, beyond_chance } => {
             let chance = if *beyond_chance {
                 " It is no chance: no control run explains as much as the best candidate does, but no candidate predicts \
