@@ -30,6 +30,9 @@ def main(argv=None):
         sub.add_argument("--case", nargs="+", metavar="NAME", help="only these cases")
         sub.add_argument("--small", action="store_true", help="the small subset")
         sub.add_argument(
+            "--field", action="store_true", help="the cases whose recordings have imperfections"
+        )
+        sub.add_argument(
             "--redraw", type=int, default=0, metavar="N", help="other paths, wind and noise"
         )
     make.add_argument("--out", required=True, metavar="DIR")
@@ -43,7 +46,7 @@ def main(argv=None):
     if args.command == "experiment":
         return _experiment(args)
     try:
-        cases = suite.select(args.case, args.small, args.redraw)
+        cases = suite.select(args.case, args.small, args.redraw, args.field)
     except ValueError as error:
         print(f"discovery_suite: {error}", file=sys.stderr)
         return 2

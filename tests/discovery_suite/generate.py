@@ -6,6 +6,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from . import moordyn_trial, trial
+from .imperfections import sizes
 from .parameters import OUTSIDE
 from .strength import evidence, strength
 
@@ -79,6 +80,7 @@ def truth(case, strengths, noise):
         "ambiguous": case.ambiguous,
         "alternatives": list(case.alternatives),
         "acceptable": list(case.acceptable),
+        "imperfections": sizes(case.holdout.imperfections),
         "strength": strengths,
         "noise": noise,
         "note": case.note,

@@ -5,7 +5,7 @@ controller know nothing of them. Each is drawn from a stream of its own, so that
 imperfection is the trial without it in everything else.
 """
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -34,6 +34,18 @@ class Imperfections:
 
 #: White noise alone.
 NONE = Imperfections()
+
+
+def sizes(it):
+    """What is there, by name; nothing where the noise is white."""
+    if it == NONE:
+        return {}
+    there = {name: size for name, size in asdict(it).items() if size}
+    # A time constant says something only beside its noise.
+    for kind in ("pose", "length"):
+        if f"{kind}_colour" not in there:
+            there.pop(f"{kind}_memory", None)
+    return there
 
 
 @dataclass

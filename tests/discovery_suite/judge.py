@@ -21,10 +21,17 @@ def names(effects, cables):
     return found
 
 
+def causes(answer, truth):
+    """The effects of an answer, without those that a marred recording may be given by name."""
+    hidden = {item["id"] for item in truth["effects"]}
+    marks = set(truth["acceptable"]) - hidden if truth.get("imperfections") else set()
+    return [item for item in answer["effects"] if item["id"] not in marks]
+
+
 def listed(answer, truth):
     """Whether every true effect stands in an `ambiguous` answer, each in a place of its own."""
     options = []
-    for item in answer["effects"]:
+    for item in causes(answer, truth):
         rivals = item.get("indistinguishable_from", [])
         options.append({(e["id"], e.get("cable")) for e in [item, *rivals]})
     wanted = sorted(names(truth["effects"], truth["cables"]), key=str)
@@ -106,7 +113,8 @@ def judge(answer, truth, seconds):
     verdict = answer["verdict"]
     parameters = parameter_errors(answer, truth)
     same_numbers = not any(another(row) for row in parameters)
-    exact = found == wanted and bool(terms) == bool(truth["terms"]) and same_numbers
+    alone = names(causes(answer, truth), truth["cables"])
+    exact = alone == wanted and bool(terms) == bool(truth["terms"]) and same_numbers
     correct = exact or (verdict == "ambiguous" and listed(answer, truth))
     gap = answer["gap"]["holdout"]
     row = {
@@ -116,6 +124,7 @@ def judge(answer, truth, seconds):
         "truth": sorted(_text(name) for name in wanted),
         "found": sorted(_text(name) for name in found),
         "terms": [f"{term['target']}: {term['expression']}" for term in terms],
+        "marred": bool(truth.get("imperfections")),
         "exact": exact,
         "correct": correct,
         "located": located(answer, truth),
@@ -132,7 +141,9 @@ def judge(answer, truth, seconds):
         row["false_alarms"] = len(wrong) + len(invented)
         row["correct"] = row["false_alarms"] == 0
     if truth["group"] == "null":
-        row["exact"] = row["correct"] and verdict == "no_missing_effect"
+        nothing = verdict == "no_missing_effect"
+        delay_alone = row["marred"] and bool(answer["effects"]) and verdict == "named"
+        row["exact"] = row["correct"] and (nothing or delay_alone)
     if truth["group"] == "moordyn":
         row["gained"] = gap["after"] < gap["before"]
     if truth["group"] == "outside":
@@ -153,6 +164,7 @@ def failed(truth, seconds, reason):
         "truth": sorted(_text(name) for name in names(truth["effects"], truth["cables"])),
         "found": [],
         "terms": [],
+        "marred": bool(truth.get("imperfections")),
         "exact": False,
         "correct": False,
         "located": 0.0,

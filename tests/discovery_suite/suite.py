@@ -27,13 +27,13 @@ if len(_BY_NAME) != len(_ALL):
     raise ValueError("the suite holds two cases of one name")
 
 
-def select(names=None, small=False, redraw=0):
-    """The cases of these names, the small subset, or all.
+def select(names=None, small=False, redraw=0, field=False):
+    """The cases of these names, the small subset, those with imperfections, or the suite.
 
     With `redraw` the same effects are hidden in other trials: all seeds move by that much, so
     paths, wind, noise, gaps and outliers are others.
     """
-    return [_redrawn(case, redraw) for case in _selected(names, small)]
+    return [_redrawn(case, redraw) for case in (FIELD if field else _selected(names, small))]
 
 
 def _redrawn(case, by):

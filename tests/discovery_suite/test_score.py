@@ -1,0 +1,83 @@
+"""The judge and the score of marred recordings, on answers made by hand."""
+
+from .judge import judge
+from .score import summary
+
+TRUTH = {
+    "case": "field_x",
+    "group": "single",
+    "cables": 4,
+    "effects": [
+        {
+            "id": "platform_mass",
+            "cable": None,
+            "parameters": {"mass": 120.0},
+            "compare": ["mass"],
+            "form": "same",
+            "located": ["platform.force_x"],
+        }
+    ],
+    "terms": [],
+    "ambiguous": "no",
+    "alternatives": [],
+    "acceptable": ["pose_sensor_delay"],
+    "imperfections": {"pose_late": 0.02},
+}
+
+
+def effect(kind, **parameters):
+    entries = {
+        name: {"value": value, "standard_error": error}
+        for name, (value, error) in parameters.items()
+    }
+    return {"id": kind, "cable": None, "parameters": entries, "indistinguishable_from": []}
+
+
+def answer(verdict, *effects, gap=1.0):
+    gaps = {"holdout": {"before": 5.0, "after": gap}}
+    return {"verdict": verdict, "effects": list(effects), "terms": [], "located": [], "gap": gaps}
+
+
+MASS = effect("platform_mass", mass=(121.0, 0.9))
+DELAY = effect("pose_sensor_delay", delay=(0.02, 1e-4))
+DRAG = effect("platform_linear_drag", coefficient=(3.0, 0.5))
+
+
+def row(truth, *args, **gap):
+    return judge(answer(*args, **gap), truth, 1.0)
+
+
+def test_a_late_pose_may_have_its_name_beside_what_is_hidden():
+    assert row(TRUTH, "named", MASS, DELAY)["exact"]
+    assert not row(TRUTH, "named", MASS, DELAY, DRAG)["correct"]
+    clean = dict(TRUTH, imperfections={})
+    assert not row(clean, "named", MASS, DELAY)["correct"]
+
+
+def test_with_nothing_hidden_only_the_delay_may_be_named():
+    nothing = dict(TRUTH, group="null", effects=[])
+    assert row(nothing, "named", DELAY)["exact"]
+    assert row(nothing, "no_missing_effect")["exact"]
+    unsure = row(nothing, "unnamed")
+    assert unsure["correct"]
+    assert not unsure["exact"]
+    assert not row(nothing, "named", DELAY, DRAG)["correct"]
+
+
+def test_marred_recordings_are_counted_by_themselves():
+    nothing = dict(TRUTH, group="null", effects=[])
+    rows = [
+        row(TRUTH, "named", MASS, DELAY),
+        row(TRUTH, "named", MASS, DRAG, gap=2.0),
+        row(nothing, "no_missing_effect"),
+        row(dict(TRUTH, imperfections={}, acceptable=[]), "named", MASS),
+    ]
+    score = summary(rows)
+    marred = score["marred"]
+    assert score["exact_single"] == {"n": 1, "rate": 1.0}
+    assert score["null_trials"] == 0
+    assert marred["correct_single"] == {"n": 2, "rate": 0.5}
+    assert marred["null_no_cause"] == {"n": 1, "rate": 1.0}
+    assert marred["named_at_noise"] == {"n": 2, "rate": 0.5}
+    assert marred["parameters_within_2"] == {"n": 2, "rate": 1.0}
+    assert marred["correct_pair_triple"] is None
