@@ -2,10 +2,11 @@
 //!
 //! Each cable's measured length is compared with the distance of its ends at the measured pose, or where the lengths together
 //! tell it to be, an unstretched length with what of that distance is paid out under the cable's tension. What explains the
-//! differences best is found by weighted nonlinear least squares, the pose's own noise taken into account (W. A. Fuller, Measurement Error Models, Wiley 1987), robustly
-//! (P. J. Huber, Robust Statistics, Wiley 1981). Directions in which the recordings know the geometry no better than anybody who
-//! builds such a machine are held at the given value, by the singular values of the problem (C. L. Lawson and R. J. Hanson,
-//! Solving Least Squares Problems, 1974). No standard error rests on a prior.
+//! differences best is found by weighted nonlinear least squares, the pose's own noise taken into account (W. A. Fuller,
+//! Measurement Error Models, Wiley 1987), robustly (P. J. Huber, Robust Statistics, Wiley 1981). Directions in which the
+//! recordings know the geometry no better than anybody who builds such a machine are held at the given value, by the singular
+//! values of the problem (C. L. Lawson and R. J. Hanson, Solving Least Squares Problems, 1974). No standard error rests on a
+//! prior.
 
 mod problem;
 mod solve;

@@ -88,8 +88,8 @@ const RATIOS: [f64; 2] = [1.0, 4.0];
 const INPUTS: (f64, f64) = (3e-4, 3e-2);
 /// Smallest and largest first jitter of the stamps, in sampling intervals.
 const JITTERS: (f64, f64) = (0.02, 0.2);
-/// Steps between first sizes, as powers of ten: half an octave where nothing else can stand in for a size that is off; more
-/// beside latent forces, which can.
+/// Steps between first sizes, as powers of ten: small where nothing else can stand in for a size that is off, large beside
+/// latent forces, which can.
 const STEPS: (f64, f64) = (0.25, 1.0);
 /// Share of what a rival gains that a first look at an instrument must gain for a second.
 const PROMISING: f64 = 0.3;
