@@ -276,7 +276,7 @@ impl Simulation {
             self.slack = self.plant.slack_cables(self.time, &self.y, &inputs.at(self.time));
         }
         let plant = self.plant.at(self.time);
-        let mut system = PlantSystem { plant, inputs, slack: &mut self.slack, work: &mut self.work };
+        let mut system = PlantSystem::new(plant, inputs, &mut self.slack, &mut self.work);
         let result = self.integrator.advance_part(&mut system, self.time, &mut self.y, duration);
         self.time = match &result {
             Ok(()) => stop,

@@ -65,9 +65,11 @@ impl System for DenseSystem {
         b.copy_from_slice(x.as_slice());
     }
 
-    fn solve_complex(&mut self, b: &mut [Complex64]) {
-        let mut x = DVector::from_column_slice(b);
+    fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
+        let mut x = DVector::from_fn(re.len(), |k, _| Complex64::new(re[k], im[k]));
         self.complex.as_ref().expect("factored").solve_mut(&mut x);
-        b.copy_from_slice(x.as_slice());
+        for (k, value) in x.iter().enumerate() {
+            (re[k], im[k]) = (value.re, value.im);
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Newton-Euler dynamics of the cables and the platform, equations (17)-(28) and (36)-(42).
 
+mod columns;
 mod elastic;
 mod evaluation;
 mod factors;

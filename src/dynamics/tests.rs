@@ -104,9 +104,8 @@ fn deviation(random: &mut Random, plant: &Plant, speed: f64, slack: &PerCable<bo
     linearisation.update(plant, 3.0, &y, &u, slack);
     let dense = jacobian(plant, 3.0, &y, &u, slack);
     let (sigma, pair) = (360.0, Complex64::new(270.0, 300.0));
-    let (mut real, mut complex) = (Factors::empty(plant.cables()), Factors::empty(plant.cables()));
-    real.update(&linearisation, sigma);
-    complex.update(&linearisation, pair);
+    let mut factors = Factors::new(plant.states_of_cables());
+    factors.update(&linearisation, sigma, pair);
     let real_dense = (DMatrix::identity(n, n) * sigma - &dense).lu();
     let complex_dense = (DMatrix::identity(n, n) * pair - dense.map(Complex64::from)).lu();
     let mut worst = 0.0_f64;
@@ -114,16 +113,18 @@ fn deviation(random: &mut Random, plant: &Plant, speed: f64, slack: &PerCable<bo
         let mut b = vec![0.0; n];
         b[column] = 1.0;
         let expected = real_dense.solve(&DVector::from_column_slice(&b)).unwrap();
-        real.solve(&linearisation, &plant.offset, &mut b);
-        let mut b_pair = vec![Complex64::from(0.0); n];
-        b_pair[column] = Complex64::new(0.6, 0.8);
-        let expected_pair = complex_dense.solve(&DVector::from_column_slice(&b_pair)).unwrap();
-        complex.solve(&linearisation, &plant.offset, &mut b_pair);
+        factors.solve_real(&mut b);
+        let (mut re, mut im) = (vec![0.0; n], vec![0.0; n]);
+        (re[column], im[column]) = (0.6, 0.8);
+        let pair = |re: &[f64], im: &[f64]| DVector::from_fn(n, |row, _| Complex64::new(re[row], im[row]));
+        let expected_pair = complex_dense.solve(&pair(&re, &im)).unwrap();
+        factors.solve_complex(&mut re, &mut im);
+        let found_pair = pair(&re, &im);
         let size = expected.amax();
         let size_pair = expected_pair.iter().fold(0.0_f64, |m, v| m.max(v.norm()));
         for row in 0..n {
             worst = worst.max((b[row] - expected[row]).abs() / size);
-            worst = worst.max((b_pair[row] - expected_pair[row]).norm() / size_pair);
+            worst = worst.max((found_pair[row] - expected_pair[row]).norm() / size_pair);
         }
     }
     worst

@@ -7,7 +7,7 @@ use super::radau::Outcome;
 use super::radau_coefficients::END_RATES;
 use super::switching::Looks;
 use super::vector::{Vector, each, root_mean};
-use super::{Complex64, IntegrationError, Solver, Statistics, System};
+use super::{IntegrationError, Solver, Statistics, System};
 
 /// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with this,
 /// the errors of all steps together stay below ten times the tolerance in the motions that are tested.
@@ -71,7 +71,8 @@ pub struct Integrator {
     pub(super) z: [Vector; 3],
     pub(super) w: [Vector; 3],
     pub(super) f: [Vector; 3],
-    pub(super) complex: Vector<Complex64>,
+    /// Real and imaginary parts.
+    pub(super) complex: [Vector; 2],
     /// A state on the way of the step.
     pub(super) stage: Vector,
     /// Start of the step, and the stages.
@@ -114,7 +115,7 @@ impl Integrator {
             z: std::array::from_fn(|_| zeros()),
             w: std::array::from_fn(|_| zeros()),
             f: std::array::from_fn(|_| zeros()),
-            complex: Vector::zeros(dimension),
+            complex: [zeros(), zeros()],
             stage: zeros(),
             start: zeros(),
             full: std::array::from_fn(|_| zeros()),

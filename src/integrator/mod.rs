@@ -66,8 +66,8 @@ pub trait System {
     /// Solves with the real factors, in place.
     fn solve_real(&mut self, b: &mut [f64]);
 
-    /// Solves with the complex factors, in place.
-    fn solve_complex(&mut self, b: &mut [Complex64]);
+    /// Solves with the complex factors, in place; real and imaginary parts.
+    fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]);
 
     /// Number of switching functions.
     fn switches(&self) -> usize {

@@ -132,18 +132,25 @@ impl Integrator {
     /// Returns its size beside steady rates: the part of it that the Jacobian made, by which its error is to be judged. A large
     /// steady motion would hide how slowly a small rest converges.
     fn guess(&mut self, system: &mut impl System, h: f64) -> f64 {
-        for (rates, (real, complex)) in
-            self.rates.groups().iter().zip(self.error.groups_mut().iter_mut().zip(self.complex.groups_mut()))
+        let [re, im] = self.complex.each_mut().map(Vector::groups_mut);
+        for (rates, (real, (re, im))) in
+            self.rates.groups().iter().zip(self.error.groups_mut().iter_mut().zip(re.iter_mut().zip(im)))
         {
             *real = rates.map(|rate| T_INVERSE_SUM[0] * rate);
-            *complex = rates.map(|rate| Complex64::new(T_INVERSE_SUM[1] * rate, T_INVERSE_SUM[2] * rate));
+            *re = rates.map(|rate| T_INVERSE_SUM[1] * rate);
+            *im = rates.map(|rate| T_INVERSE_SUM[2] * rate);
         }
         system.solve_real(&mut self.error);
-        system.solve_complex(&mut self.complex);
+        self.solve_complex(system);
         for w in &mut self.w {
             w.groups_mut().fill([0.0; 4]);
         }
         self.apply_correction(T_INVERSE_C.map(|c| c * h))
+    }
+
+    fn solve_complex(&mut self, system: &mut impl System) {
+        let [re, im] = &mut self.complex;
+        system.solve_complex(re, im);
     }
 
     /// Size of the defect of stages that all stand at the start of the step.
@@ -162,21 +169,21 @@ impl Integrator {
         let [f0, f1, f2] = self.f.each_ref().map(Vector::groups);
         let [w0, w1, w2] = self.w.each_ref().map(Vector::groups);
         let weights = self.weight.groups();
-        let right = self.error.groups_mut().iter_mut().zip(self.complex.groups_mut());
+        let [re, im] = self.complex.each_mut().map(Vector::groups_mut);
+        let right = self.error.groups_mut().iter_mut().zip(re.iter_mut().zip(im));
         let mut sum = [0.0; 4];
-        for (((((((real, complex), f0), f1), f2), w0), w1), (w2, weight)) in
+        for (((((((real, (re, im)), f0), f1), f2), w0), w1), (w2, weight)) in
             right.zip(f0).zip(f1).zip(f2).zip(w0).zip(w1).zip(w2.iter().zip(weights))
         {
             let g = |s: usize| each(|l| T_INVERSE[s][0] * f0[l] + T_INVERSE[s][1] * f1[l] + T_INVERSE[s][2] * f2[l]);
             let [g0, g1, g2] = [g(0), g(1), g(2)];
             *real = each(|l| g0[l] - gamma * w0[l]);
-            let re = each(|l| g1[l] - alpha * w1[l] + beta * w2[l]);
-            let im = each(|l| g2[l] - alpha * w2[l] - beta * w1[l]);
-            *complex = each(|l| Complex64::new(re[l], im[l]));
+            *re = each(|l| g1[l] - alpha * w1[l] + beta * w2[l]);
+            *im = each(|l| g2[l] - alpha * w2[l] - beta * w1[l]);
             sum = each(|l| sum[l] + (real[l] * weight[l]) * (real[l] * weight[l]));
         }
         system.solve_real(&mut self.error);
-        system.solve_complex(&mut self.complex);
+        self.solve_complex(system);
         // The real part of it stands for all.
         root_mean(sum, self.error.len()) * h / GAMMA
     }
@@ -187,11 +194,11 @@ impl Integrator {
         let [w0, w1, w2] = self.w.each_mut().map(Vector::groups_mut);
         let [z0, z1, z2] = self.z.each_mut().map(Vector::groups_mut);
         let [full0, full1, full2] = self.full.each_mut().map(Vector::groups_mut);
-        let (real, complex) = (self.error.groups(), self.complex.groups());
+        let (real, [re, im]) = (self.error.groups(), self.complex.each_ref().map(Vector::groups));
         let (start, rates, weight) = (self.start.groups(), self.rates.groups(), self.weight.groups());
         let mut sum = [0.0; 4];
         for k in 0..start.len() {
-            let (real, re, im) = (real[k], complex[k].map(|c| c.re), complex[k].map(|c| c.im));
+            let (real, re, im) = (real[k], re[k], im[k]);
             let part = |correction: [f64; 4], s: usize| each(|l| correction[l] - steady[s] * rates[k][l]);
             let (a, b, c) = (part(real, 0), part(re, 1), part(im, 2));
             let square = each(|l| a[l] * a[l] + b[l] * b[l] + c[l] * c[l]);

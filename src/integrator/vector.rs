@@ -8,39 +8,39 @@ pub(super) type Group<T = f64> = [T; 4];
 /// A value for each state. It reads as a slice; the loops that a step spends its time in go over the groups, the last one filled
 /// up with zeros, so that the compiler can work on several states at once.
 #[derive(Clone, Debug)]
-pub(super) struct Vector<T = f64> {
-    groups: Vec<Group<T>>,
+pub(super) struct Vector {
+    groups: Vec<Group>,
     len: usize,
 }
 
-impl<T: Copy + Default> Vector<T> {
+impl Vector {
     pub(super) fn zeros(len: usize) -> Self {
-        Self { groups: vec![[T::default(); 4]; len.div_ceil(4)], len }
+        Self { groups: vec![[0.0; 4]; len.div_ceil(4)], len }
     }
 
     #[inline]
-    pub(super) fn groups(&self) -> &[Group<T>] {
+    pub(super) fn groups(&self) -> &[Group] {
         &self.groups
     }
 
     #[inline]
-    pub(super) fn groups_mut(&mut self) -> &mut [Group<T>] {
+    pub(super) fn groups_mut(&mut self) -> &mut [Group] {
         &mut self.groups
     }
 }
 
-impl<T> Deref for Vector<T> {
-    type Target = [T];
+impl Deref for Vector {
+    type Target = [f64];
 
     #[inline]
-    fn deref(&self) -> &[T] {
+    fn deref(&self) -> &[f64] {
         &self.groups.as_flattened()[..self.len]
     }
 }
 
-impl<T> DerefMut for Vector<T> {
+impl DerefMut for Vector {
     #[inline]
-    fn deref_mut(&mut self) -> &mut [T] {
+    fn deref_mut(&mut self) -> &mut [f64] {
         &mut self.groups.as_flattened_mut()[..self.len]
     }
 }

@@ -266,12 +266,13 @@ impl System for InternalSystem<'_> {
         }
     }
 
-    fn solve_complex(&mut self, b: &mut [Complex64]) {
-        let mut v = DVector::from_column_slice(b);
-        if self.complex.as_ref().is_some_and(|lu| lu.solve_mut(&mut v)) {
-            b.copy_from_slice(v.as_slice());
-        } else {
-            b.fill(Complex64::new(f64::NAN, f64::NAN));
+    fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
+        let mut v = DVector::from_fn(re.len(), |k, _| Complex64::new(re[k], im[k]));
+        if !self.complex.as_ref().is_some_and(|lu| lu.solve_mut(&mut v)) {
+            v.fill(Complex64::new(f64::NAN, f64::NAN));
+        }
+        for (k, value) in v.iter().enumerate() {
+            (re[k], im[k]) = (value.re, value.im);
         }
     }
 }

@@ -223,10 +223,12 @@ impl System for FeedForward<'_> {
         b.copy_from_slice(v.as_slice());
     }
 
-    fn solve_complex(&mut self, b: &mut [Complex64]) {
-        let mut v = DVector::from_column_slice(b);
+    fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
+        let mut v = DVector::from_fn(re.len(), |k, _| Complex64::new(re[k], im[k]));
         self.complex.as_ref().unwrap().solve_mut(&mut v);
-        b.copy_from_slice(v.as_slice());
+        for (k, value) in v.iter().enumerate() {
+            (re[k], im[k]) = (value.re, value.im);
+        }
     }
 }
 

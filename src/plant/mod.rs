@@ -452,6 +452,11 @@ impl Plant {
         start..start + self.cable[cable].states
     }
 
+    /// Ranges of the cables' own states among the states, those of effects included.
+    pub(crate) fn states_of_cables(&self) -> Vec<std::ops::Range<usize>> {
+        (0..self.cables()).map(|cable| self.offset[cable]..self.effect_states(cable).end).collect()
+    }
+
     /// The states that belong to effects, in the order of the effects.
     pub fn states_of_effects(&self) -> &[EffectStates] {
         &self.states_of_effects

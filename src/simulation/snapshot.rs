@@ -268,12 +268,8 @@ impl Simulation {
         self.work.linearised_inputs = linearised_inputs;
         self.work.linearised_slack = linearised_slack;
         let segment = InputSegment::new(jacobian_time, linearised_inputs, Inputs::none(cables));
-        let mut system = PlantSystem {
-            plant: self.plant.at(jacobian_time),
-            inputs: segment,
-            slack: &mut linearised_slack,
-            work: &mut self.work,
-        };
+        let plant = self.plant.at(jacobian_time);
+        let mut system = PlantSystem::new(plant, segment, &mut linearised_slack, &mut self.work);
         self.integrator.restore(memory, &mut system);
         Ok(())
     }

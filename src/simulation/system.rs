@@ -44,9 +44,7 @@ pub(super) struct Workspace {
     /// Inputs and slack cables that the linearisation was made with.
     pub(super) linearised_inputs: Inputs,
     pub(super) linearised_slack: PerCable<bool>,
-    real: Factors<f64>,
-    complex: Factors<Complex64>,
-    margins: Margins,
+    factors: Factors,
     evaluation_cost: f64,
 }
 
@@ -59,9 +57,7 @@ impl Workspace {
             linearisation: Linearisation::new(plant.cables()),
             linearised_inputs: Inputs::none(plant.cables()),
             linearised_slack: PerCable::filled(plant.cables(), false),
-            real: Factors::empty(plant.cables()),
-            complex: Factors::empty(plant.cables()),
-            margins: Margins::NONE,
+            factors: Factors::new(plant.states_of_cables()),
             evaluation_cost: plant.evaluation_cost(),
         }
     }
@@ -73,6 +69,18 @@ pub(super) struct PlantSystem<'a> {
     pub(super) inputs: InputSegment,
     pub(super) slack: &'a mut PerCable<bool>,
     pub(super) work: &'a mut Workspace,
+    margins: Margins,
+}
+
+impl<'a> PlantSystem<'a> {
+    pub(super) fn new(
+        plant: &'a Plant,
+        inputs: InputSegment,
+        slack: &'a mut PerCable<bool>,
+        work: &'a mut Workspace,
+    ) -> Self {
+        Self { plant, inputs, slack, work, margins: Margins::NONE }
+    }
 }
 
 impl System for PlantSystem<'_> {
@@ -88,7 +96,7 @@ impl System for PlantSystem<'_> {
             moved = self.inputs.at(time);
             &moved
         };
-        self.plant.rates_and_margins(time, y, inputs, self.slack, rates, &mut self.work.margins);
+        self.plant.rates_and_margins(time, y, inputs, self.slack, rates, &mut self.margins);
     }
 
     fn evaluation_cost(&self) -> f64 {
@@ -111,16 +119,15 @@ impl System for PlantSystem<'_> {
     }
 
     fn factor(&mut self, real: f64, complex: Complex64) {
-        self.work.real.update(&self.work.linearisation, real);
-        self.work.complex.update(&self.work.linearisation, complex);
+        self.work.factors.update(&self.work.linearisation, real, complex);
     }
 
     fn solve_real(&mut self, b: &mut [f64]) {
-        self.work.real.solve(&self.work.linearisation, &self.plant.offset, b);
+        self.work.factors.solve_real(b);
     }
 
-    fn solve_complex(&mut self, b: &mut [Complex64]) {
-        self.work.complex.solve(&self.work.linearisation, &self.plant.offset, b);
+    fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
+        self.work.factors.solve_complex(re, im);
     }
 
     fn switches(&self) -> usize {
@@ -128,7 +135,7 @@ impl System for PlantSystem<'_> {
     }
 
     fn suspects_switch(&mut self) -> bool {
-        std::mem::replace(&mut self.work.margins, Margins::NONE).may_be_negative(self.plant.cables())
+        std::mem::replace(&mut self.margins, Margins::NONE).may_be_negative(self.plant.cables())
     }
 
     fn switching_functions(&mut self, time: f64, y: &[f64], values: &mut [f64]) {

@@ -66,10 +66,12 @@ impl<P: Problem> System for Dense<P> {
         assert!(self.real.as_ref().unwrap().solve_mut(&mut x));
         b.copy_from_slice(x.as_slice());
     }
-    fn solve_complex(&mut self, b: &mut [Complex64]) {
-        let mut x = DVector::from_column_slice(b);
+    fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
+        let mut x = DVector::from_fn(re.len(), |k, _| Complex64::new(re[k], im[k]));
         assert!(self.complex.as_ref().unwrap().solve_mut(&mut x));
-        b.copy_from_slice(x.as_slice());
+        for (k, value) in x.iter().enumerate() {
+            (re[k], im[k]) = (value.re, value.im);
+        }
     }
     fn switches(&self) -> usize {
         self.problem.switches()
