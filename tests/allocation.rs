@@ -20,18 +20,27 @@ struct Counting;
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+    /// Bytes held.
+    static HELD: Cell<isize> = const { Cell::new(0) };
 }
 
-// SAFETY: every call goes to the system's allocator unchanged; counting touches only a thread-local number without a
-// destructor.
+/// An object in memory is no larger than half of it.
+fn bytes(layout: Layout) -> isize {
+    layout.size().cast_signed()
+}
+
+// SAFETY: every call goes to the system's allocator unchanged; counting touches only thread-local numbers without
+// a destructor.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        HELD.set(HELD.get() + bytes(layout));
         // SAFETY: the caller keeps the contract of `alloc`.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        HELD.set(HELD.get() - bytes(layout));
         // SAFETY: the caller keeps the contract of `dealloc`; `pointer` came from `System`.
         unsafe { System.dealloc(pointer, layout) }
     }
@@ -143,4 +152,17 @@ fn going_back_to_a_saved_state_does_not_allocate() {
         }
         assert_eq!(ALLOCATIONS.get() - before, 0, "{solver:?}");
     }
+}
+
+/// What a thousand instances step through in turn is to stay in the processor's caches: the work of a call is on the stack, and
+/// factors are as large as the robot.
+#[test]
+fn an_instance_keeps_no_more_than_it_must() {
+    let start = Start { inputs: Inputs::pulling(4, 2e4), ..Start::default() };
+    let plant = Arc::new(Plant::new(Parameters::default(), Vec::new()).unwrap());
+    let before = HELD.get();
+    let mut simulation = Box::new(Simulation::new(plant, &start, 1e-8).unwrap());
+    simulation.advance(0.01).unwrap();
+    let held = HELD.get() - before;
+    assert!(held < 10_000, "{held} bytes");
 }

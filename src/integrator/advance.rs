@@ -2,11 +2,11 @@
 
 use super::allowance::Allowance;
 use super::choice::Choice;
-use super::dormand_prince::{Explicit, Stiffness};
+use super::dormand_prince::Stiffness;
 use super::radau::Outcome;
 use super::radau_coefficients::END_RATES;
 use super::switching::Looks;
-use super::vector::{Vector, each, root_mean};
+use super::vector::{FEW, MORE, MOST, MOST_STATES, Vector, Work, each};
 use super::{IntegrationError, Solver, Statistics, System};
 
 /// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with this,
@@ -60,26 +60,13 @@ pub struct Integrator {
     pub(super) jacobian_excess: u32,
     pub(super) last: (f64, f64),
     /// What an error in each state weighs: one over its scale and the tolerance.
-    pub(super) weight: Vector,
+    weight: Vec<f64>,
     /// The weights are of the tolerance in use.
     weighed: bool,
-    /// Rates at the start of the step.
-    pub(super) rates: Vector,
-    /// They are still those of the state where the last call ended.
+    /// Rates at the state where the last call ended.
+    rates: Vec<f64>,
+    /// They still are.
     rates_known: bool,
-    /// Stage increments `Y_s - y`, and the same transformed.
-    pub(super) z: [Vector; 3],
-    pub(super) w: [Vector; 3],
-    pub(super) f: [Vector; 3],
-    /// Real and imaginary parts.
-    pub(super) complex: [Vector; 2],
-    /// A state on the way of the step.
-    pub(super) stage: Vector,
-    /// Start of the step, and the stages.
-    pub(super) start: Vector,
-    pub(super) full: [Vector; 3],
-    pub(super) error: Vector,
-    pub(super) explicit: Explicit,
     stiffness: Stiffness,
     stiff_since: Option<f64>,
     choice: Choice,
@@ -93,8 +80,11 @@ impl Integrator {
     ///
     /// `relative_tolerance` is that of the solution over one step. The implicit method's embedded estimate is of order 3, so it is
     /// held to `0.05 tol^(2/3)`.
+    ///
+    /// # Panics
+    /// When there are more than [`MOST_STATES`] states.
     pub fn new(dimension: usize, switches: usize, relative_tolerance: f64) -> Self {
-        let zeros = || Vector::zeros(dimension);
+        assert!(dimension <= MOST_STATES, "{dimension} states, expected {MOST_STATES} or fewer");
         let mut integrator = Self {
             solver: Solver::Radau,
             relative_tolerance,
@@ -108,19 +98,10 @@ impl Integrator {
             jacobian_least: 0,
             jacobian_excess: 0,
             last: (0.0, 0.0),
-            weight: zeros(),
+            weight: vec![0.0; dimension],
             weighed: false,
-            rates: zeros(),
+            rates: vec![0.0; dimension],
             rates_known: false,
-            z: std::array::from_fn(|_| zeros()),
-            w: std::array::from_fn(|_| zeros()),
-            f: std::array::from_fn(|_| zeros()),
-            complex: [zeros(), zeros()],
-            stage: zeros(),
-            start: zeros(),
-            full: std::array::from_fn(|_| zeros()),
-            error: zeros(),
-            explicit: Explicit::new(dimension),
             stiffness: Stiffness::default(),
             stiff_since: None,
             choice: Choice::default(),
@@ -276,27 +257,48 @@ impl Integrator {
         if !(duration >= 0.0 && duration.is_finite()) {
             return Err(IntegrationError::Duration { duration, time });
         }
+        let groups = y.len().div_ceil(4);
+        if groups <= FEW {
+            self.advance_with::<FEW>(system, time, y, duration)
+        } else if groups <= MORE {
+            self.advance_with::<MORE>(system, time, y, duration)
+        } else {
+            self.advance_with::<MOST>(system, time, y, duration)
+        }
+    }
+
+    fn advance_with<const GROUPS: usize>(
+        &mut self,
+        system: &mut impl System,
+        time: f64,
+        y: &mut [f64],
+        duration: f64,
+    ) -> Result<(), IntegrationError> {
+        let work = &mut Work::<GROUPS>::new(y.len());
         let end = time + duration;
         let mut t = time;
         let mut remaining = duration;
         let smallest = 1e-13 * duration.max(1e-3) + 4.0 * f64::EPSILON * end.abs();
-        self.weigh(system, y);
+        self.weigh(work, system, y);
         let mut rates_known = std::mem::take(&mut self.rates_known);
+        if rates_known {
+            work.rates.copy_from_slice(&self.rates);
+        }
         let mut rejected = false;
         // Where a switch was seen: a step is made to end there before the switch is believed.
         let mut limit = f64::INFINITY;
         while remaining > 0.0 {
             self.allowance.check(t, y)?;
             if !rates_known {
-                system.rates(t, y, &mut self.rates);
+                system.rates(t, y, &mut work.rates);
                 self.count_evaluations(1);
-                if self.rates.iter().any(|r| !r.is_finite()) {
+                if work.rates.iter().any(|r| !r.is_finite()) {
                     return Err(IntegrationError::NotFinite { time: t, state: y.to_vec() });
                 }
                 rates_known = true;
             }
             if self.next_step <= 0.0 {
-                self.next_step = self.first_step(remaining);
+                self.next_step = self.first_step(work, remaining);
             }
             let planned = self.next_step;
             let h = step_size(planned, remaining).min(limit);
@@ -305,9 +307,9 @@ impl Integrator {
             let explicit = self.is_explicit();
             let before = self.statistics;
             let outcome = if explicit {
-                self.explicit_step(system, [t, arrival], y, h, rejected)
+                self.explicit_step(work, system, [t, arrival], y, h, rejected)
             } else {
-                self.implicit_step(system, t, y, h, rejected)
+                self.implicit_step(work, system, t, y, h, rejected)
             };
             if self.solver == Solver::Auto {
                 self.choice.count(&before, &self.statistics, system.evaluation_cost());
@@ -336,8 +338,8 @@ impl Integrator {
                 }
                 Outcome::Accepted => {
                     // Before anything else is put where its stages are. The last step of a call is as long as the caller has it.
-                    let at_the_end = explicit && left > 0.0 && self.is_at_end_of_stability(h);
-                    let crossing = self.first_crossing(system, t, y, h);
+                    let at_the_end = explicit && left > 0.0 && work.is_at_end_of_stability(h);
+                    let crossing = self.first_crossing(work, system, t, h);
                     if let Some(fraction) = crossing
                         && (1e-3..0.999).contains(&fraction)
                         && h * fraction > smallest
@@ -357,8 +359,8 @@ impl Integrator {
                         self.statistics.switches += 1;
                         self.allowance.count_switch();
                         let part = fraction * h;
-                        self.stage_at(y, h, fraction);
-                        y.copy_from_slice(&self.stage);
+                        self.stage_at(work, h, fraction);
+                        y.copy_from_slice(&work.stage);
                         t += part;
                         remaining -= part;
                         self.allowance.earn(part, t);
@@ -367,16 +369,16 @@ impl Integrator {
                         self.last = (0.0, 0.0);
                         rates_known = false;
                     } else {
-                        for (value, end) in y.iter_mut().zip(&*self.full[2]) {
+                        for (value, end) in y.iter_mut().zip(&*work.full[2]) {
                             *value = *end;
                         }
                         (remaining, t) = (left, arrival);
                         self.allowance.earn(h, t);
                         if explicit {
-                            std::mem::swap(&mut self.rates, &mut self.explicit.k[5]);
+                            work.rates.copy_from_slice(&work.f[5]);
                             self.note_stiffness(at_the_end, t);
                         } else if remaining > 0.0 {
-                            self.end_rates(h);
+                            work.end_rates(h);
                         } else {
                             // The polynomial's slope is not quite what the equations say.
                             rates_known = false;
@@ -391,7 +393,7 @@ impl Integrator {
                         self.begin_with_the_other();
                     }
                     if remaining > 0.0 {
-                        self.weigh(system, y);
+                        self.weigh(work, system, y);
                     }
                     if let Some(reason) = system.out_of_bounds(y) {
                         return Err(IntegrationError::OutOfBounds { reason, time: t, state: y.to_vec() });
@@ -400,6 +402,9 @@ impl Integrator {
             }
         }
         self.rates_known = rates_known;
+        if rates_known {
+            self.rates.copy_from_slice(&work.rates);
+        }
         Ok(())
     }
 
@@ -429,26 +434,28 @@ impl Integrator {
     }
 
     /// Takes up what errors weigh at `y`.
-    fn weigh(&mut self, system: &impl System, y: &[f64]) {
-        if self.weighed && !system.scale_changes() {
-            return;
+    fn weigh<const GROUPS: usize>(&mut self, work: &mut Work<GROUPS>, system: &impl System, y: &[f64]) {
+        if !self.weighed || system.scale_changes() {
+            self.weighed = true;
+            system.scale(y, &mut self.weight);
+            for weight in &mut self.weight {
+                *weight = 1.0 / (*weight * self.tolerance);
+            }
         }
-        self.weighed = true;
-        system.scale(y, &mut self.weight);
-        for weight in self.weight.iter_mut() {
-            *weight = 1.0 / (*weight * self.tolerance);
-        }
+        work.weight.copy_from_slice(&self.weight);
     }
 
     /// A careful first step from the size of the rates.
-    fn first_step(&self, remaining: f64) -> f64 {
+    fn first_step<const GROUPS: usize>(&self, work: &Work<GROUPS>, remaining: f64) -> f64 {
         // In units of the tolerance per second; the step may change the state by 0.1 tol^(1/4) of its scale.
-        let speed = self.tolerance * self.norm(&self.rates);
+        let speed = self.tolerance * work.norm(&work.rates);
         let guess = if speed > 0.0 { 0.1 * self.tolerance.sqrt().sqrt() / speed } else { remaining };
         // The first error estimate corrects a guess that is too long at the price of one step.
         guess.max(0.01).min(remaining)
     }
+}
 
+impl<const GROUPS: usize> Work<GROUPS> {
     /// Rates at the end of the step: the collocation polynomial's slope there, which is what Newton's method made of them.
     fn end_rates(&mut self, h: f64) {
         let weights = END_RATES.map(|w| w / h);
@@ -456,15 +463,6 @@ impl Integrator {
         for (((rates, z0), z1), z2) in self.rates.groups_mut().iter_mut().zip(z0).zip(z1).zip(z2) {
             *rates = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
         }
-    }
-
-    /// Root mean square of `values`, weighed.
-    pub(super) fn norm(&self, values: &Vector) -> f64 {
-        let mut sum = [0.0; 4];
-        for (v, w) in values.groups().iter().zip(self.weight.groups()) {
-            sum = each(|l| sum[l] + (v[l] * w[l]) * (v[l] * w[l]));
-        }
-        root_mean(sum, values.len())
     }
 }
 

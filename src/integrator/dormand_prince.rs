@@ -4,7 +4,7 @@
 //! Differential Equations I*, 2nd ed., 1993, sections II.4 to II.6, and *II*, 1996, section IV.2.
 
 use super::radau::Outcome;
-use super::vector::{Vector, each, root_mean};
+use super::vector::{Vector, Work, each, root_mean};
 use super::{Integrator, System};
 
 /// Places of the stages in the step; those of the sixth and the seventh are both its end.
@@ -79,22 +79,15 @@ impl Stiffness {
     }
 }
 
-/// What an explicit step works with.
-#[derive(Clone, Debug)]
-pub(super) struct Explicit {
-    /// Rates in the second to the seventh stage; those in the first are the integrator's.
-    pub(super) k: [Vector; 6],
-}
-
-impl Explicit {
-    pub(super) fn new(dimension: usize) -> Self {
-        Self { k: std::array::from_fn(|_| Vector::zeros(dimension)) }
-    }
-}
-
 /// `to = start + h Σ weight k`.
 #[inline(always)]
-fn along<const N: usize>(to: &mut Vector, start: &Vector, h: f64, weights: [f64; N], k: [&Vector; N]) {
+fn along<const GROUPS: usize, const N: usize>(
+    to: &mut Vector<GROUPS>,
+    start: &Vector<GROUPS>,
+    h: f64,
+    weights: [f64; N],
+    k: [&Vector<GROUPS>; N],
+) {
     let weights = weights.map(|w| w * h);
     let to = to.groups_mut();
     let count = to.len();
@@ -120,18 +113,18 @@ fn dense_weights(fraction: f64) -> [f64; 7] {
 }
 
 impl Integrator {
-    /// One explicit step from `y`, with the rates there in `rates`, to `arrival` (s). The end goes where the last implicit stage goes.
-    pub(super) fn explicit_step(
+    /// One explicit step from `y`, with the rates there in `work`, to `arrival` (s). The end goes where the last implicit stage goes.
+    pub(super) fn explicit_step<const GROUPS: usize>(
         &mut self,
+        work: &mut Work<GROUPS>,
         system: &mut impl System,
         [t, arrival]: [f64; 2],
         y: &[f64],
         h: f64,
         rejected: bool,
     ) -> Outcome {
-        self.start.copy_from_slice(y);
-        let Self { rates: k1, stage, start, full, explicit: Explicit { k, .. }, .. } = self;
-        let [k2, k3, k4, k5, k6, k7] = k;
+        work.start.copy_from_slice(y);
+        let Work { rates: k1, stage, start, full, f: [k2, k3, k4, k5, k6, k7], .. } = work;
         let end = &mut full[2];
         along(stage, start, h, A2, [k1]);
         system.rates(t + C[1] * h, stage, k2);
@@ -146,42 +139,8 @@ impl Integrator {
         along(end, start, h, [B[0], B[2], B[3], B[4], B[5]], [k1, k3, k4, k5, k6]);
         system.rates(arrival, end, k7);
         self.count_evaluations(6);
-        let error = self.explicit_estimate(h);
+        let error = work.explicit_estimate(h);
         self.explicit_control(h, error, rejected)
-    }
-
-    /// The embedded error estimate, in units of the tolerance.
-    fn explicit_estimate(&self, h: f64) -> f64 {
-        let weights = E.map(|e| e * h);
-        let [_, k3, k4, k5, k6, k7] = self.explicit.k.each_ref().map(Vector::groups);
-        let k1 = self.rates.groups();
-        let mut sum = [0.0; 4];
-        for ((((((k1, k3), k4), k5), k6), k7), weight) in
-            k1.iter().zip(k3).zip(k4).zip(k5).zip(k6).zip(k7).zip(self.weight.groups())
-        {
-            let error = each(|l| {
-                let early = weights[0] * k1[l] + weights[2] * k3[l] + weights[3] * k4[l];
-                (early + weights[4] * k5[l] + weights[5] * k6[l] + weights[6] * k7[l]) * weight[l]
-            });
-            sum = each(|l| sum[l] + error[l] * error[l]);
-        }
-        root_mean(sum, self.start.len())
-    }
-
-    /// Whether the explicit step of `h` (s) just computed is at the end of stability: by what its last two stages, at the same
-    /// time, differ by in their rates and in their states.
-    pub(super) fn is_at_end_of_stability(&self, h: f64) -> bool {
-        let [.., k6, k7] = self.explicit.k.each_ref().map(Vector::groups);
-        let (sixth, end) = (self.stage.groups(), self.full[2].groups());
-        let (mut rates, mut states) = ([0.0; 4], [0.0; 4]);
-        for ((((k6, k7), sixth), end), weight) in k6.iter().zip(k7).zip(sixth).zip(end).zip(self.weight.groups()) {
-            let rate = each(|l| (k7[l] - k6[l]) * weight[l]);
-            rates = each(|l| rates[l] + rate[l] * rate[l]);
-            let state = each(|l| (end[l] - sixth[l]) * weight[l]);
-            states = each(|l| states[l] + state[l] * state[l]);
-        }
-        let count = self.start.len();
-        h * root_mean(rates, count) > END_OF_STABILITY * root_mean(states, count)
     }
 
     /// Step size control with a share of the error before.
@@ -204,11 +163,46 @@ impl Integrator {
         self.next_step = if rejected { h * factor.min(1.0) } else { h * factor };
         Outcome::Accepted
     }
+}
+
+impl<const GROUPS: usize> Work<GROUPS> {
+    /// The embedded error estimate, in units of the tolerance.
+    fn explicit_estimate(&self, h: f64) -> f64 {
+        let weights = E.map(|e| e * h);
+        let [_, k3, k4, k5, k6, k7] = self.f.each_ref().map(Vector::groups);
+        let k1 = self.rates.groups();
+        let mut sum = [0.0; 4];
+        for ((((((k1, k3), k4), k5), k6), k7), weight) in
+            k1.iter().zip(k3).zip(k4).zip(k5).zip(k6).zip(k7).zip(self.weight.groups())
+        {
+            let error = each(|l| {
+                let early = weights[0] * k1[l] + weights[2] * k3[l] + weights[3] * k4[l];
+                (early + weights[4] * k5[l] + weights[5] * k6[l] + weights[6] * k7[l]) * weight[l]
+            });
+            sum = each(|l| sum[l] + error[l] * error[l]);
+        }
+        root_mean(sum, self.start.len())
+    }
+
+    /// Whether the explicit step of `h` (s) just computed is at the end of stability: by what its last two stages, at the same
+    /// time, differ by in their rates and in their states.
+    pub(super) fn is_at_end_of_stability(&self, h: f64) -> bool {
+        let [.., k6, k7] = self.f.each_ref().map(Vector::groups);
+        let (sixth, end) = (self.stage.groups(), self.full[2].groups());
+        let (mut rates, mut states) = ([0.0; 4], [0.0; 4]);
+        for ((((k6, k7), sixth), end), weight) in k6.iter().zip(k7).zip(sixth).zip(end).zip(self.weight.groups()) {
+            let rate = each(|l| (k7[l] - k6[l]) * weight[l]);
+            rates = each(|l| rates[l] + rate[l] * rate[l]);
+            let state = each(|l| (end[l] - sixth[l]) * weight[l]);
+            states = each(|l| states[l] + state[l] * state[l]);
+        }
+        let count = self.start.len();
+        h * root_mean(rates, count) > END_OF_STABILITY * root_mean(states, count)
+    }
 
     /// State at `fraction` of the explicit step of `h` (s) just computed, on its dense output, into `stage`.
     pub(super) fn explicit_at(&mut self, h: f64, fraction: f64) {
-        let Self { rates: k1, stage, start, explicit: Explicit { k, .. }, .. } = self;
-        let [k2, k3, k4, k5, k6, k7] = k;
+        let Self { rates: k1, stage, start, f: [k2, k3, k4, k5, k6, k7], .. } = self;
         along(stage, start, h, dense_weights(fraction), [k1, k2, k3, k4, k5, k6, k7]);
     }
 }

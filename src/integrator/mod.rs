@@ -21,6 +21,7 @@ pub use choice::Choice;
 pub use num_complex::Complex64;
 pub use outcome::{IntegrationError, Statistics};
 use serde::Deserialize;
+pub use vector::MOST_STATES;
 
 /// Which method integrates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]

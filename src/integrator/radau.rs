@@ -1,7 +1,7 @@
 //! One step: simplified Newton in the transformed stages, error estimate, step size.
 
 use super::radau_coefficients::{ALPHA, BETA, C, E, GAMMA, T, T_INVERSE, T_INVERSE_C, T_INVERSE_SUM};
-use super::vector::{Vector, each, root_mean};
+use super::vector::{Vector, Work, each, root_mean};
 use super::{Complex64, Integrator, System};
 
 /// Most Newton iterations of one step.
@@ -60,9 +60,10 @@ impl Integrator {
         }
     }
 
-    /// One step attempt from `y` with the rates there in `rates`.
-    pub(super) fn implicit_step(
+    /// One step attempt from `y` with the rates there in `work`.
+    pub(super) fn implicit_step<const GROUPS: usize>(
         &mut self,
+        work: &mut Work<GROUPS>,
         system: &mut impl System,
         t: f64,
         y: &[f64],
@@ -70,16 +71,17 @@ impl Integrator {
         rejected: bool,
     ) -> Outcome {
         self.prepare(system, t, y, h);
-        self.start.copy_from_slice(y);
-        let mut last_change = self.guess(system, h);
+        work.start.copy_from_slice(y);
+        let mut last_change = work.guess(system, h);
         let mut last_defect = f64::NAN;
         let mut iterations = 0;
         loop {
             if iterations == NEWTON_LIMIT {
                 return Outcome::NotConverged;
             }
-            let defect = self.correct(system, t, h);
-            let change = self.apply_correction([0.0; 3]);
+            let defect = work.correct(system, t, h);
+            self.count_evaluations(3);
+            let change = work.apply_correction([0.0; 3]);
             iterations += 1;
             self.statistics.newton_iterations += 1;
             if !change.is_finite() {
@@ -93,7 +95,7 @@ impl Integrator {
             last_change = change;
             let small = change == 0.0 || theta < 0.99 && theta / (1.0 - theta) * change <= self.newton_tolerance;
             let solved = defect <= DEFECT
-                || settles(defect, if iterations == 1 { self.first_defect(h) } else { last_defect })
+                || settles(defect, if iterations == 1 { work.first_defect(h) } else { last_defect })
                 || iterations > 1 && defect <= DEFECT_CONTRACTION * last_defect;
             last_defect = defect;
             if small && solved {
@@ -114,7 +116,7 @@ impl Integrator {
             }
         }
         self.charge(iterations);
-        let error = self.estimate(system, t, h, rejected);
+        let error = self.estimate(work, system, t, h, rejected);
         self.control(h, error, iterations, rejected)
     }
 
@@ -126,6 +128,75 @@ impl Integrator {
         self.jacobian_excess = self.jacobian_excess.saturating_add(iterations - self.jacobian_least);
     }
 
+    /// The embedded error estimate, in units of the tolerance.
+    fn estimate<const GROUPS: usize>(
+        &mut self,
+        work: &mut Work<GROUPS>,
+        system: &mut impl System,
+        t: f64,
+        h: f64,
+        rejected: bool,
+    ) -> f64 {
+        let weights = E.map(|e| e / h);
+        let [z0, z1, z2] = work.z.each_ref().map(Vector::groups);
+        let rates = work.rates.groups();
+        // `w[0]` is done with; it keeps the difference for a second pass.
+        let out = work.error.groups_mut().iter_mut().zip(work.w[0].groups_mut());
+        for ((((error, kept), rates), z0), (z1, z2)) in out.zip(rates).zip(z0).zip(z1.iter().zip(z2)) {
+            *kept = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
+            *error = each(|l| kept[l] + rates[l]);
+        }
+        system.solve_real(&mut work.error);
+        let mut error = work.norm(&work.error);
+        if error >= 1.0 && (rejected || self.last.0 == 0.0) {
+            for ((stage, start), error) in work.stage.iter_mut().zip(&*work.start).zip(&*work.error) {
+                *stage = start + error;
+            }
+            system.rates(t, &work.stage, &mut work.error);
+            self.count_evaluations(1);
+            for (error, kept) in work.error.iter_mut().zip(&*work.w[0]) {
+                *error += kept;
+            }
+            system.solve_real(&mut work.error);
+            error = work.norm(&work.error);
+        }
+        if error.is_finite() { error.max(1e-10) } else { f64::INFINITY }
+    }
+
+    /// Step size control after Gustafsson.
+    fn control(&mut self, h: f64, error: f64, iterations: u32, rejected: bool) -> Outcome {
+        let limit = f64::from(NEWTON_LIMIT);
+        let safety = 0.8 * (2.0 * limit + 1.0) / (2.0 * limit + f64::from(iterations));
+        // The fourth root of the error over the safety factor, its bounds without a root.
+        let bounded = |fourth: f64| {
+            let over = fourth / safety.powi(4);
+            let bounds = (0.125_f64.powi(4), 5.0_f64.powi(4));
+            if over <= bounds.0 {
+                0.125
+            } else if over >= bounds.1 {
+                5.0
+            } else {
+                over.sqrt().sqrt()
+            }
+        };
+        let mut quotient = bounded(error);
+        if error >= 1.0 || !error.is_finite() {
+            return Outcome::TooInaccurate(if error.is_finite() { h / quotient } else { 0.1 * h });
+        }
+        let (last_step, last_error) = self.last;
+        if last_step > 0.0 {
+            quotient = quotient.max(bounded((last_step / h).powi(4) * (error * error / last_error)));
+        }
+        self.last = (h, error.max(1e-2));
+        // A step a little longer is not worth new factors.
+        let keep = (1.0..1.2).contains(&(1.0 / quotient));
+        let next = if keep { h } else { h / quotient };
+        self.next_step = if rejected { next.min(h) } else { next };
+        Outcome::Accepted
+    }
+}
+
+impl<const GROUPS: usize> Work<GROUPS> {
     /// The correction of stages that all stand at the start of the step, where the rates are known: the answer, were the
     /// system linear. Nothing older than this step is used, since the inputs may have jumped.
     ///
@@ -164,9 +235,8 @@ impl Integrator {
         for s in 0..3 {
             system.rates(t + C[s] * h, &self.full[s], &mut self.f[s]);
         }
-        self.count_evaluations(3);
         let (gamma, alpha, beta) = (GAMMA / h, ALPHA / h, BETA / h);
-        let [f0, f1, f2] = self.f.each_ref().map(Vector::groups);
+        let [f0, f1, f2, ..] = self.f.each_ref().map(Vector::groups);
         let [w0, w1, w2] = self.w.each_ref().map(Vector::groups);
         let weights = self.weight.groups();
         let [re, im] = self.complex.each_mut().map(Vector::groups_mut);
@@ -216,65 +286,5 @@ impl Integrator {
             full2[k] = each(|l| start[k][l] + zc[l]);
         }
         root_mean(sum, 3 * self.error.len())
-    }
-
-    /// The embedded error estimate, in units of the tolerance.
-    fn estimate(&mut self, system: &mut impl System, t: f64, h: f64, rejected: bool) -> f64 {
-        let weights = E.map(|e| e / h);
-        let [z0, z1, z2] = self.z.each_ref().map(Vector::groups);
-        let rates = self.rates.groups();
-        // `w[0]` is done with; it keeps the difference for a second pass.
-        let out = self.error.groups_mut().iter_mut().zip(self.w[0].groups_mut());
-        for ((((error, kept), rates), z0), (z1, z2)) in out.zip(rates).zip(z0).zip(z1.iter().zip(z2)) {
-            *kept = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
-            *error = each(|l| kept[l] + rates[l]);
-        }
-        system.solve_real(&mut self.error);
-        let mut error = self.norm(&self.error);
-        if error >= 1.0 && (rejected || self.last.0 == 0.0) {
-            for ((stage, start), error) in self.stage.iter_mut().zip(&*self.start).zip(&*self.error) {
-                *stage = start + error;
-            }
-            system.rates(t, &self.stage, &mut self.error);
-            self.count_evaluations(1);
-            for (error, kept) in self.error.iter_mut().zip(&*self.w[0]) {
-                *error += kept;
-            }
-            system.solve_real(&mut self.error);
-            error = self.norm(&self.error);
-        }
-        if error.is_finite() { error.max(1e-10) } else { f64::INFINITY }
-    }
-
-    /// Step size control after Gustafsson.
-    fn control(&mut self, h: f64, error: f64, iterations: u32, rejected: bool) -> Outcome {
-        let limit = f64::from(NEWTON_LIMIT);
-        let safety = 0.8 * (2.0 * limit + 1.0) / (2.0 * limit + f64::from(iterations));
-        // The fourth root of the error over the safety factor, its bounds without a root.
-        let bounded = |fourth: f64| {
-            let over = fourth / safety.powi(4);
-            let bounds = (0.125_f64.powi(4), 5.0_f64.powi(4));
-            if over <= bounds.0 {
-                0.125
-            } else if over >= bounds.1 {
-                5.0
-            } else {
-                over.sqrt().sqrt()
-            }
-        };
-        let mut quotient = bounded(error);
-        if error >= 1.0 || !error.is_finite() {
-            return Outcome::TooInaccurate(if error.is_finite() { h / quotient } else { 0.1 * h });
-        }
-        let (last_step, last_error) = self.last;
-        if last_step > 0.0 {
-            quotient = quotient.max(bounded((last_step / h).powi(4) * (error * error / last_error)));
-        }
-        self.last = (h, error.max(1e-2));
-        // A step a little longer is not worth new factors.
-        let keep = (1.0..1.2).contains(&(1.0 / quotient));
-        let next = if keep { h } else { h / quotient };
-        self.next_step = if rejected { next.min(h) } else { next };
-        Outcome::Accepted
     }
 }

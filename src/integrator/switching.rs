@@ -1,6 +1,7 @@
 //! Where the equations switch: the first crossing on the polynomial through a step.
 
 use super::radau_coefficients::C;
+use super::vector::Work;
 use super::{Integrator, System};
 
 /// Fractions of a step at which switching functions are looked at.
@@ -46,9 +47,9 @@ impl Looks {
 
 impl Integrator {
     /// State at `fraction` of the step of `h` (s) just computed, into `stage`: on its collocation polynomial or dense output.
-    pub(super) fn stage_at(&mut self, y: &[f64], h: f64, fraction: f64) {
+    pub(super) fn stage_at<const GROUPS: usize>(&self, work: &mut Work<GROUPS>, h: f64, fraction: f64) {
         if self.is_explicit() {
-            return self.explicit_at(h, fraction);
+            return work.explicit_at(h, fraction);
         }
         let nodes = [0.0, C[0], C[1], C[2]];
         let mut weight = [0.0; 3];
@@ -61,8 +62,9 @@ impl Integrator {
             }
             weight[s] = product;
         }
-        for k in 0..y.len() {
-            self.stage[k] = y[k] + weight[0] * self.z[0][k] + weight[1] * self.z[1][k] + weight[2] * self.z[2][k];
+        let Work { stage, start, z: [z0, z1, z2], .. } = work;
+        for k in 0..start.len() {
+            stage[k] = start[k] + weight[0] * z0[k] + weight[1] * z1[k] + weight[2] * z2[k];
         }
     }
 
@@ -71,17 +73,23 @@ impl Integrator {
     /// The functions are looked at in five places of the step, and between them where a parabola through three of the
     /// values dips below zero: one that turns negative and back is passed over only where it does so within what a parabola
     /// cannot show.
-    pub(super) fn first_crossing(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) -> Option<f64> {
+    pub(super) fn first_crossing<const GROUPS: usize>(
+        &mut self,
+        work: &mut Work<GROUPS>,
+        system: &mut impl System,
+        t: f64,
+        h: f64,
+    ) -> Option<f64> {
         if !system.suspects_switch() {
             return None;
         }
         let mut looks = std::mem::take(&mut self.looks);
-        system.switching_functions(t, y, &mut looks.values[0]);
+        system.switching_functions(t, &work.start, &mut looks.values[0]);
         self.allowance.spend(1);
         let mut look = |integrator: &mut Self, fraction: f64, values: &mut [f64]| {
-            integrator.stage_at(y, h, fraction);
+            integrator.stage_at(work, h, fraction);
             integrator.allowance.spend(1);
-            system.switching_functions(t + fraction * h, &integrator.stage, values);
+            system.switching_functions(t + fraction * h, &work.stage, values);
         };
         let mut bracket = None;
         for last in 1..LOOKS.len() {

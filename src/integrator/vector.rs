@@ -1,35 +1,52 @@
-//! A value for each state, kept in groups of four.
+//! A value for each state, kept in groups of four, and what a call of the integrator works with.
 
 use std::ops::{Deref, DerefMut};
 
 /// Values of one group.
 pub(super) type Group<T = f64> = [T; 4];
 
-/// A value for each state. It reads as a slice; the loops that a step spends its time in go over the groups, the last one filled
-/// up with zeros, so that the compiler can work on several states at once.
+/// Groups that a call works with, by the number of states: as few as suffice for the plant of four cables without effects, twice
+/// as many, or as many as the largest plant has ([`MOST_STATES`]).
+pub(super) const FEW: usize = 4;
+pub(super) const MORE: usize = 8;
+pub(super) const MOST: usize = 26;
+
+/// Most states that a system may have: no plant has more than 102, twelve cables with all states that effects may have.
+pub const MOST_STATES: usize = 4 * MOST;
+
+/// A value for each state, room for `GROUPS` groups. It reads as a slice; the loops that a step spends its time in go over the
+/// groups, the last one filled up with zeros, so that the compiler can work on several states at once.
 #[derive(Clone, Debug)]
-pub(super) struct Vector {
-    groups: Vec<Group>,
+pub(super) struct Vector<const GROUPS: usize> {
+    groups: [Group; GROUPS],
     len: usize,
 }
 
-impl Vector {
+impl<const GROUPS: usize> Vector<GROUPS> {
+    #[inline]
     pub(super) fn zeros(len: usize) -> Self {
-        Self { groups: vec![[0.0; 4]; len.div_ceil(4)], len }
+        Self { groups: [[0.0; 4]; GROUPS], len }
+    }
+
+    /// Groups that the loops go over: those in use, or all where these are few, so that the compiler can unroll them.
+    #[inline]
+    fn used(&self) -> usize {
+        if GROUPS == FEW { GROUPS } else { self.len.div_ceil(4) }
     }
 
     #[inline]
     pub(super) fn groups(&self) -> &[Group] {
-        &self.groups
+        &self.groups[..self.used()]
     }
 
     #[inline]
     pub(super) fn groups_mut(&mut self) -> &mut [Group] {
-        &mut self.groups
+        let used = self.used();
+        &mut self.groups[..used]
     }
 }
 
-impl Deref for Vector {
+impl<const GROUPS: usize> Deref for Vector<GROUPS> {
     type Target = [f64];
 
     #[inline]
@@ -38,10 +55,61 @@ impl Deref for Vector {
     }
 }
 
-impl DerefMut for Vector {
+impl<const GROUPS: usize> DerefMut for Vector<GROUPS> {
     #[inline]
     fn deref_mut(&mut self) -> &mut [f64] {
         &mut self.groups.as_flattened_mut()[..self.len]
+    }
+}
+
+/// What a call works with and nothing after it needs: it lies on the stack, so that an instance carries only what it must keep,
+/// and many that step in turn leave each other's in the processor's caches.
+pub(super) struct Work<const GROUPS: usize> {
+    /// What an error in each state weighs: one over its scale and the tolerance.
+    pub(super) weight: Vector<GROUPS>,
+    /// Rates at the start of the step.
+    pub(super) rates: Vector<GROUPS>,
+    /// Stage increments `Y_s - y` of an implicit step, and the same transformed.
+    pub(super) z: [Vector<GROUPS>; 3],
+    pub(super) w: [Vector<GROUPS>; 3],
+    /// Rates at the three stages of an implicit step, or at the second to the seventh of an explicit one.
+    pub(super) f: [Vector<GROUPS>; 6],
+    pub(super) error: Vector<GROUPS>,
+    /// Real and imaginary parts.
+    pub(super) complex: [Vector<GROUPS>; 2],
+    /// A state on the way of the step.
+    pub(super) stage: Vector<GROUPS>,
+    /// Start of the step, and the stages; the last one is its end.
+    pub(super) start: Vector<GROUPS>,
+    pub(super) full: [Vector<GROUPS>; 3],
+}
+
+impl<const GROUPS: usize> Work<GROUPS> {
+    #[inline]
+    pub(super) fn new(dimension: usize) -> Self {
+        let zeros = || Vector::zeros(dimension);
+        Self {
+            weight: zeros(),
+            rates: zeros(),
+            z: std::array::from_fn(|_| zeros()),
+            w: std::array::from_fn(|_| zeros()),
+            f: std::array::from_fn(|_| zeros()),
+            error: zeros(),
+            complex: [zeros(), zeros()],
+            stage: zeros(),
+            start: zeros(),
+            full: std::array::from_fn(|_| zeros()),
+        }
+    }
+
+    /// Root mean square of `values`, weighed.
+    #[inline]
+    pub(super) fn norm(&self, values: &Vector<GROUPS>) -> f64 {
+        let mut sum = [0.0; 4];
+        for (v, w) in values.groups().iter().zip(self.weight.groups()) {
+            sum = each(|l| sum[l] + (v[l] * w[l]) * (v[l] * w[l]));
+        }
+        root_mean(sum, values.len())
     }
 }
 
