@@ -79,7 +79,7 @@ macro_rules! by_width {
             32 => by_room!(32, width, $work, ($($argument),*)),
             // Rare: one room for all.
             48 => vectorised!(FUSED => $work::<48, { 48 + ROOM }, FUSED>($($argument),*)),
-            _ => vectorised!(FUSED => $work::<104, { 104 + ROOM }, FUSED>($($argument),*)),
+            _ => vectorised!(FUSED => $work::<128, { 128 + ROOM }, FUSED>($($argument),*)),
         }
     }};
 }

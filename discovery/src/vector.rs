@@ -46,7 +46,7 @@ pub(crate) fn fuses() -> bool {
 pub(crate) const FULL: usize = 8;
 /// Widths of rows with a number for each state: the states of a robot with zeros up to one of these. The last one is that of
 /// the most cables with the most states of effects.
-pub(crate) const STATES: [usize; 6] = [8, 16, 24, 32, 48, 104];
+pub(crate) const STATES: [usize; 6] = [8, 16, 24, 32, 48, 128];
 const _: () = assert!(6 + MAX_CABLES * (2 + MAX_EFFECT_STATES) <= STATES[STATES.len() - 1]);
 
 /// The width of a row with so many states.

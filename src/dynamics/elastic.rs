@@ -52,12 +52,25 @@ fn have_chord_strain(laws: &[Law]) -> bool {
     laws.iter().any(|(law, _)| law.has_chord_strain())
 }
 
-/// Elastic tension (N), before it is cut off at zero: `EA (L - l)/l` and what effects make of it.
+/// Elastic tension (N), before it is cut off at zero: `EA (L - l)/l` and what effects make of it, beside it what their states
+/// hold.
+#[inline]
+pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S, unstretched: S, states: &[S]) -> S {
+    spring_tension(data, laws, time, chord, unstretched, states) + held_tension(laws, states)
+}
+
+/// Tension (N) that the states of effects hold beside the spring.
+#[inline]
+fn held_tension<S: Real>(laws: &[Law], states: &[S]) -> S {
+    laws.iter().fold(S::from(0.0), |sum, (law, at)| sum + law.held_tension(&states[*at..]))
+}
+
+/// Tension (N) of the spring.
 ///
 /// With a chord strain (sag) the law is implicit, strain as a function of tension; it is then solved for the elastic
 /// strain, and tension is always positive.
 #[inline]
-pub(crate) fn tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S, unstretched: S, states: &[S]) -> S {
+fn spring_tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S, unstretched: S, states: &[S]) -> S {
     if laws.is_empty() {
         return (chord - unstretched) / unstretched * data.axial_stiffness;
     }
@@ -125,7 +138,8 @@ pub(crate) fn unstretched_length<S: Real>(
     tension_wanted: S,
     states: &[S],
 ) -> S {
-    let wanted = if tension_wanted.re() > 0.0 { tension_wanted } else { S::from(0.0) };
+    let carried = if tension_wanted.re() > 0.0 { tension_wanted } else { S::from(0.0) };
+    let wanted = carried - held_tension(laws, states);
     let law = |elastic: f64| straight_tension(data, laws, Dual64::new(elastic, 1.0), chord.re().into());
     let mut elastic = wanted.re() / data.axial_stiffness;
     for _ in 0..100 {

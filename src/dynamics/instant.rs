@@ -4,7 +4,7 @@
 //! that the compiler can work on several cables at once. The loops have 4, 8 or 12 lanes, as many as the robot needs
 //! ([`with_lanes`]); in lanes beyond the last cable all constants are zero, so that they add nothing.
 
-use crate::effect::{PlatformContext, SwingContext, WinchContext};
+use crate::effect::{PlatformContext, StrainContext, SwingContext, WinchContext};
 use crate::kinematics::CableArrays;
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
@@ -13,7 +13,7 @@ use crate::scalar::Real;
 
 use super::matrix3::Symmetric3;
 use super::servo::Held;
-use super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
+use super::{CableData, Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
 
 /// The plant at one instant; the fields mean what they mean in [`super::Evaluation`].
 #[derive(Clone, Copy, Debug)]
@@ -329,8 +329,13 @@ impl Plant {
         if self.has.law {
             for i in 0..cables {
                 let states = self.gather_effect_states(i, y);
+                let paid_out = [unstretched[i], unstretched_rate[i]];
+                let strained = !slack[i] && data.cables[i].model != CableModel::Rigid;
+                let strain_rate =
+                    if strained { CableData::strain_rate([k.length[i], k.speed[i]], paid_out) } else { zero };
+                let context = StrainContext { tension: tension[i], strain_rate };
                 for (kind, at) in &self.cable[i].law {
-                    kind.strain_rates(tension[i], &states[*at..], &mut effect_rate[i][*at..]);
+                    kind.strain_rates(&context, &states[*at..], &mut effect_rate[i][*at..]);
                 }
             }
         }

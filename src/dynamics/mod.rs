@@ -28,7 +28,7 @@ use crate::scalar::Real;
 use crate::winch::WinchData;
 
 /// Largest number of effect states on one cable.
-pub const MAX_EFFECT_STATES: usize = 6;
+pub const MAX_EFFECT_STATES: usize = 8;
 
 /// What drives the plant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,6 +124,12 @@ impl CableData {
             CableDamper::LengthRate => S::from(1.0),
             CableDamper::StrainRate => length / unstretched,
         }
+    }
+
+    /// Rate (1/s) of the strain `(L - l)/l` at length and rate of the chord and the cable's own.
+    #[inline]
+    pub(crate) fn strain_rate<S: Real>([length, speed]: [S; 2], [unstretched, rate]: [S; 2]) -> S {
+        (speed - rate * length / unstretched) / unstretched
     }
 
     /// Damper's force (N), (33), at length and rate of the chord and the cable's own.

@@ -1,6 +1,6 @@
 //! The implicit system `F(t, y, ẏ, u, F_D) = 0`: the physics as the paper states it.
 
-use crate::effect::{PlatformContext, SwingContext, WinchContext};
+use crate::effect::{PlatformContext, StrainContext, SwingContext, WinchContext};
 use crate::kinematics;
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
@@ -126,8 +126,13 @@ impl Plant {
             wrench[0] += force[0];
             wrench[1] += force[1];
             wrench[2] += k.arm[0] * force[1] - k.arm[1] * force[0];
+            // ε' of ε = L/l - 1, as the rates given have it.
+            let paid_out_rate = if cable.model == CableModel::MasslessSpring { rates[at] } else { unstretched[i][1] };
+            let strain_rate =
+                k.speed / unstretched[i][0] - k.length * paid_out_rate / (unstretched[i][0] * unstretched[i][0]);
+            let strained = StrainContext { tension, strain_rate: cut(strain_rate) };
             for (kind, start) in &effects.law {
-                kind.strain_rates(tension, &states[*start..], &mut effect_rates[*start..]);
+                kind.strain_rates(&strained, &states[*start..], &mut effect_rates[*start..]);
             }
             for (row, rate) in self.effect_states(i).zip(effect_rates) {
                 residual[row] = rates[row] - rate;

@@ -34,8 +34,10 @@ fn state(random: &mut Random, plant: &Plant, speed: f64) -> (Vec<f64>, Inputs) {
         if let Some(at) = plant.rate_index(i) {
             y[at] = cables[i].speed + 0.02 * speed * random.next();
         }
+        // Draws of their own: another effect in the catalogue does not change the rest.
+        let mut own = Random(random.0);
         for at in plant.effect_states(i) {
-            y[at] = 1e-4 * (1.0 + random.next());
+            y[at] = 1e-4 * (1.0 + own.next());
         }
     }
     let winch_force = PerCable::from_fn(4, |_| 2e4 + 5e3 * random.next());

@@ -1,6 +1,8 @@
 //! Cable creep: spring EA in series with a Kelvin element: ε_c' = (T/EA_c - ε_c)/τ.
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{
+    DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, StrainContext, parameter,
+};
 use crate::scalar::Real;
 
 /// Cable creep: spring EA in series with a Kelvin element: ε_c' = (T/EA_c - ε_c)/τ.
@@ -55,8 +57,8 @@ impl Effect for CableCreep {
         states[0]
     }
 
-    fn strain_rates<S: Real>(&self, tension: S, states: &[S], rates: &mut [S]) {
-        rates[0] = (tension / self.axial_stiffness - states[0]) / self.time_constant;
+    fn strain_rates<S: Real>(&self, context: &StrainContext<S>, states: &[S], rates: &mut [S]) {
+        rates[0] = (context.tension / self.axial_stiffness - states[0]) / self.time_constant;
     }
 
     fn start_strain(&self, tension: f64, states: &mut [f64]) {

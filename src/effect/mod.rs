@@ -146,6 +146,15 @@ pub struct WinchContext<S> {
     pub speed: S,
 }
 
+/// What a cable's elastic law sees of its cable as its own states move on.
+#[derive(Clone, Copy, Debug)]
+pub struct StrainContext<S> {
+    /// Tension (N), zero where the cable is slack.
+    pub tension: S,
+    /// Rate of the strain `(L - l)/l` (1/s), zero where the cable is slack.
+    pub strain_rate: S,
+}
+
 /// What an effect that swings across its cable sees of it.
 #[derive(Clone, Copy, Debug)]
 pub struct SwingContext<S> {
@@ -261,8 +270,18 @@ pub trait Effect: Sized {
         false
     }
 
-    /// [`Stage::ElasticLaw`]: rates of its own states under `tension` (N).
-    fn strain_rates<S: Real>(&self, _tension: S, _states: &[S], _rates: &mut [S]) {}
+    /// [`Stage::ElasticLaw`]: tension (N) that its own states hold beside the spring.
+    fn held_tension<S: Real>(&self, _states: &[S]) -> S {
+        S::from(0.0)
+    }
+
+    /// [`Stage::ElasticLaw`]: rates of its own states.
+    fn strain_rates<S: Real>(&self, _context: &StrainContext<S>, _states: &[S], _rates: &mut [S]) {}
+
+    /// [`Stage::ElasticLaw`]: whether [`Effect::strain_rates`] depend on the rate of the strain.
+    fn follows_strain_rate(&self) -> bool {
+        false
+    }
 
     /// [`Stage::ElasticLaw`]: start values of its own states at rest under `tension` (N).
     fn start_strain(&self, _tension: f64, _states: &mut [f64]) {}
@@ -369,6 +388,7 @@ catalogue! {
     cable_stiffness::CableStiffness,
     cable_damping::CableDamping,
     cable_creep::CableCreep,
+    cable_hysteresis::CableHysteresis,
     cable_stiffening::CableStiffening,
     cable_sag::CableSag,
     cable_catenary::CableCatenary,
@@ -485,8 +505,17 @@ impl EffectKind {
     }
 
     #[inline]
-    pub fn strain_rates<S: Real>(&self, tension: S, states: &[S], rates: &mut [S]) {
-        dispatch!(self, e => e.strain_rates(tension, states, rates))
+    pub fn held_tension<S: Real>(&self, states: &[S]) -> S {
+        dispatch!(self, e => e.held_tension(states))
+    }
+
+    #[inline]
+    pub fn strain_rates<S: Real>(&self, context: &StrainContext<S>, states: &[S], rates: &mut [S]) {
+        dispatch!(self, e => e.strain_rates(context, states, rates))
+    }
+
+    pub fn follows_strain_rate(&self) -> bool {
+        dispatch!(self, e => e.follows_strain_rate())
     }
 
     pub fn start_strain(&self, tension: f64, states: &mut [f64]) {

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use num_dual::Dual64;
 
 use super::{InverseDynamics, InverseError, Jet};
-use crate::dynamics::{MAX_EFFECT_STATES, elastic_tension, unstretched_length};
+use crate::dynamics::{CableData, MAX_EFFECT_STATES, elastic_tension, unstretched_length};
+use crate::effect::StrainContext;
 use crate::integrator::{Complex64, System};
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
@@ -100,8 +101,15 @@ impl Layout {
             rates[layout.offset] = (speed + (spring - tension) * l / data.damping) / data.paid_out_share(length, l);
         }
         let mut law_rates = [S::from(0.0); MAX_EFFECT_STATES];
+        // A cable that follows the rate of its strain has its length among these states, by `InverseDynamics::new`.
+        let strain_rate = if layout.has_length {
+            CableData::strain_rate([length, speed], [internal[layout.offset], rates[layout.offset]])
+        } else {
+            S::from(0.0)
+        };
+        let context = StrainContext { tension, strain_rate };
         for (kind, at) in laws {
-            kind.strain_rates(tension, &states[*at..], &mut law_rates[*at..]);
+            kind.strain_rates(&context, &states[*at..], &mut law_rates[*at..]);
         }
         for (k, slot) in layout.slots.iter().enumerate() {
             rates[first + k] = law_rates[*slot];

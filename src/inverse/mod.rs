@@ -28,7 +28,7 @@ use crate::formula::Variable;
 use crate::integrator::{IntegrationError, Integrator};
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
-use crate::plant::Plant;
+use crate::plant::{CableEffect, Plant};
 use distribution::{DistributionError, Redundancy, Selection};
 use internal::{InternalSystem, Layout};
 use wrench::{Context, Prescribed};
@@ -183,7 +183,7 @@ impl<'a> InverseDynamics<'a> {
         }
         let plant =
             if plant.next_switch(f64::NEG_INFINITY).is_some() { Arc::new(plant.at(first).clone()) } else { plant };
-        for cable in &plant.cable {
+        for (cable, data) in plant.cable.iter().zip(&plant.data().cables) {
             if cable.delay > 0.0 {
                 return Err(InverseError::Refused {
                     effect: "winch_delay",
@@ -196,6 +196,14 @@ impl<'a> InverseDynamics<'a> {
                 return Err(InverseError::Refused {
                     effect: "winch_lag",
                     reason: "more than one lag in a row needs more derivatives than are kept",
+                });
+            }
+            let follows = |(kind, _): &&CableEffect| kind.follows_strain_rate();
+            let undamped = data.model != CableModel::Rigid && data.damping == 0.0;
+            if let Some((kind, _)) = cable.law.iter().find(follows).filter(|_| undamped) {
+                return Err(InverseError::Refused {
+                    effect: kind.info().id,
+                    reason: "it takes a cable with damping, by which the length has a rate",
                 });
             }
             if !cable.swing.is_empty() {

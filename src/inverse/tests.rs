@@ -278,11 +278,24 @@ fn forward_simulation_returns_the_trajectory_behind_a_lag() {
 }
 
 #[test]
-fn forward_simulation_returns_the_trajectory_with_creep_and_sag() {
-    for spec in [effect("cable_creep", None, &[1e8, 20.0]), effect("cable_sag", None, &[2.1, 2e4])] {
+fn forward_simulation_returns_the_trajectory_with_creep_sag_and_hysteresis() {
+    for spec in [
+        effect("cable_creep", None, &[1e8, 20.0]),
+        effect("cable_sag", None, &[2.1, 2e4]),
+        effect("cable_hysteresis", None, &[100.0, 2e-4]),
+    ] {
         let miss = miss(&plant(CableModel::LumpedMass, CableInertia::Paper, vec![spec.clone()]), 2.0, 1e-9);
         assert!(miss < 2e-9, "{}: {miss:e}", spec.id);
     }
+}
+
+#[test]
+fn hysteresis_of_cables_without_damping_is_refused() {
+    let parameters = Parameters { cable_damping: 0.0, ..Parameters::default() };
+    let plant = Arc::new(Plant::new(parameters, vec![effect("cable_hysteresis", None, &[100.0, 2e-4])]).unwrap());
+    let (trajectory, redundancy) = (sines(), distribution(Objective::MidTension));
+    let error = InverseDynamics::new(plant, &trajectory, &redundancy).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("`cable_hysteresis`") && error.contains("damping"), "{error}");
 }
 
 /// The one that is named is the one that begins or ends there, not the first that does so at any time.

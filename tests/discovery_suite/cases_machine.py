@@ -87,4 +87,9 @@ MACHINE = [
         [effect("anchor_compliance", 2, stiffness=2.5e5)],
         acceptable=("cable_stiffness",),
     ),
+    case(
+        "hysteresis_1",
+        "single",
+        [effect("cable_hysteresis", 1, force=400.0, yield_strain=3e-5)],
+    ),
 ]

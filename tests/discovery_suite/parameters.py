@@ -46,7 +46,7 @@ _CABLES = (
     "anchor_x anchor_y body_x body_y ea bl beta creep_ea creep_tau sag_weight sag_tension "
     "drag_area friction_law coulomb static stribeck_speed smoothing viscous bristle_stiffness "
     "bristle_damping capstan capstan_speed gain bias lag delay lower upper drum asymmetry "
-    "wrap wrap_speed ripple ripple_period ripple_phase mast"
+    "wrap wrap_speed ripple ripple_period ripple_phase mast rope rope_strain"
 )
 # Everything the plant needs, as a record that compiled code reads by name without reference counts.
 PARAMS = np.dtype(
@@ -90,6 +90,7 @@ def nominal(cable_model="lumped_mass", robot=TELESCOPE):
         wrap_speed=np.ones(n),
         ripple_period=np.ones(n),
         mast=np.full(n, math.inf),
+        rope_strain=np.ones(n),
         air_reference=1.0,
         sag_tension=np.ones(n),
         creep_tau=np.ones(n),
@@ -239,6 +240,9 @@ def apply_effect(values, effect):
             values["air_exponent"] = p.get("exponent", 0.0)
             values["air_ground"] = p.get("ground", 0.0)
             values["air_reference"] = p.get("reference_height", 10.0)
+        case "cable_hysteresis":
+            each("rope", p["force"])
+            each("rope_strain", p["yield_strain"])
         case "anchor_compliance":
             each("mast", p["stiffness"])
         case "anchor_offset":
@@ -300,4 +304,7 @@ def step_size(params):
             rate = max(rate, params.bristle_damping[i] / inertia + 2.0 / params.smoothing[i])
         if params.lag[i] > 0.0:
             rate = max(rate, 1.0 / params.lag[i])
+        if params.rope[i] > 0.0:
+            ea = params.ea[i] + params.rope[i] / params.rope_strain[i]
+            rate = max(rate, math.sqrt(ea / length / inertia))
     return min(2e-3, 0.15 / rate if rate > 0.0 else 2e-3)

@@ -13,8 +13,8 @@ Applied forces (wind, drag, umbilical, disturbances) act at `G`; the moment of i
 centre of mass. Winch side, pull positive, in this order: command, delay, saturation, lag, gain,
 bias, losses (capstan, then friction); a loss adds to the pull while the cable is paid out.
 
-State: `x y phi vx vy omega | l | l' | lagged force | creep strain | bristle`, one of each for a
-cable.
+State: `x y phi vx vy omega | l | l' | lagged force | creep strain | bristle | share of the
+hysteresis`, one of each for a cable.
 Gravity acts on the platform at its centre of mass.
 """
 
@@ -33,14 +33,14 @@ ALONG, WEIGHT = 0.5 * (_POINTS + 1.0), 0.5 * _WEIGHTS
 @njit(cache=True, error_model="numpy")
 def state_count(p):
     """Number of states of this robot."""
-    return 6 + 5 * int(p.cables)
+    return 6 + 6 * int(p.cables)
 
 
 @njit(cache=True, error_model="numpy")
 def layout(p):
-    """Number of cables, and the first states of l, l', lagged force, creep strain and bristle."""
+    """Number of cables, and the first states of each group in the order above."""
     n = int(p.cables)
-    return n, 6, 6 + n, 6 + 2 * n, 6 + 3 * n, 6 + 4 * n
+    return n, 6, 6 + n, 6 + 2 * n, 6 + 3 * n, 6 + 4 * n, 6 + 5 * n
 
 
 @njit(cache=True, error_model="numpy")
@@ -218,7 +218,7 @@ def derivative(p, t, y, command, disturbance, dy, tension):
 
     `command` are the winch forces after their delay, `disturbance` the wrench at G.
     """
-    cables, own, payouts, lagged, creep, bristles = layout(p)
+    cables, own, payouts, lagged, creep, bristles, ropes = layout(p)
     phi, vx, vy, omega = y[2], y[3], y[4], y[5]
     cos, sin = math.cos(phi), math.sin(phi)
     com_x = cos * p.com_x - sin * p.com_y
@@ -276,7 +276,7 @@ def derivative(p, t, y, command, disturbance, dy, tension):
         if p.air_area != 0.0:
             across = n[0] * p.air_x + n[1] * p.air_y
             quiet += wind_share(p, p.anchor_y[i], chord, s[1], across, turn)
-        dy[creep + i] = 0.0
+        dy[creep + i] = dy[ropes + i] = 0.0
         if p.rigid:
             axial = 0.5 * p.rho * chord + p.drum[i]
             known = pull + axial * bend
@@ -291,6 +291,12 @@ def derivative(p, t, y, command, disturbance, dy, tension):
             elastic = elastic_tension(p, i, chord, strain - y[creep + i])
             # The mast gives by T/k: so much less is left to be stretched.
             elastic /= 1.0 + p.ea[i] / (p.mast[i] * warm)
+            # Bouc and Wen beside the spring, with the exponent 1.
+            elastic += p.rope[i] * y[ropes + i]
+            if p.rope[i] > 0.0 and elastic > 0.0:
+                straining = (rate - payout * chord / length) / length
+                rub = straining - abs(straining) * y[ropes + i]
+                dy[ropes + i] = rub / p.rope_strain[i]
             known = 0.0
             if elastic > 0.0:
                 known = max(elastic + p.bl[i] / length * (rate - payout), 0.0)
@@ -421,7 +427,7 @@ def lengths(p, pose, out):
 @njit(cache=True, error_model="numpy")
 def at_rest(p, t, pose, command):
     """State at rest at `pose`, every spring carrying its winch's pull, creep fully settled."""
-    cables, own, _, lagged, creep, _ = layout(p)
+    cables, own, _, lagged, creep, _, _ = layout(p)
     y = np.zeros(state_count(p))
     y[:3] = pose
     chord = np.empty(cables)

@@ -38,7 +38,7 @@ def steps(record):
 def observe(p, states, forces, wrench):
     """Noise-free readings of all sensors, a row a sample in the order of `columns`."""
     n = len(states)
-    cables, own, payouts, _, _, _ = layout(p)
+    cables, own, payouts, _, _, _, _ = layout(p)
     chords, paid_out = 3 + cables, 3 + 2 * cables
     out = np.empty((n, 3 + 3 * cables))
     rate = np.zeros(states.shape[1])
@@ -61,7 +61,7 @@ def _windows(record, span):
 def _start(record, candidate, first):
     """True state at a sample, without memory that the candidate does not have."""
     state = record.states[first].copy()
-    cables, _, _, lagged, creep, _ = layout(record.params)
+    cables, _, _, lagged, creep, *_ = layout(record.params)
     if not candidate.creep_ea.any():
         state[creep : creep + cables] = 0.0
     if not record.params.lag.any():

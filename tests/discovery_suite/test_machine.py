@@ -89,6 +89,24 @@ def test_a_mast_that_gives_and_a_ripple_are_in_balance_at_rest():
     assert stretched == pytest.approx(chord[1], abs=1e-9)
 
 
+def test_a_rope_that_rubs_settles_on_its_level_either_way():
+    params = parameters.build([effect("cable_hysteresis", 1, force=120.0, yield_strain=1e-4)])
+    y = at_rest(params, 0.0, np.asarray(AT, float), np.full(4, 20e3))
+    ropes, step = 6 + 5 * 4, 1e-3
+    for way in (1.0, -1.0):
+        rates, tension = np.zeros(state_count(params)), np.empty(4)
+        y[10] = way * 0.05  # the first winch pays out, so that its cable is strained less
+        for _ in range(20_000):
+            derivative(params, 0.0, y, np.full(4, 20e3), np.zeros(3), rates, tension)
+            y[ropes] += step * rates[ropes]
+        assert y[ropes] == pytest.approx(-way, abs=1e-3)
+        assert not np.abs(y[ropes + 1 : ropes + 4]).any()
+        before = tension[0]
+        y[ropes] = 0.0
+        derivative(params, 0.0, y, np.full(4, 20e3), np.zeros(3), rates, tension)
+        assert before - tension[0] == pytest.approx(-way * 120.0, abs=0.2)
+
+
 @pytest.mark.parametrize("case", MACHINE, ids=lambda case: case.name)
 def test_what_is_hidden_shows(case):
     """Each fault moves some reading of the open loop by more than its noise."""

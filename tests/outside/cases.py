@@ -177,6 +177,7 @@ CATALOGUE = {
         ("cable_stiffness", 2, {"factor": -0.15}),
         ("cable_damping", None, {"factor": 3.0}),
         ("cable_creep", 1, {"axial_stiffness": 4e7, "time_constant": 3.0}),
+        ("cable_hysteresis", None, {"force": 300.0, "yield_strain": 2e-4}),
         ("cable_stiffening", None, {"coefficient": 2e5}),
         ("cable_sag", 4, {"weight": 6.0, "reference_tension": 9e3}),
         ("cable_catenary", 2, {"weight": 5.0}),

@@ -170,7 +170,7 @@ fn a_ripple_is_a_wave_along_the_cable_and_does_no_work_in_a_period() {
 #[test]
 fn an_anchor_that_gives_is_a_spring_in_series() {
     let tension = |effects: &[EffectSpec], chord: f64, unstretched: f64| {
-        plant(CableModel::LumpedMass, CableInertia::Paper, effects).tension_for(0, 0.0, chord, unstretched, &[0.0; 6])
+        plant(CableModel::LumpedMass, CableInertia::Paper, effects).tension_for(0, 0.0, chord, unstretched, &[0.0; 8])
     };
     let stiffness = 4e5;
     let gives = effect("anchor_compliance", Some(1), &[stiffness]);
@@ -190,6 +190,6 @@ fn an_anchor_that_gives_is_a_spring_in_series() {
     assert!((tension(&[rock], chord, unstretched) - tension(&[], chord, unstretched)).abs() < 1e-3);
     // The length at which it carries a tension is the inverse.
     let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[gives, effect("cable_stiffening", None, &[2e4])]);
-    let length = plant.unstretched_length_for(0, 0.0, chord, 2e4, &[0.0; 6]);
-    assert!((plant.tension_for(0, 0.0, chord, length, &[0.0; 6]) - 2e4).abs() < 1e-6);
+    let length = plant.unstretched_length_for(0, 0.0, chord, 2e4, &[0.0; 8]);
+    assert!((plant.tension_for(0, 0.0, chord, length, &[0.0; 8]) - 2e4).abs() < 1e-6);
 }

@@ -6,6 +6,7 @@ mod dry_friction;
 mod effects;
 mod energy;
 mod failures;
+mod hysteresis;
 mod kinematics;
 mod long_run;
 mod machine;

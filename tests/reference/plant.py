@@ -56,7 +56,8 @@ def with_elasticity(p: Parameters) -> Parameters:
 class Plant:
     """States, in this order: x y φ, vx vy ω, l(n) unless rigid, l'(n) if the cables have axial
     inertia and are `lumped_mass`, the creep strains, the states of the winch lags, bow and velocity
-    of the swinging cables, then the deflections of friction that gives before it slides."""
+    of the swinging cables, the deflections of friction that gives before it slides, then what
+    share of its level the hysteresis of a cable holds."""
 
     def __init__(self, parameters: Parameters):
         p = self.parameters = with_elasticity(parameters)
@@ -100,7 +101,14 @@ class Plant:
         self.first_lag = self.first_creep + len(self.creeps)
         self.first_swing = self.first_lag + len(self.winches.lags)
         self.first_bristle = self.first_swing + 2 * len(self.swings)
-        self.size = self.first_bristle + len(self.winches.bristles)
+        self.ropes = [
+            (i, e.values["force"], e.values["yield_strain"])
+            for e in p.find("cable_hysteresis")
+            for i in range(n)
+            if e.acts_on(i) and self.has_length
+        ]
+        self.first_rope = self.first_bristle + len(self.winches.bristles)
+        self.size = self.first_rope + len(self.ropes)
 
     def at(self, t: float) -> Plant:
         """The plant with the effects that are there at this time; they keep no states."""
@@ -404,11 +412,29 @@ class Plant:
             creep[i] += y[self.first_creep + k]
         return creep
 
+    def _held(self, y):
+        """Tensions that hysteresis holds beside the springs."""
+        held = np.zeros(self.cables)
+        for k, (i, force, _) in enumerate(self.ropes):
+            held[i] += force * y[self.first_rope + k]
+        return held
+
+    def _rope_rates(self, y, tension, m, length, rate):
+        """Bouc and Wen's law of the strain; a slack cable is not strained."""
+        rates = []
+        for k, (i, _, yield_strain) in enumerate(self.ropes):
+            share = y[self.first_rope + k]
+            strain_rate = m.L_rate[i] / length[i] - m.L[i] * rate[i] / length[i] ** 2
+            strain_rate *= tension[i] > 0.0
+            rates.append((strain_rate - abs(strain_rate) * share) / yield_strain)
+        return rates
+
     def _carried(self, t, y, m):
         """Tensions of cables with a mass at the winch end."""
         length, rate = y[self.lengths], y[self.length_rates]
         damping = self.bl / length * (m.L_rate - rate)
         spring = self.spring_force(self._bowed(y, m.L), length * self._warmth(t), self._creep(y))
+        spring = spring + self._held(y)
         # Where there is no strain there is nothing for the damper to pull on.
         return np.where(spring > 0.0, np.maximum(spring + damping, 0.0), 0.0)
 
@@ -444,7 +470,7 @@ class Plant:
         lagged, lag_rates = self.winches.lag(
             self.winches.saturate(command), y[self.first_lag : self.first_swing]
         )
-        deflections = y[self.first_bristle :]
+        deflections = y[self.first_bristle : self.first_rope]
         creep = self._creep(y)
         warmth = self._warmth(t)
         bowed = self._bowed(y, m.L)
@@ -473,6 +499,7 @@ class Plant:
             if self.has_length:
                 length = y[self.lengths]
                 imbalance = self.spring_force(bowed, length * warmth, creep) - tension
+                imbalance = imbalance + self._held(y)
                 rate = m.L_rate + imbalance * length / self.bl
                 cable_rates = rate
         creep_rates = [
@@ -482,7 +509,8 @@ class Plant:
         # As the losses, the deflections follow the rate of the paid-out end.
         paid_out = y[self.length_rates] if self.has_length_rate else m.L_rate
         bristle_rates = self.winches.bristle_rates(paid_out, deflections)
-        own_rates = [creep_rates, lag_rates, swing_rates, bristle_rates]
+        rope_rates = self._rope_rates(y, tension, m, length, rate)
+        own_rates = [creep_rates, lag_rates, swing_rates, bristle_rates, rope_rates]
         y_rate = np.concatenate([twist, acceleration, cable_rates, *own_rates])
         return y_rate, m, tension, length, rate
 

@@ -269,6 +269,12 @@ fn cables(lib: &mut Library, situation: &Situation, sizes: &Sizes, density: f64)
     }
     lib.each_cable("cable_stiffening", &[vec![2e4]], 0, proportional(2e4));
     let t = situation.mean_tension;
+    let held = SMALL * t;
+    for strain in [3e-5, 2e-4] {
+        lib.each_cable("cable_hysteresis", &[vec![held, strain]], 1, move |a| {
+            (a[0] > 0.0).then(|| vec![held * a[0], strain])
+        });
+    }
     // A weight that makes a cable sag by a hundredth of its length.
     let (w0, t1) = (0.1 * t / sizes.reach, 0.8 * t);
     let build = move |a: &[f64]| {

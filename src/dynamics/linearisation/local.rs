@@ -3,7 +3,7 @@
 
 use num_dual::DualSVec64;
 
-use crate::effect::{PlatformContext, SwingContext, WinchContext};
+use crate::effect::{PlatformContext, StrainContext, SwingContext, WinchContext};
 use crate::parameters::{CableDamper, CableInertia, CableModel};
 use crate::per_cable::PerCable;
 use crate::plant::{Plant, axial_states};
@@ -11,7 +11,7 @@ use crate::scalar::Real;
 
 use super::super::instant::{swing_tension, winch_pull};
 use super::super::servo::Held;
-use super::super::{Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
+use super::super::{CableData, Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
 use super::BLOCK;
 
 /// What reaches a cable from outside: length `L`, its rate, angular rate, acceleration `L̈`, winch force.
@@ -262,8 +262,16 @@ impl Local<'_> {
                     / data.axial_mass(unstretched);
             }
         }
+        let strain_rate = match data.model {
+            _ if self.slack => zero,
+            CableModel::Rigid => zero,
+            CableModel::MasslessSpring | CableModel::LumpedMass => {
+                CableData::strain_rate([length, speed], [unstretched, rates[0]])
+            }
+        };
+        let context = StrainContext { tension, strain_rate };
         for (kind, at) in &effects.law {
-            kind.strain_rates(tension, &states[*at..], &mut effect_rates[*at..]);
+            kind.strain_rates(&context, &states[*at..], &mut effect_rates[*at..]);
         }
         let mut transverse =
             effects.transverse.iter().fold(zero, |sum, kind| sum + kind.transverse_force(length, turning));

