@@ -4,6 +4,7 @@
 //! crossed cables of 900 m. Data flows one way: [`parameters`] and [`effect`]s make a [`plant::Plant`], which the
 //! [`integrator`] drives forward.
 
+mod clearance;
 pub mod dynamics;
 pub mod effect;
 pub mod energy;

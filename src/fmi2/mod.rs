@@ -371,9 +371,9 @@ impl FmiModel for CablePlatform {
         let stiff = simulation.stiff_since();
         let y = simulation.states();
         let pose = [y[0], y[1], y[2]];
-        let geometry = simulation.plant().geometry();
-        let inside = geometry.holds(&pose);
-        let blocked = if told { None } else { geometry.blocked_cable(&pose) };
+        let plant = simulation.plant();
+        let inside = plant.holds(&pose);
+        let blocked = if told { None } else { plant.blocked_cable(&pose) };
         self.forget_instant();
         self.steps += 1;
         self.log_slack(after, reached);

@@ -89,7 +89,7 @@ impl Role {
 
 impl<S: Real> Instant<'_, S> {
     /// The real quantity behind `role`; `None` where it does not follow from the plant's state.
-    #[inline]
+    #[inline(always)]
     pub(super) fn real(&self, role: Role) -> Option<S> {
         let shown = &self.shown;
         Some(match role {

@@ -4,6 +4,7 @@ mod rest;
 
 use std::sync::OnceLock;
 
+use crate::clearance::Clearance;
 use crate::dynamics::{CableConstants, CableData, Inputs, MAX_EFFECT_STATES, PlantData};
 use crate::effect::{EffectKind, EffectSpec, SpecError, Stage, acts_on};
 use crate::formula::Variable;
@@ -111,6 +112,7 @@ pub struct Plant {
     dimension: usize,
     pub(crate) constants: CableConstants,
     pub(crate) ends: CableEnds,
+    clearance: Clearance,
     pub(crate) has: Has,
     /// The plant between the times at which effects begin or end: each from when on (s), the first before all time. Empty where
     /// none does; then this plant is the one there is.
@@ -309,6 +311,7 @@ impl Plant {
         };
         let constants = CableConstants::new(&data.cables);
         let ends = CableEnds::new(&data.geometry);
+        let clearance = Clearance::new(&data.geometry);
         Ok(Self {
             parameters,
             effects,
@@ -322,6 +325,7 @@ impl Plant {
             dimension,
             constants,
             ends,
+            clearance,
             has,
             phases: Vec::new(),
             fingerprint: OnceLock::new(),
@@ -386,6 +390,16 @@ impl Plant {
     /// Anchors and attachment points, offsets included.
     pub fn geometry(&self) -> &geometry::Geometry {
         &self.data.geometry
+    }
+
+    /// As [`geometry::Geometry::holds`] at `pose` (m, rad), faster at most poses.
+    pub(crate) fn holds(&self, pose: &[f64; 3]) -> bool {
+        self.clearance.holds(&self.data.geometry, pose)
+    }
+
+    /// As [`geometry::Geometry::blocked_cable`] at `pose` (m, rad), faster at most poses.
+    pub(crate) fn blocked_cable(&self, pose: &[f64; 3]) -> Option<usize> {
+        self.clearance.blocked_cable(&self.data.geometry, pose)
     }
 
     /// Number of cables.
