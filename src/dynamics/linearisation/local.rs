@@ -16,6 +16,8 @@ use super::BLOCK;
 
 /// What reaches a cable from outside: length `L`, its rate, angular rate, acceleration `L̈`, winch force.
 pub(super) const OUTSIDE: usize = 5;
+/// Place of `L̈` among them; a cable of lumped mass does not feel it.
+const ACCELERATION: usize = 3;
 
 /// A derivative by what reaches the cable, then by its own states.
 pub(super) type Row = [f64; OUTSIDE + BLOCK];
@@ -46,17 +48,17 @@ pub(super) struct Local<'a> {
     pub(super) own: [f64; BLOCK],
 }
 
-/// Quantities by which derivatives are taken at once: those of a cable with two states of its own.
-const AT_ONCE: usize = OUTSIDE + 2;
+/// Quantities by which derivatives are taken at once: those of a cable of lumped mass with four states of its own.
+const AT_ONCE: usize = 8;
 
 type Gradient = DualSVec64<AT_ONCE>;
 
-/// A quantity, and the column of its derivative if that is among those taken from `first` on.
-fn seeded(value: f64, column: usize, first: usize) -> Gradient {
+/// The quantity of this column, with its derivative if that is among those `taken`.
+fn seeded(value: f64, column: usize, taken: &[usize]) -> Gradient {
     let quantity = Gradient::from(value);
-    match column.checked_sub(first) {
-        Some(at) if at < AT_ONCE => quantity.derivative(at),
-        _ => quantity,
+    match taken.iter().position(|one| *one == column) {
+        Some(at) => quantity.derivative(at),
+        None => quantity,
     }
 }
 
@@ -171,14 +173,23 @@ impl Local<'_> {
         let nothing = [0.0; OUTSIDE + BLOCK];
         let mut d =
             Derivatives { transverse: 0.0, tension_by: nothing, transverse_by: nothing, rates_by: [nothing; BLOCK] };
-        let columns = OUTSIDE + size;
-        for first in (0..columns).step_by(AT_ONCE) {
-            let outside = std::array::from_fn(|c| seeded(outside[c], c, first));
-            let own = std::array::from_fn(|c| seeded(self.own[c], OUTSIDE + c, first));
+        let felt = |column: &usize| {
+            *column != ACCELERATION || self.plant.data.cables[self.cable].model != CableModel::LumpedMass
+        };
+        let (mut columns, mut count) = ([0; OUTSIDE + BLOCK], 0);
+        for column in (0..OUTSIDE + size).filter(felt) {
+            columns[count] = column;
+            count += 1;
+        }
+        for taken in columns[..count].chunks(AT_ONCE) {
+            let outside = std::array::from_fn(|c| seeded(outside[c], c, taken));
+            let own = std::array::from_fn(|c| seeded(self.own[c], OUTSIDE + c, taken));
             let by = self.rates(&outside, &own);
-            let count = AT_ONCE.min(columns - first);
-            let copy =
-                |from: &Gradient, to: &mut Row| to[first..first + count].copy_from_slice(&derivatives(from)[..count]);
+            let copy = |from: &Gradient, to: &mut Row| {
+                for (column, derivative) in taken.iter().zip(derivatives(from)) {
+                    to[*column] = derivative;
+                }
+            };
             d.transverse = by.transverse.re;
             copy(&by.tension, &mut d.tension_by);
             copy(&by.transverse, &mut d.transverse_by);
