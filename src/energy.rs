@@ -99,7 +99,7 @@ impl Plant {
             let turning = k.length * k.angular_rate;
             energy.cables_across += k.length * turning * turning * (0.5 * cable.straight_density);
             if !self.cable[i].swing.is_empty() {
-                let states = self.gather_effect_states(i, y);
+                let states = self.effect_states_in(i, y);
                 for (kind, at) in &self.cable[i].swing {
                     energy.cables_across += kind.swing_energy(k.length, &states[*at..]);
                 }
@@ -152,14 +152,17 @@ impl Plant {
             let turning = k.length * k.angular_rate;
             power.effects +=
                 effects.transverse.iter().map(|f| f.transverse_force(k.length, k.angular_rate) * turning).sum::<f64>();
-            let states = self.gather_effect_states(i, y);
+            let states = self.effect_states_in(i, y);
             let tension = swing_tension(cable.model, e.tension[i], e.pull[i], e.slack[i]);
             let swing = SwingContext { length: k.length, angular_rate: k.angular_rate, tension };
             for (kind, at) in &effects.swing {
                 // What the platform gets, and what the swinging keeps.
                 let mut rates = [0.0; MAX_EFFECT_STATES];
                 let force = kind.swing(&swing, &states[*at..], &mut rates[*at..]);
-                let moving: [Dual64; MAX_EFFECT_STATES] = std::array::from_fn(|s| Dual64::new(states[s], rates[s]));
+                let mut moving = [Dual64::from(0.0); MAX_EFFECT_STATES];
+                for (moving, (state, rate)) in moving.iter_mut().zip(states.iter().zip(rates)) {
+                    *moving = Dual64::new(*state, rate);
+                }
                 power.effects += force * turning;
                 power.effects += kind.swing_energy(Dual64::new(k.length, k.speed), &moving[*at..]).eps;
             }

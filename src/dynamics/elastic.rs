@@ -82,12 +82,18 @@ fn spring_tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S, un
     // The misfit rises monotonically from below zero at no tension and is hollow downwards: Newton from the left climbs
     // without overshoot, and from the right lands on the left, where a quarter of the last value bounds it away from
     // zero.
-    let (strain_re, lengths) = (strain.re(), [chord.re().into(), free.re().into()]);
-    let at = |elastic: f64| misfit(data, laws, Dual64::new(elastic, 1.0), strain_re.into(), lengths);
+    let (strain_re, chord_re, free_re) = (strain.re(), chord.re(), free.re());
+    // The misfit and its slope.
+    let at = |elastic: f64| {
+        let tension = straight_tension(data, laws, Dual64::new(elastic, 1.0), chord_re.into());
+        let by_shape = laws.iter().map(|(law, _)| law.chord_strain_and_slope(tension.re, chord_re, free_re));
+        let [shape, slope] = by_shape.fold([0.0; 2], |sum, law| [sum[0] + law[0], sum[1] + law[1]]);
+        [elastic + shape - strain_re, 1.0 + slope * tension.eps]
+    };
     let mut elastic = strain_re.max(1e-3 / data.axial_stiffness);
     for _ in 0..100 {
-        let f = at(elastic);
-        let next = (elastic - f.re / f.eps).max(0.25 * elastic);
+        let [left, slope] = at(elastic);
+        let next = (elastic - left / slope).max(0.25 * elastic);
         let done = (next - elastic).abs() <= LAST_STEP * elastic;
         elastic = next;
         if done {
@@ -97,7 +103,7 @@ fn spring_tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S, un
     // Each Newton step in the given number type carries one more order of derivatives by the implicit function theorem.
     let mut refined = S::from(elastic);
     if S::NDERIV > 0 {
-        let slope = at(elastic).eps;
+        let [_, slope] = at(elastic);
         for _ in 0..S::NDERIV {
             refined -= misfit(data, laws, refined, strain, [chord, free]) / slope;
         }

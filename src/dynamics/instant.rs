@@ -93,15 +93,10 @@ macro_rules! with_lanes {
 pub(crate) use with_lanes;
 
 impl Plant {
-    /// Effect states of `cable` within `y`, in a fixed-size array (zero-filled).
+    /// Effect states of `cable` within `y`.
     #[inline]
-    pub(crate) fn gather_effect_states<S: Real>(&self, cable: usize, y: &[S]) -> [S; MAX_EFFECT_STATES] {
-        let mut states = [S::from(0.0); MAX_EFFECT_STATES];
-        let range = self.effect_states(cable);
-        if !range.is_empty() {
-            states[..range.len()].copy_from_slice(&y[range]);
-        }
-        states
+    pub(crate) fn effect_states_in<'y, S>(&self, cable: usize, y: &'y [S]) -> &'y [S] {
+        &y[self.effect_states(cable)]
     }
 
     /// Solves the implicit system at `time` (s), states `y`, inputs `u`, with the cables in `slack` carrying nothing.
@@ -180,14 +175,14 @@ impl Plant {
                 let effects = &self.cable[i];
                 let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context, i));
                 let winch = WinchContext { time, speed: unstretched_rate[i] };
-                let states = self.gather_effect_states(i, y);
+                let states = self.effect_states_in(i, y);
                 let mut command = u.winch_force[i];
                 if self.has.servo {
                     let (chord, paid_out) = ([k.length[i], k.speed[i]], [unstretched[i], unstretched_rate[i]]);
                     let held = Held { chord, paid_out, angular_rate: k.angular_rate[i], slack: slack[i] };
-                    command = self.servo(i, time, command, &held, &states);
+                    command = self.servo(i, time, command, &held, states);
                 }
-                pull[i] = winch_pull(self, i, command, added, &winch, &states, &mut effect_rate[i]);
+                pull[i] = winch_pull(self, i, command, added, &winch, states, &mut effect_rate[i]);
                 for kind in &effects.transverse {
                     across_added[i] += kind.transverse_force(k.length[i], k.angular_rate[i]);
                 }
@@ -202,9 +197,9 @@ impl Plant {
         }
         if self.has.law {
             for i in (0..cables).filter(|i| data.cables[*i].model != CableModel::Rigid) {
-                let states = self.gather_effect_states(i, y);
+                let states = self.effect_states_in(i, y);
                 let (cable, law) = (&data.cables[i], &self.cable[i].law);
-                spring[i] = elastic::tension(cable, law, time, k.length[i], unstretched[i], &states);
+                spring[i] = elastic::tension(cable, law, time, k.length[i], unstretched[i], states);
             }
         }
         let mut tension_uncut = zeros;
@@ -216,7 +211,7 @@ impl Plant {
 
         if self.has.swing {
             for i in 0..cables {
-                let states = self.gather_effect_states(i, y);
+                let states = self.effect_states_in(i, y);
                 let carried = swing_tension(data.cables[i].model, tension_uncut[i], pull[i], slack[i]);
                 let context = SwingContext { length: k.length[i], angular_rate: k.angular_rate[i], tension: carried };
                 for (kind, at) in &self.cable[i].swing {
@@ -328,7 +323,7 @@ impl Plant {
         }
         if self.has.law {
             for i in 0..cables {
-                let states = self.gather_effect_states(i, y);
+                let states = self.effect_states_in(i, y);
                 let paid_out = [unstretched[i], unstretched_rate[i]];
                 let strained = !slack[i] && data.cables[i].model != CableModel::Rigid;
                 let strain_rate =

@@ -74,7 +74,7 @@ impl Plant {
                     - omega * omega * k.arm_dot_normal()
                     - k.speed * k.angular_rate * 2.0)
                     / k.length;
-            let states = self.gather_effect_states(i, y);
+            let states = self.effect_states_in(i, y);
             let mut effect_rates = [zero; MAX_EFFECT_STATES];
             let winch = WinchContext { time, speed: unstretched[i][1] };
             let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context, i));
@@ -82,9 +82,9 @@ impl Plant {
             if self.has.servo {
                 let (chord, paid_out) = ([k.length, k.speed], unstretched[i]);
                 let held = Held { chord, paid_out, angular_rate: k.angular_rate, slack: slack[i] };
-                command = self.servo(i, time, command, &held, &states);
+                command = self.servo(i, time, command, &held, states);
             }
-            let pull = winch_pull(self, i, command, added, &winch, &states, &mut effect_rates);
+            let pull = winch_pull(self, i, command, added, &winch, states, &mut effect_rates);
             let at = self.offset[i];
             // (23): tension from the motion of the end of the cable.
             let from_motion = |length: S, rate: S, acceleration: S| {
@@ -92,7 +92,7 @@ impl Plant {
             };
             let cut = |tension: S| if slack[i] { zero } else { tension };
             let spring = |l: S, rate: S| {
-                elastic::tension(cable, &effects.law, time, k.length, l, &states)
+                elastic::tension(cable, &effects.law, time, k.length, l, states)
                     + cable.damper_force(k.length, k.speed, l, rate)
             };
             let tension = match cable.model {

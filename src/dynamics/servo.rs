@@ -6,7 +6,7 @@ use crate::winch::{Reeled, servo_force};
 
 use crate::per_cable::PerCable;
 
-use super::{Inputs, MAX_EFFECT_STATES, elastic};
+use super::{Inputs, elastic};
 
 /// A cable as its servo sees it: length and speed of the chord, paid-out length and its rate, angular rate (m, m/s, rad/s).
 pub(super) struct Held<S> {
@@ -27,21 +27,14 @@ impl Plant {
             let k = &e.kinematics[i];
             let (chord, paid_out) = ([k.length, k.speed], [e.unstretched[i], e.unstretched_rate[i]]);
             let held = Held { chord, paid_out, angular_rate: k.angular_rate, slack: slack[i] };
-            self.servo(i, time, u.winch_force[i], &held, &self.gather_effect_states(i, y))
+            self.servo(i, time, u.winch_force[i], &held, self.effect_states_in(i, y))
         })
     }
 
     /// The force (N) that the servo of `cable` makes of its command. Out of the way of the evaluation, which few models
     /// interrupt by it.
     #[inline(never)]
-    pub(super) fn servo<S: Real>(
-        &self,
-        cable: usize,
-        time: S,
-        command: S,
-        held: &Held<S>,
-        states: &[S; MAX_EFFECT_STATES],
-    ) -> S {
+    pub(super) fn servo<S: Real>(&self, cable: usize, time: S, command: S, held: &Held<S>, states: &[S]) -> S {
         let (data, law) = (&self.data.cables[cable], &self.cable[cable].law);
         let tension = elastic::carried(data, law, time, held.chord, held.paid_out, states, held.slack);
         let [length, rate] = held.paid_out;

@@ -53,7 +53,33 @@ impl Effect for CableSag {
         -(span_weight * span_weight) / 24.0 * ((tension * tension).recip() - 1.0 / reference)
     }
 
+    fn chord_strain_and_slope(&self, tension: f64, chord: f64, _unstretched: f64) -> [f64; 2] {
+        let span_weight = chord * self.weight;
+        let factor = span_weight * span_weight / 24.0;
+        let inverse = tension.recip();
+        let reference = self.reference_tension * self.reference_tension;
+        [-factor * (inverse * inverse - 1.0 / reference), 2.0 * factor * inverse * inverse * inverse]
+    }
+
     fn has_chord_strain(&self) -> bool {
         self.weight != 0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_dual::Dual64;
+
+    use super::*;
+
+    #[test]
+    fn the_slope_in_closed_form_is_that_of_dual_numbers() {
+        let sag = CableSag { weight: 2.0, reference_tension: 2e4 };
+        for tension in [5e2, 2e4, 3e5] {
+            let [strain, slope] = sag.chord_strain_and_slope(tension, 900.0, 899.0);
+            let dual = sag.chord_strain(Dual64::new(tension, 1.0), 900.0.into(), 899.0.into());
+            assert!((strain - dual.re).abs() <= 1e-14 * (dual.re.abs() + 1e-3), "{strain} {dual}");
+            assert!((slope / dual.eps - 1.0).abs() < 1e-14, "{slope} {dual}");
+        }
     }
 }

@@ -11,6 +11,8 @@ mod spec;
 pub use site::{Axis, DependsOn, Place, Site};
 pub use spec::{EffectSpec, SpecError};
 
+use num_dual::Dual64;
+
 use crate::dynamics::PlantData;
 use crate::geometry::Geometry;
 use crate::length_sensor::EccentricDrum;
@@ -265,6 +267,13 @@ pub trait Effect: Sized {
         S::from(0.0)
     }
 
+    /// [`Stage::ElasticLaw`]: the same at plain numbers, and its derivative by the tension (1/N). Laws in which it is a matter of a few
+    /// products say so: tension is found by iteration, at every evaluation.
+    fn chord_strain_and_slope(&self, tension: f64, chord: f64, unstretched: f64) -> [f64; 2] {
+        let strain = self.chord_strain(Dual64::new(tension, 1.0), chord.into(), unstretched.into());
+        [strain.re, strain.eps]
+    }
+
     /// [`Stage::ElasticLaw`]: whether [`Effect::chord_strain`] is not zero.
     fn has_chord_strain(&self) -> bool {
         false
@@ -498,6 +507,11 @@ impl EffectKind {
     #[inline]
     pub fn chord_strain<S: Real>(&self, tension: S, chord: S, unstretched: S) -> S {
         dispatch!(self, e => e.chord_strain(tension, chord, unstretched))
+    }
+
+    #[inline]
+    pub fn chord_strain_and_slope(&self, tension: f64, chord: f64, unstretched: f64) -> [f64; 2] {
+        dispatch!(self, e => e.chord_strain_and_slope(tension, chord, unstretched))
     }
 
     pub fn has_chord_strain(&self) -> bool {
