@@ -8,7 +8,7 @@ use std::ops::Range;
 use num_complex::Complex64;
 
 use super::columns::{Column, Pairs, Part, Reals, Split};
-use super::linearisation::{BLOCK, CableBlock, Linearisation};
+use super::linearisation::{BLOCK, CableBlock, Linearisation, StateBlock};
 use super::matrix3::{self, Field, Matrix3};
 
 /// The platform's part for one `σ`.
@@ -113,7 +113,7 @@ impl Factors {
 
     /// Factors the linearisation at `real` and at `complex`.
     pub(crate) fn update(&mut self, linearisation: &Linearisation, real: f64, complex: Complex64) {
-        let acts = |block: &CableBlock| block.rates_by_acceleration[..block.size].iter().any(|by| *by != 0.0);
+        let acts = |block: &CableBlock| block.states.iter().any(|state| state.rate_by_acceleration != 0.0);
         self.common.by_acceleration = linearisation.cables.iter().any(acts);
         self.common.mass = linearisation.mass;
         with_cables!(&mut self.cables, cables => {
@@ -232,12 +232,12 @@ impl<const N: usize> Cable<N> {
     /// What does not depend on `σ`.
     fn take_up(&mut self, block: &CableBlock) {
         self.row = block.row;
-        for c in 0..block.size.min(N) {
+        for (c, state) in block.states.iter().enumerate().take(N) {
             for k in 0..3 {
-                self.rates_by_pose[k][c] = block.rates_by_pose[c][k];
-                self.rates_by_twist[k][c] = block.rates_by_twist[c][k];
+                self.rates_by_pose[k][c] = state.rate_by_pose[k];
+                self.rates_by_twist[k][c] = state.rate_by_twist[k];
             }
-            self.rates_by_acceleration[c] = block.rates_by_acceleration[c];
+            self.rates_by_acceleration[c] = state.rate_by_acceleration;
         }
     }
 }
@@ -254,23 +254,23 @@ fn factor<F: Field, P: Part<F, N>, const N: usize>(
     });
     let mut pose_coupling = linearisation.force_by_pose.map(|row| row.map(|v| F::from(-v)));
     for (cable, block) in cables.iter_mut().zip(&linearisation.cables) {
-        let n = block.size.min(N);
-        let inverse: [[F; N]; N] = invert(block, n, sigma);
+        let states = &block.states[..block.states.len().min(N)];
+        let inverse: [[F; N]; N] = invert(states, sigma);
         // The tension's answer to own states, pose, twist, and acceleration along the cable.
         let mut tension = [F::zero(); N];
         let (mut by_pose, mut by_twist) = ([F::zero(); 3], [F::zero(); 3]);
         let mut by_acceleration = F::zero();
-        for c in 0..n {
+        for (c, state) in states.iter().enumerate() {
             let mut sum = F::zero();
-            for r in 0..n {
-                sum += inverse[r][c].scale(block.tension_by_state[r]);
+            for (r, other) in states.iter().enumerate() {
+                sum += inverse[r][c].scale(other.tension);
             }
             tension[c] = sum;
             for k in 0..3 {
-                by_pose[k] += sum.scale(block.rates_by_pose[c][k]);
-                by_twist[k] += sum.scale(block.rates_by_twist[c][k]);
+                by_pose[k] += sum.scale(state.rate_by_pose[k]);
+                by_twist[k] += sum.scale(state.rate_by_twist[k]);
             }
-            by_acceleration += sum.scale(block.rates_by_acceleration[c]);
+            by_acceleration += sum.scale(state.rate_by_acceleration);
         }
         *own(cable) = Own {
             inverse: std::array::from_fn(|c| P::from_fn(|r| inverse[r][c])),
@@ -294,12 +294,13 @@ fn factor<F: Field, P: Part<F, N>, const N: usize>(
     Platform { sigma, inverse_sigma, schur_inverse: matrix3::inverse(&schur), pose_coupling }
 }
 
-/// Inverse of `σ I - C` over the `n` states of a cable by Gauss-Jordan, two states in closed form. No pivoting: the diagonal is `σ`
+/// Inverse of `σ I - C` over a cable's states by Gauss-Jordan, two states in closed form. No pivoting: the diagonal is `σ`
 /// plus decay rates, and the spring's entry has the sign that adds to it.
-fn invert<F: Field, const N: usize>(block: &CableBlock, n: usize, sigma: F) -> [[F; N]; N] {
+fn invert<F: Field, const N: usize>(states: &[StateBlock], sigma: F) -> [[F; N]; N] {
+    let n = states.len();
     let mut inverse = [[F::zero(); N]; N];
     if n == 2 {
-        let [[a, b], [c, d]] = [0, 1].map(|r| [0, 1].map(|c| F::from(-block.rates_by_state[r][c])));
+        let [[a, b], [c, d]] = [0, 1].map(|r| [0, 1].map(|c| F::from(-states[r].rate_by_state[c])));
         let (a, d) = (a + sigma, d + sigma);
         let scale = F::one() / (a * d - b * c);
         inverse[0][..2].copy_from_slice(&[d * scale, -b * scale]);
@@ -310,7 +311,7 @@ fn invert<F: Field, const N: usize>(block: &CableBlock, n: usize, sigma: F) -> [
     for r in 0..n {
         for c in 0..n {
             let unit = if r == c { (sigma, F::one()) } else { (F::zero(), F::zero()) };
-            m[r][c] = unit.0 - F::from(block.rates_by_state[r][c]);
+            m[r][c] = unit.0 - F::from(states[r].rate_by_state[c]);
             inverse[r][c] = unit.1;
         }
     }

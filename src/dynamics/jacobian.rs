@@ -49,8 +49,8 @@ impl Jacobian {
         }
         for ((block, &first), by_command) in l.cables.iter().zip(&plant.offset).zip(&mut by_command) {
             let wrench = |along: f64, across: f64| combine(-along, &block.row, across, &block.normal);
-            for c in 0..block.size {
-                set(first + c, wrench(block.tension_by_state[c], block.transverse_by_state[c]));
+            for (c, state) in block.states.iter().enumerate() {
+                set(first + c, wrench(state.tension, state.transverse));
             }
             let [along, across] = block.force_by_command;
             *by_command = product(&inverse_mass, &wrench(along, across));
@@ -71,8 +71,8 @@ impl Jacobian {
             (0..3).map(|k| row[k] * matrix[(3 + k) * columns + column]).sum()
         };
         for (i, (block, &first)) in l.cables.iter().zip(&plant.offset).enumerate() {
-            for r in 0..block.size {
-                let by = block.rates_by_acceleration[r];
+            for (r, state) in block.states.iter().enumerate() {
+                let by = state.rate_by_acceleration;
                 for c in 0..n {
                     self.by_state[(first + r) * n + c] = by * along(&self.by_state, n, &block.row, c);
                 }
@@ -81,12 +81,12 @@ impl Jacobian {
                 }
                 let row = &mut self.by_state[(first + r) * n..(first + r + 1) * n];
                 for c in 0..3 {
-                    row[c] += block.rates_by_pose[r][c];
-                    row[3 + c] += block.rates_by_twist[r][c];
+                    row[c] += state.rate_by_pose[c];
+                    row[3 + c] += state.rate_by_twist[c];
                 }
-                let own = row[first..first + block.size].iter_mut();
-                own.zip(&block.rates_by_state[r]).for_each(|(entry, by)| *entry += by);
-                self.by_input[(first + r) * inputs + 3 + i] += block.rates_by_command[r];
+                let own = row[first..first + block.states.len()].iter_mut();
+                own.zip(&state.rate_by_state).for_each(|(entry, by)| *entry += by);
+                self.by_input[(first + r) * inputs + 3 + i] += state.rate_by_command;
             }
         }
     }

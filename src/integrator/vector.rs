@@ -9,9 +9,9 @@ pub(super) type Group<T = f64> = [T; 4];
 /// as many, or as many as the largest plant has ([`MOST_STATES`]).
 pub(super) const FEW: usize = 4;
 pub(super) const MORE: usize = 8;
-pub(super) const MOST: usize = 26;
+pub(super) const MOST: usize = 32;
 
-/// Most states that a system may have: no plant has more than 102, twelve cables with all states that effects may have.
+/// Most states that a system may have: those of twelve cables with all states that effects may have, and a few.
 pub const MOST_STATES: usize = 4 * MOST;
 
 /// A value for each state, room for `GROUPS` groups. It reads as a slice; the loops that a step spends its time in go over the

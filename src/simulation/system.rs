@@ -1,9 +1,12 @@
 //! The plant as a system for the integrator.
 
-use crate::dynamics::{Factors, Inputs, Linearisation, Margins};
-use crate::integrator::{Complex64, System};
-use crate::per_cable::PerCable;
+use crate::dynamics::{Factors, Inputs, Linearisation, MAX_EFFECT_STATES, Margins};
+use crate::integrator::{Complex64, MOST_STATES, System};
+use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::Plant;
+
+/// The largest plant is none too large for the integrator.
+const _: () = assert!(6 + MAX_CABLES * (2 + MAX_EFFECT_STATES) <= MOST_STATES);
 
 /// Inputs linear in time from `start` on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +57,7 @@ impl Workspace {
         plant.nominal(&mut nominal);
         Self {
             nominal,
-            linearisation: Linearisation::new(plant.cables()),
+            linearisation: Linearisation::new(plant),
             linearised_inputs: Inputs::none(plant.cables()),
             linearised_slack: PerCable::filled(plant.cables(), false),
             factors: Factors::new(plant.states_of_cables()),

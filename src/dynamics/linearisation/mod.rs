@@ -26,21 +26,29 @@ pub(super) const BLOCK: usize = 2 + MAX_EFFECT_STATES;
 /// own states.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CableBlock {
-    pub(super) size: usize,
     /// Row of `J_M`: the tension `T` is the wrench `-T row`.
     pub(super) row: [f64; 3],
     /// `L` times the row of `J_α`: a transverse force `N` is the wrench `N normal`.
     pub(super) normal: [f64; 3],
-    pub(super) tension_by_state: [f64; BLOCK],
-    /// Slow, and left out of Newton's matrix.
-    pub(super) transverse_by_state: [f64; BLOCK],
     /// Tension and transverse force by the winch force.
     pub(super) force_by_command: [f64; 2],
-    pub(super) rates_by_command: [f64; BLOCK],
-    pub(super) rates_by_pose: [[f64; 3]; BLOCK],
-    pub(super) rates_by_twist: [[f64; 3]; BLOCK],
-    pub(super) rates_by_acceleration: [f64; BLOCK],
-    pub(super) rates_by_state: [[f64; BLOCK]; BLOCK],
+    /// As many as it has.
+    pub(super) states: Vec<StateBlock>,
+}
+
+/// What one of a cable's own states does, and what is done to it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StateBlock {
+    /// The tension by this state.
+    pub(super) tension: f64,
+    /// The transverse force by it; slow, and left out of Newton's matrix.
+    pub(super) transverse: f64,
+    pub(super) rate_by_command: f64,
+    pub(super) rate_by_acceleration: f64,
+    pub(super) rate_by_pose: [f64; 3],
+    pub(super) rate_by_twist: [f64; 3],
+    /// By the cable's states in their order.
+    pub(super) rate_by_state: [f64; BLOCK],
 }
 
 /// First derivatives of the plant at one state.
@@ -54,9 +62,11 @@ pub(crate) struct Linearisation {
 }
 
 impl Linearisation {
-    /// Room for `cables` cables.
-    pub(crate) fn new(cables: usize) -> Self {
-        Self { cables: vec![CableBlock::default(); cables], ..Self::default() }
+    /// Room for the cables of `plant`.
+    pub(crate) fn new(plant: &Plant) -> Self {
+        let block = |states: usize| CableBlock { states: vec![StateBlock::default(); states], ..CableBlock::default() };
+        let cables = plant.states_of_cables().iter().map(|states| block(states.len())).collect();
+        Self { cables, ..Self::default() }
     }
 
     /// Linearises the plant at this instant.
@@ -194,18 +204,20 @@ impl Linearisation {
         add_outer(pose, &chord.normal, &by_pose(&d.transverse_by), 1.0);
         add_outer(twist, &chord.normal, &by_twist(&d.transverse_by), 1.0);
         let block = &mut self.cables[i];
-        block.size = size;
         block.row = chord.row;
         block.normal = chord.normal;
-        block.tension_by_state.copy_from_slice(&d.tension_by[OUTSIDE..]);
-        block.transverse_by_state.copy_from_slice(&d.transverse_by[OUTSIDE..]);
         block.force_by_command = [d.tension_by[4], d.transverse_by[4]];
-        for (r, by) in d.rates_by.iter().enumerate().take(size) {
-            block.rates_by_pose[r] = by_pose(by);
-            block.rates_by_twist[r] = by_twist(by);
-            block.rates_by_acceleration[r] = by[3];
-            block.rates_by_command[r] = by[4];
-            block.rates_by_state[r].copy_from_slice(&by[OUTSIDE..]);
+        block.states.resize_with(size, StateBlock::default);
+        for (c, (state, by)) in block.states.iter_mut().zip(&d.rates_by).enumerate() {
+            *state = StateBlock {
+                tension: d.tension_by[OUTSIDE + c],
+                transverse: d.transverse_by[OUTSIDE + c],
+                rate_by_command: by[4],
+                rate_by_acceleration: by[3],
+                rate_by_pose: by_pose(by),
+                rate_by_twist: by_twist(by),
+                rate_by_state: std::array::from_fn(|k| by[OUTSIDE + k]),
+            };
         }
     }
 }
