@@ -278,6 +278,19 @@ fn forward_simulation_returns_the_trajectory_behind_a_lag() {
 }
 
 #[test]
+fn a_force_that_changes_faster_than_its_winch_is_told() {
+    let run = |rate_limit: f64| {
+        let plant = plant(CableModel::Rigid, CableInertia::Paper, vec![effect("winch_lag", None, &[0.2, rate_limit])]);
+        let (trajectory, redundancy) = (sines(), distribution(Objective::MidTension));
+        let problem = InverseDynamics::new(plant, &trajectory, &redundancy).unwrap();
+        problem.run(&[0.0, 1.0, 2.0], 1e-8).map(|run| run[2].winch_force).map_err(|e| e.to_string())
+    };
+    assert_eq!(run(1e6).unwrap(), run(0.0).unwrap());
+    let error = run(0.1).unwrap_err();
+    assert!(error.contains("`winch_lag`") && error.contains("N/s"), "{error}");
+}
+
+#[test]
 fn forward_simulation_returns_the_trajectory_with_creep_sag_and_hysteresis() {
     for spec in [
         effect("cable_creep", None, &[1e8, 20.0]),

@@ -126,8 +126,13 @@ fn command(
                 kind.command(before, &[Dual64::from(force.re)], &mut rates, &winch);
                 rates[0]
             };
-            let at_zero = rate(Dual64::from_re(0.0).derivative());
-            force = Jet::from((force.v1 - at_zero.re) / at_zero.eps);
+            let settled = rate(Dual64::from_re(force.re).derivative());
+            let before = force.re + (force.v1 - settled.re) / settled.eps;
+            let (reached, wanted) = (rate(before.into()).re, force.v1);
+            if (reached - wanted).abs() > 1e-9 * (1.0 + wanted.abs()) {
+                return Err(fail(kind, format!("the force would change by {wanted:.6} N/s, beyond {reached:.6} N/s")));
+            }
+            force = Jet::from(before);
         } else {
             let pass = |force: Jet| kind.command(force, &[], &mut [], context);
             let slope = |force: f64| {

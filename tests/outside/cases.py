@@ -235,7 +235,7 @@ CATALOGUE = {
         ("winch_torque_ripple", 2, {"amplitude": 150.0, "period": 1.2, "phase": 0.5}),
         ("winch_force_gain", 1, {"factor": -0.07}),
         ("winch_force_bias", None, {"bias": 130.0}),
-        ("winch_lag", None, {"time_constant": 0.15}),
+        ("winch_lag", None, {"time_constant": 0.15, "rate_limit": 4000.0}),
         ("winch_delay", 2, {"delay": 0.137}),
         ("winch_saturation", None, {"lower": 7000.0, "upper": 9000.0}),
         ("winch_power_limit", None, {"power": 2500.0}),

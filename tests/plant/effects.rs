@@ -144,6 +144,29 @@ fn at_rest(effects: &[EffectSpec], force: f64) -> Simulation {
     Simulation::new(plant(CableModel::LumpedMass, CableInertia::Paper, effects), &start, 1e-11).unwrap()
 }
 
+/// After a jump by 3 kN the force rises at its limit of 2 kN/s until what is left is what the lag closes by itself, 0.1 s of it.
+#[test]
+fn a_rate_limit_makes_a_ramp_of_a_step_and_ends_as_a_lag() {
+    let mut simulation = at_rest(&[effect("winch_lag", Some(2), &[0.1, 2e3])], 2e4);
+    let mut inputs = simulation.inputs();
+    for (step, way) in [(3e3, 1.0), (-3e3, -1.0)] {
+        let from = inputs.winch_force[1];
+        inputs.winch_force[1] += step;
+        simulation.set_inputs(inputs);
+        for k in 1..=20 {
+            simulation.advance(0.1).unwrap();
+            let since = 0.1 * f64::from(k);
+            let expected = if since <= 1.4 {
+                from + way * 2e3 * since
+            } else {
+                from + step - way * 200.0 * (-(since - 1.4) / 0.1_f64).exp()
+            };
+            let found = simulation.evaluate().pull[1];
+            assert!((found - expected).abs() < 0.5, "{since}: {found} {expected}");
+        }
+    }
+}
+
 #[test]
 fn a_lag_follows_a_step_exponentially() {
     let mut simulation = at_rest(&[effect("winch_lag", Some(2), &[0.3])], 2e4);

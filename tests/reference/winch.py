@@ -67,7 +67,10 @@ class WinchChain:
         for i, effect in self._each("winch_delay"):
             self.delays[i] += effect.values["delay"]
         # One lag is one state; several on one winch follow each other.
-        self.lags = [(i, e.values["time_constant"]) for i, e in self._each("winch_lag")]
+        self.lags = [
+            (i, e.values["time_constant"], e.values.get("rate_limit", 0.0) or math.inf)
+            for i, e in self._each("winch_lag")
+        ]
         # Friction that gives before it slides keeps a deflection on each winch.
         self.bristles = [
             (i, e.values)
@@ -93,14 +96,14 @@ class WinchChain:
         """The lagged force and the rates of the lag states."""
         force = np.array(limited, dtype=float)
         rates = np.zeros(len(self.lags))
-        for k, (i, time_constant) in enumerate(self.lags):
-            rates[k] = (force[i] - states[k]) / time_constant
+        for k, (i, time_constant, limit) in enumerate(self.lags):
+            rates[k] = min(max((force[i] - states[k]) / time_constant, -limit), limit)
             force[i] = states[k]
         return force, rates
 
     def lag_at_rest(self, limited: np.ndarray) -> np.ndarray:
         """Lag states that have settled on the given force."""
-        return np.array([limited[i] for i, _ in self.lags])
+        return np.array([limited[i] for i, *_ in self.lags])
 
     def bristle_rates(self, reeling_rate: np.ndarray, deflections: np.ndarray) -> np.ndarray:
         """Rates of the deflections (LuGre): v - s0 |v|/g z, where g is the sliding friction."""
