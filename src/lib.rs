@@ -19,6 +19,7 @@ pub mod model_file;
 pub mod parameters;
 pub mod per_cable;
 pub mod plant;
+pub mod pose_sensor;
 pub mod release;
 pub mod scalar;
 pub mod simulation;

@@ -83,7 +83,8 @@ impl Examined {
 
     /// Writes `∂h/∂y`, channels by rows, at a time (s), where it is plain: poses and lengths that are shown without delay. Else returns false.
     pub(crate) fn sensor_slopes(&self, time: f64, e: &Evaluation, channels: &[Channel], slopes: &mut [f64]) -> bool {
-        if self.pose_delay != 0.0 || channels.iter().any(|c| matches!(c, Channel::Tension(_))) {
+        let plain = self.pose_delay == 0.0 && self.plant.at(time).pose_sensor().is_plain();
+        if !plain || channels.iter().any(|c| matches!(c, Channel::Tension(_))) {
             return false;
         }
         for (channel, slopes) in channels.iter().zip(slopes.chunks_exact_mut(self.states())) {
@@ -135,11 +136,12 @@ impl Examined {
             let jerk = moment.jerk(&self.plant);
             std::array::from_fn(|k| tau * (-moment.y[3 + k] + tau / 2.0 * (e.acceleration[k] - tau / 3.0 * jerk[k])))
         };
-        let bias = self.plant.at(moment.time).pose_sensor_bias();
+        let pose = std::array::from_fn(|k| moment.y[k] + back[k]);
+        let shown_pose = self.plant.at(moment.time).pose_sensor().shown(&pose);
         out.clear();
         for channel in channels {
             out.push(match *channel {
-                Channel::Pose(k) => moment.y[k] + bias[k] + back[k],
+                Channel::Pose(k) => shown_pose[k],
                 Channel::CableLength(i) => outputs.cable_length[i],
                 Channel::UnstretchedLength(i) => outputs.unstretched_length[i],
                 Channel::Tension(i) => outputs.tension[i],

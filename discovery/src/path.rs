@@ -1,7 +1,7 @@
 //! A trajectory of states and latent disturbances, and the model linearised along it.
 
 use cdpr::dynamics::Inputs;
-use cdpr::effect::EffectKind;
+use cdpr::effect::{EffectKind, Stage};
 use cdpr::per_cable::PerCable;
 use cdpr::plant::EffectStates;
 use cdpr::simulation::Simulation;
@@ -185,8 +185,10 @@ pub(crate) fn effect_state_scale(model: &Examined, cable: usize, at: usize) -> f
     let holds = |s: &&EffectStates| s.cable == cable && (s.first..s.first + s.count).contains(&place);
     let Some(states) = model.plant.states_of_effects().iter().find(holds) else { return 1.0 };
     let spec = &model.plant.effects()[states.effect];
+    if let Stage::Command(_) = states.stage {
+        return 1e3;
+    }
     match spec.id.as_str() {
-        "winch_lag" => 1e3,
         "cable_creep" => 1e-3,
         _ => EffectKind::new(spec).map_or(1.0, |kind| kind.loss_state_size()),
     }

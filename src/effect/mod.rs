@@ -17,6 +17,7 @@ use crate::dynamics::PlantData;
 use crate::geometry::Geometry;
 use crate::length_sensor::EccentricDrum;
 use crate::per_cable::PerCable;
+use crate::pose_sensor::PoseSensor;
 use crate::scalar::Real;
 
 /// What an effect may act on.
@@ -343,10 +344,8 @@ pub trait Effect: Sized {
         (1.0, 0.0)
     }
 
-    /// [`Stage::Sensor`]: bias of the measured pose `[x, y, φ]` (m, rad).
-    fn pose_sensor(&self) -> [f64; 3] {
-        [0.0; 3]
-    }
+    /// [`Stage::Sensor`]: changes what is measured of the pose.
+    fn pose_sensor(&self, _sensor: &mut PoseSensor) {}
 }
 
 macro_rules! catalogue {
@@ -438,6 +437,7 @@ catalogue! {
     tension_sensor_bias::TensionSensorBias,
     pose_sensor_bias::PoseSensorBias,
     pose_sensor_delay::PoseSensorDelay,
+    pose_sensor_frame::PoseSensorFrame,
     expression::Expression,
 }
 
@@ -582,8 +582,8 @@ impl EffectKind {
         dispatch!(self, e => e.tension_sensor())
     }
 
-    pub fn pose_sensor(&self) -> [f64; 3] {
-        dispatch!(self, e => e.pose_sensor())
+    pub fn pose_sensor(&self, sensor: &mut PoseSensor) {
+        dispatch!(self, e => e.pose_sensor(sensor))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Bias of the pose sensor: measured x, y, phi + bias.
 
 use super::{Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use crate::pose_sensor::PoseSensor;
 
 /// Bias of the pose sensor: measured x, y, phi + bias.
 ///
@@ -36,6 +37,7 @@ impl Effect for PoseSensorBias {
         validity: "constant over the trial",
         look_alikes: &[
             LookAlike { id: "anchor_offset", separate_by: "a survey: all anchors displaced together look the same" },
+            LookAlike { id: "pose_sensor_frame", separate_by: "several orientations and places far from each other" },
         ],
     };
 
@@ -47,7 +49,7 @@ impl Effect for PoseSensorBias {
         Stage::Sensor
     }
 
-    fn pose_sensor(&self) -> [f64; 3] {
-        [self.x, self.y, self.phi]
+    fn pose_sensor(&self, sensor: &mut PoseSensor) {
+        sensor.bias = [self.x, self.y, self.phi];
     }
 }

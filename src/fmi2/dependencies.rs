@@ -45,6 +45,8 @@ struct Knowns {
     coupled: bool,
     /// The shown pose is not the present one.
     late_pose: bool,
+    /// The shown position depends on the whole pose.
+    pose_in_frame: bool,
 }
 
 struct EffectState {
@@ -101,6 +103,7 @@ impl Knowns {
             time: in_time.then(|| at(Role::Time)),
             coupled: expression || has("winch_drum_inertia") || has("winch_torque_ripple"),
             late_pose: has("pose_sensor_delay"),
+            pose_in_frame: has("pose_sensor_frame"),
         }
     }
 
@@ -128,6 +131,11 @@ impl Knowns {
             | Role::Tension(i)
             | Role::WinchRate(i)
             | Role::Slack(i) => self.along_cable(i),
+            Role::Rate(State::Pose(k)) if self.pose_in_frame && k < 2 => {
+                let mut list = on(&self.twist);
+                list.push(Dependency::on(self.pose[2]));
+                list
+            }
             Role::Rate(State::Pose(k)) => vec![constant(self.twist[k])],
             Role::Rate(State::Twist(_)) | Role::Acceleration(_) => self.everything(),
             Role::Rate(state @ State::Effect(i, _)) => {

@@ -78,21 +78,24 @@ impl CablePlatform {
 }
 
 /// The states that change with one as it is shown, and how; none where it is no state of this plant.
-fn places(plant: &Plant, y: &[f64], state: State) -> [Option<(usize, f64)>; 2] {
-    let one = |index: usize| [Some((index, 1.0)), None];
+fn places(plant: &Plant, y: &[f64], state: State) -> [Option<(usize, f64)>; 3] {
+    let one = |index: usize| [Some((index, 1.0)), None, None];
     let length = |i: usize| plant.unstretched_index(i).map(|at| (at, y[at]));
     match state {
-        State::Pose(k) => one(k),
+        State::Pose(k) => {
+            let by = plant.pose_sensor.behind_by(k, y[2]);
+            std::array::from_fn(|axis| (by[axis] != 0.0).then_some((axis, by[axis])))
+        }
         State::Twist(k) => one(3 + k),
         State::UnstretchedLength(i) => {
             let sensor = &plant.cable[i].unstretched_sensor;
-            let Some((at, length)) = length(i) else { return [None; 2] };
+            let Some((at, length)) = length(i) else { return [None; 3] };
             let rate = plant.rate_index(i).map(|at| (at, sensor.rate_by_shown(length, y[at])));
-            [Some((at, 1.0 / sensor.slope(length))), rate]
+            [Some((at, 1.0 / sensor.slope(length))), rate, None]
         }
         State::UnstretchedRate(i) => {
             let slope = length(i).map_or(1.0, |(_, length)| plant.cable[i].unstretched_sensor.slope(length));
-            [plant.rate_index(i).map(|at| (at, 1.0 / slope)), None]
+            [plant.rate_index(i).map(|at| (at, 1.0 / slope)), None, None]
         }
         State::Effect(i, k) => one(plant.effect_states(i).start + k),
     }

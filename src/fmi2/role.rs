@@ -100,7 +100,10 @@ impl<S: Real> Instant<'_, S> {
                 shown.unstretched_length_rate(i)
             }
             Role::State(State::Effect(i, k)) => self.states[self.plant.effect_states(i).start + k],
-            Role::Rate(State::Pose(k)) => self.rates[k],
+            Role::Rate(State::Pose(k)) => {
+                let of = |values: &[S]| [values[0], values[1], values[2]];
+                self.plant.pose_sensor.shown_rate(&of(self.states), &of(self.rates))[k]
+            }
             Role::Rate(State::Twist(k)) => self.rates[3 + k],
             Role::Rate(State::UnstretchedRate(i)) => {
                 let now = (shown.unstretched_length(i), shown.unstretched_length_rate(i));

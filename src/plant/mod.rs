@@ -12,6 +12,7 @@ use crate::geometry;
 use crate::kinematics::CableEnds;
 use crate::length_sensor::LengthSensor;
 use crate::parameters::{CableModel, ParameterError, Parameters};
+use crate::pose_sensor::PoseSensor;
 use crate::scalar::Real;
 use crate::winch::WinchCommand;
 
@@ -104,7 +105,7 @@ pub struct Plant {
     pub(crate) data: PlantData,
     pub(crate) cable: Vec<CableEffects>,
     pub(crate) wrench: Vec<EffectKind>,
-    pub(crate) pose_bias: [f64; 3],
+    pub(crate) pose_sensor: PoseSensor,
     pub(crate) pose_delay: f64,
     states_of_effects: Vec<EffectStates>,
     /// Index of each cable's first state.
@@ -188,7 +189,7 @@ impl Plant {
         let exact = (1.0, 0.0);
         let nothing = CableEffects { length_sensor: exact, tension_sensor: exact, ..CableEffects::default() };
         let mut cable = vec![nothing; cables];
-        let (mut wrench, mut pose_bias, mut pose_delay) = (Vec::new(), [0.0; 3], 0.0);
+        let (mut wrench, mut pose_sensor, mut pose_delay) = (Vec::new(), PoseSensor::default(), 0.0);
         // `cable_elasticity` sets what other effects scale, so it comes first whatever the order in the file.
         let mut order: Vec<(usize, &EffectSpec)> = effects.iter().enumerate().collect();
         order.sort_by_key(|(_, spec)| spec.id != "cable_elasticity");
@@ -255,9 +256,7 @@ impl Plant {
                         }
                         behind(&mut cable[i].tension_sensor, kind.tension_sensor());
                     }
-                    for (sum, bias) in pose_bias.iter_mut().zip(kind.pose_sensor()) {
-                        *sum += bias;
-                    }
+                    kind.pose_sensor(&mut pose_sensor);
                     pose_delay += kind.delay();
                 }
             }
@@ -318,7 +317,7 @@ impl Plant {
             data,
             cable,
             wrench,
-            pose_bias,
+            pose_sensor,
             pose_delay,
             states_of_effects,
             offset,
@@ -423,9 +422,9 @@ impl Plant {
         })
     }
 
-    /// Bias of the measured pose `[x, y, φ]` (m, rad).
-    pub fn pose_sensor_bias(&self) -> [f64; 3] {
-        self.pose_bias
+    /// What is measured of the pose, delays aside.
+    pub fn pose_sensor(&self) -> &PoseSensor {
+        &self.pose_sensor
     }
 
     /// How what the sensors of `cable` (from 0) show changes with its length and with its unstretched length, at this unstretched

@@ -65,7 +65,7 @@ impl<S: Real> Shown<'_, S> {
 
     #[inline]
     pub(crate) fn pose(&self, axis: usize) -> S {
-        self.pose[axis] + self.plant.pose_bias[axis]
+        self.plant.pose_sensor.shown(&self.pose)[axis]
     }
 
     #[inline]
@@ -130,7 +130,7 @@ impl<S: Real> Shown<'_, S> {
         let cables = self.plant.cables();
         let each = |value: &dyn Fn(usize) -> S| PerCable::from_fn(cables, value);
         Outputs {
-            pose: std::array::from_fn(|k| self.pose(k)),
+            pose: self.plant.pose_sensor.shown(&self.pose),
             twist: self.twist,
             cable_length: each(&|i| self.cable_length(i)),
             unstretched_length: each(&|i| self.unstretched_length(i)),

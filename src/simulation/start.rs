@@ -95,7 +95,7 @@ impl Start {
         let plant = plant.at(self.time);
         let sensor = |i: usize| &plant.cable[i].unstretched_sensor;
         Self {
-            pose: std::array::from_fn(|k| self.pose[k] - plant.pose_bias[k]),
+            pose: plant.pose_sensor.behind(&self.pose),
             unstretched_length: PerCable::from_fn(plant.cables(), |i| sensor(i).behind(self.unstretched_length[i])),
             unstretched_length_rate: PerCable::from_fn(plant.cables(), |i| {
                 sensor(i).rate_behind(self.unstretched_length[i], self.unstretched_length_rate[i])

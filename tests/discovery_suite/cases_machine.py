@@ -92,4 +92,5 @@ MACHINE = [
         "single",
         [effect("cable_hysteresis", 1, force=400.0, yield_strain=3e-5)],
     ),
+    case("pose_frame", "single", [effect("pose_sensor_frame", angle=3e-3)]),
 ]

@@ -70,16 +70,44 @@ def control_step(model, memory, measured, wanted, pretension, dt, gains, out):
 
 
 @njit(cache=True, error_model="numpy")
+def seen(pose, frame):
+    """A pose in a frame turned by `frame[0]` (rad), of the point `frame[1:]` (m, body frame)."""
+    angle, x, y = frame
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    mark_x, mark_y = pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y
+    cos, sin = math.cos(angle), math.sin(angle)
+    out = np.empty(3)
+    out[0] = cos * mark_x + sin * mark_y
+    out[1] = cos * mark_y - sin * mark_x
+    out[2] = pose[2] - angle
+    return out
+
+
+@njit(cache=True, error_model="numpy")
 def closed_loop(
-    p, model, t0, dt, h, reference, pretension, noise, bias, delay, recorded, hidden, dither, gains
+    p,
+    model,
+    t0,
+    dt,
+    h,
+    reference,
+    pretension,
+    noise,
+    bias,
+    frame,
+    delay,
+    recorded,
+    hidden,
+    dither,
+    gains,
 ):
     """Run a trial of `n` samples in closed loop from rest at the first reference pose.
 
     `reference` (n, 3, 3) holds pose, its rate and acceleration; `pretension` (n) the mean tension;
-    `noise` (n, 3), `bias` (3) and `delay` (s) act on the pose sensor; `recorded` (n, 3) and
-    `hidden` (n + 1, 3) are disturbances; `dither` (n, cables) is added to the forces. `p` is the
-    plant, `model` what the controller believes. Returns states, winch forces, tensions, a row a
-    sample, and measured poses (n, 3).
+    `noise` (n, 3), `bias` (3), `frame` (angle and point) and `delay` (s) act on the pose sensor;
+    `recorded` (n, 3) and `hidden` (n + 1, 3) are disturbances; `dither` (n, cables) is added to the
+    forces. `p` is the plant, `model` what the controller believes. Returns states, winch forces,
+    tensions, a row a sample, and measured poses (n, 3).
     """
     n, cables = len(reference), int(p.cables)
     forces = np.zeros((n, cables))
@@ -102,7 +130,7 @@ def closed_loop(
             # Interval j was tapped at t_j + dt - rest, or at t_j itself when nothing is left over.
             j = k - whole - (1 if rest > 0.0 else 0)
             pose = taps[j] if j >= 0 else reference[0, 0]
-        measured[k] = pose + bias + noise[k]
+        measured[k] = seen(pose, frame) + bias + noise[k]
         if k > 0:
             control_step(
                 model, memory, measured[k], reference[k], pretension[k], dt, gains, forces[k]

@@ -40,6 +40,7 @@ PLACES = {
     "anchor_compliance": _ON_CABLE,
     "pose_sensor_bias": ("sensor.x", "sensor.y", "sensor.phi"),
     "pose_sensor_delay": ("sensor.x", "sensor.y", "sensor.phi"),
+    "pose_sensor_frame": ("sensor.x", "sensor.y", "sensor.phi"),
 }
 
 

@@ -261,6 +261,7 @@ def apply_effect(values, effect):
             | "winch_drum_eccentricity"
             | "pose_sensor_bias"
             | "pose_sensor_delay"
+            | "pose_sensor_frame"
         ):
             pass
         case "outside":

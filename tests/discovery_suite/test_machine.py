@@ -6,6 +6,7 @@ import pytest
 from . import parameters, trial
 from .cases import effect
 from .cases_machine import MACHINE
+from .control import seen
 from .plant import at_rest, derivative, lengths, state_count, winch_loss
 from .robot import TELESCOPE
 
@@ -105,6 +106,13 @@ def test_a_rope_that_rubs_settles_on_its_level_either_way():
         y[ropes] = 0.0
         derivative(params, 0.0, y, np.full(4, 20e3), np.zeros(3), rates, tension)
         assert before - tension[0] == pytest.approx(-way * 120.0, abs=0.2)
+
+
+def test_a_pose_is_seen_in_a_turned_frame_at_the_mark():
+    pose, frame = np.array([3.0, -2.0, 0.1]), np.array([0.3, 0.8, -0.5])
+    mark = complex(3.0, -2.0) + complex(0.8, -0.5) * np.exp(0.1j)
+    expected = mark * np.exp(-0.3j)
+    assert seen(pose, frame) == pytest.approx([expected.real, expected.imag, 0.1 - 0.3])
 
 
 @pytest.mark.parametrize("case", MACHINE, ids=lambda case: case.name)

@@ -211,10 +211,12 @@ def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
     """Run one trial and read its sensors. `step_scale` < 1 refines the integration (for tests)."""
     params = parameters.build(effects, cable_model, settings.robot)
     asked = plan(settings)
-    bias, delay = np.zeros(3), 0.0
+    bias, delay, frame = np.zeros(3), 0.0, np.zeros(3)
     for effect in effects:
         if effect["id"] == "pose_sensor_bias":
             bias += [effect["parameters"][axis] for axis in ("x", "y", "phi")]
+        elif effect["id"] == "pose_sensor_frame":
+            frame += [effect["parameters"].get(name, 0.0) for name in ("angle", "x", "y")]
         elif effect["id"] == "pose_sensor_delay":
             delay += effect["parameters"]["delay"]
     h = min(parameters.step_size(params), 1e-3) * step_scale
@@ -228,6 +230,7 @@ def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
         asked.pretension,
         asked.pose_errors,
         bias,
+        frame,
         delay,
         asked.recorded,
         asked.hidden,

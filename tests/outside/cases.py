@@ -267,6 +267,7 @@ CATALOGUE = {
         ("tension_sensor_bias", None, {"bias": 60.0}),
         ("pose_sensor_bias", None, {"x": 0.2, "y": -0.1, "phi": 0.01}),
         ("pose_sensor_delay", None, {"delay": 0.1}),
+        ("pose_sensor_frame", None, {"angle": 0.02, "x": 0.6, "y": -0.4}),
         (
             "expression",
             None,

@@ -40,6 +40,40 @@ fn sensors_do_not_touch_the_motion() {
     }
 }
 
+/// A mark at c on the platform, seen in a frame turned by θ: by complex numbers e^{-iθ} (z + c e^{iφ}).
+#[test]
+fn a_pose_is_seen_in_another_frame_and_at_another_point() {
+    let (theta, point, bias) = (0.3_f64, [0.8, -0.5], [0.02, -0.01, 0.004]);
+    let frame = EffectSpec::new("pose_sensor_frame", None, &[theta, point[0], point[1]]).unwrap();
+    let offset = EffectSpec::new("pose_sensor_bias", None, &bias).unwrap();
+    let (with, without) = (moving(&[offset.clone(), frame.clone()]), moving(&[]));
+    assert_eq!(with.states(), without.states());
+    let ([x, y, phi], seen) = (without.outputs().pose, with.outputs().pose);
+    let polar = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin()];
+    let arm = polar(point[0].hypot(point[1]), point[1].atan2(point[0]) + phi);
+    let mark = [x + arm[0], y + arm[1]];
+    let expected = polar(mark[0].hypot(mark[1]), mark[1].atan2(mark[0]) - theta);
+    for (seen, expected) in
+        seen.iter().zip([expected[0], expected[1], phi - theta]).zip(bias).map(|((s, e), b)| (s, e + b))
+    {
+        assert!((seen - expected).abs() < 1e-12, "{seen} {expected}");
+    }
+    // The start behind it is the pose of which it shows this.
+    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[frame, offset]);
+    let back = Start { pose: seen, ..Start::default() }.behind_sensors(&plant).pose;
+    for (back, truth) in back.iter().zip([x, y, phi]) {
+        assert!((back - truth).abs() < 1e-12, "{back} {truth}");
+    }
+    // What it shows changes as its rate says.
+    let sensor = plant.pose_sensor();
+    let (pose, rate, h) = ([x, y, phi], [0.4, -0.7, 0.2], 1e-6);
+    let at = |s: f64| sensor.shown(&std::array::from_fn::<_, 3, _>(|k| pose[k] + s * rate[k]));
+    let (ahead, behind) = (at(h), at(-h));
+    for (k, shown) in sensor.shown_rate(&pose, &rate).iter().enumerate() {
+        assert!((shown - (ahead[k] - behind[k]) / (2.0 * h)).abs() < 1e-8, "{k}");
+    }
+}
+
 #[test]
 fn a_tension_sensor_shows_its_gain_and_its_bias_and_nothing_else() {
     let gain = EffectSpec::new("tension_sensor_gain", Some(2), &[-0.03]).unwrap();

@@ -568,10 +568,10 @@ class Plant:
             out["winch_rate" + n] = rate[i] / drum[i]
         out |= dict(zip(("ax", "ay", "alpha"), y_rate[3:6], strict=True))
         for effect in self.parameters.effects:
-            self._sensor(effect, out)
+            self._sensor(effect, y, out)
         return {name: float(value) for name, value in out.items()}
 
-    def _sensor(self, effect, out):
+    def _sensor(self, effect, y, out):
         v = effect.values
         cables = [i for i in range(self.cables) if effect.acts_on(i)]
         channel = v.get("channel", "unstretched_length")
@@ -608,6 +608,14 @@ class Plant:
             case "tension_sensor_bias":
                 for i in cables:
                     out[f"tension[{i + 1}]"] += v["bias"]
+            case "pose_sensor_frame":
+                # Before a bias, wherever it stands in the list.
+                mark = complex(v.get("x", 0.0), v.get("y", 0.0)) * np.exp(1j * y[2])
+                turn = np.exp(-1j * v["angle"])
+                seen = (complex(y[0], y[1]) + mark) * turn - complex(y[0], y[1])
+                out["x"] += seen.real
+                out["y"] += seen.imag
+                out["phi"] -= v["angle"]
             case "pose_sensor_bias":
                 for name in ("x", "y", "phi"):
                     out[name] += v.get(name, 0.0)

@@ -353,10 +353,14 @@ fn of_trial(model: &Model, examined: &Examined, t: usize, trial: &Trial) -> Resu
     let pose_noise: [Option<f64>; 3] = std::array::from_fn(|k| pose_at[k].map(|_| noise(Channel::Pose(k))));
     let lengths: Vec<(Channel, usize, f64)> =
         lengths.into_iter().map(|c| (c, place(c).unwrap_or_default(), noise(c))).collect();
-    let bias = examined.plant.pose_sensor_bias();
+    let sensor = examined.plant.pose_sensor();
+    if !sensor.is_plain() && pose_at.contains(&None) && pose_at != [None; 3] {
+        return Err(wrong("behind `pose_sensor_frame` it takes x, y and phi, or none of them".to_owned()));
+    }
     let mut out: Vec<Sample> = Vec::new();
     for (k, row) in trial.measured.iter().enumerate() {
-        let measured: [Option<f64>; 3] = std::array::from_fn(|axis| pose_at[axis].map(|j| row[j] - bias[axis]));
+        let behind = sensor.behind(&pose_at.map(|j| j.map_or(0.0, |j| row[j])));
+        let measured: [Option<f64>; 3] = std::array::from_fn(|axis| pose_at[axis].map(|_| behind[axis]));
         if measured.iter().flatten().any(|v| !v.is_finite()) {
             continue;
         }

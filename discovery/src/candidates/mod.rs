@@ -483,6 +483,9 @@ fn sensors(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
     if situation.pose {
         let sets = [vec![0.02, 0.0, 0.0], vec![0.0, 0.02, 0.0], vec![0.0, 0.0, 0.002]];
         lib.whole("pose_sensor_bias", &sets, 0, |a| Some(vec![0.02 * a[0], 0.02 * a[1], 0.002 * a[2]]));
+        let turned = 0.02 / sizes.reach;
+        // The measured point's offset is, at orientations that change little, a bias of the position.
+        lib.whole("pose_sensor_frame", &[vec![turned]], 0, proportional(turned));
         lib.whole("pose_sensor_delay", &[vec![late]], 0, proportional(late));
     }
 }

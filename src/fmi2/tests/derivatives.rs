@@ -58,7 +58,6 @@ fn moved(platform: &mut CablePlatform, unknowns: &[usize], known: usize, amount:
     let plant = simulation.plant().clone();
     let mut y = simulation.states().to_vec();
     let slot = match role {
-        Role::State(State::Pose(k)) => Some((k, 1.0)),
         Role::State(State::Twist(k)) => Some((3 + k, 1.0)),
         Role::State(State::Effect(i, k)) => Some((plant.effect_states(i).start + k, 1.0)),
         _ => None,
@@ -69,7 +68,13 @@ fn moved(platform: &mut CablePlatform, unknowns: &[usize], known: usize, amount:
         }
         _ => None,
     };
-    if let Some((k, scale)) = slot {
+    if let Role::State(State::Pose(k)) = role {
+        let sensor = plant.pose_sensor();
+        let mut shown = sensor.shown(&[y[0], y[1], y[2]]);
+        shown[k] += amount;
+        y[..3].copy_from_slice(&sensor.behind(&shown));
+        simulation.set_states(&y);
+    } else if let Some((k, scale)) = slot {
         y[k] += amount / scale;
         simulation.set_states(&y);
     } else if let Some((i, k)) = cable {
