@@ -47,6 +47,7 @@ struct Cable<const N: usize> {
 /// The cables, with room for the most states that one of them has.
 #[derive(Clone, Debug)]
 enum Cables {
+    None(Vec<Cable<0>>),
     One(Vec<Cable<1>>),
     Two(Vec<Cable<2>>),
     Three(Vec<Cable<3>>),
@@ -79,6 +80,7 @@ pub(crate) struct Factors {
 macro_rules! with_cables {
     ($cables:expr, $list:ident => $body:expr) => {
         match $cables {
+            Cables::None($list) => $body,
             Cables::One($list) => $body,
             Cables::Two($list) => $body,
             Cables::Three($list) => $body,
@@ -93,7 +95,8 @@ impl Factors {
     pub(crate) fn new(states: Vec<Range<usize>>) -> Self {
         let count = states.len();
         let (cables, room) = match states.iter().map(Range::len).max().unwrap_or(0) {
-            ..=1 => (Cables::One(vec![Cable::ZERO; count]), 1),
+            0 => (Cables::None(vec![Cable::ZERO; count]), 0),
+            1 => (Cables::One(vec![Cable::ZERO; count]), 1),
             2 => (Cables::Two(vec![Cable::ZERO; count]), 2),
             3 => (Cables::Three(vec![Cable::ZERO; count]), 3),
             4 => (Cables::Four(vec![Cable::ZERO; count]), 4),
