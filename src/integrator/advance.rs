@@ -312,7 +312,7 @@ impl Integrator {
                 self.implicit_step(work, system, t, y, h, rejected)
             };
             if self.solver == Solver::Auto {
-                self.choice.count(&before, &self.statistics, system.evaluation_cost());
+                self.choice.count(&before, &self.statistics, system.cost());
             }
             match outcome {
                 Outcome::NotConverged => {
@@ -386,7 +386,7 @@ impl Integrator {
                     }
                     if self.solver == Solver::Auto
                         && self.is_explicit() == explicit
-                        && self.choice.note(crossing.map_or(h, |fraction| fraction * h), system.evaluation_cost())
+                        && self.choice.note(crossing.map_or(h, |fraction| fraction * h), system.cost())
                     {
                         // An explicit step takes its rates for exact.
                         rates_known &= explicit;

@@ -7,14 +7,11 @@
 use super::Statistics;
 
 /// Costs in evaluations of the rates of a plant without effects (65 ns), fitted to the times and counts of the motions that are
-/// tested: what each explicit step takes beyond its evaluations, each implicit one, each of its iterations, new factors and a new
-/// Jacobian, which takes more the more the effects make evaluations dearer.
-const EXPLICIT_STEP: f64 = 4.0;
-const IMPLICIT_STEP: f64 = 4.4;
-const ITERATION: f64 = 3.8;
+/// tested: what each explicit step takes beyond its evaluations, each implicit one, each of its iterations and new factors.
+const EXPLICIT_STEP: f64 = 3.5;
+const IMPLICIT_STEP: f64 = 3.7;
+const ITERATION: f64 = 2.8;
 const FACTORS: f64 = 4.3;
-const JACOBIAN: f64 = 12.0;
-const JACOBIAN_OF_EFFECTS: f64 = 38.0;
 /// Evaluations of the cheapest step: the explicit one begins with the rates that the last one ended with.
 const EXPLICIT_EVALUATIONS: f64 = 6.0;
 const IMPLICIT_EVALUATIONS: f64 = 4.0;
@@ -24,6 +21,22 @@ const STEPS: u32 = 20;
 /// Looks from one trial to the next: at first, and at most. Then trials cost no more than a thirtieth.
 const FIRST_PAUSE: u32 = 16;
 const LONGEST_PAUSE: u32 = 32;
+
+/// What a system's equations cost, in evaluations of the rates of a plant without effects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// An evaluation of the rates.
+    pub evaluation: f64,
+    /// Their derivatives.
+    pub derivatives: f64,
+}
+
+impl Default for Cost {
+    /// Those of a plant without effects.
+    fn default() -> Self {
+        Self { evaluation: 1.0, derivatives: 12.0 }
+    }
+}
 
 /// What is known of both methods.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,8 +87,8 @@ impl Choice {
             && (1..=self.pause).contains(&self.wait)
     }
 
-    /// Counts what was done from `before` to `now`, in evaluations that each cost `evaluation`.
-    pub(super) fn count(&mut self, before: &Statistics, now: &Statistics, evaluation: f64) {
+    /// Counts what was done from `before` to `now`.
+    pub(super) fn count(&mut self, before: &Statistics, now: &Statistics, cost: Cost) {
         let [evaluations, iterations, factorisations, jacobians] = [
             now.evaluations - before.evaluations,
             now.newton_iterations - before.newton_iterations,
@@ -84,24 +97,24 @@ impl Choice {
         ]
         .map(|count| count as f64);
         let step = if self.explicit { EXPLICIT_STEP } else { IMPLICIT_STEP };
-        self.cost += evaluations * evaluation
+        self.cost += evaluations * cost.evaluation
             + step
             + iterations * ITERATION
             + factorisations * FACTORS
-            + jacobians * (JACOBIAN + JACOBIAN_OF_EFFECTS * (evaluation - 1.0));
+            + jacobians * cost.derivatives;
     }
 
     /// The least that a step of the other method costs.
-    fn least_of_the_other(&self, evaluation: f64) -> f64 {
+    fn least_of_the_other(&self, cost: Cost) -> f64 {
         if self.explicit {
-            IMPLICIT_EVALUATIONS * evaluation + IMPLICIT_STEP + ITERATION
+            IMPLICIT_EVALUATIONS * cost.evaluation + IMPLICIT_STEP + ITERATION
         } else {
-            EXPLICIT_EVALUATIONS * evaluation + EXPLICIT_STEP
+            EXPLICIT_EVALUATIONS * cost.evaluation + EXPLICIT_STEP
         }
     }
 
     /// Takes note of an accepted step of `h` (s). Returns whether the other method goes on from here.
-    pub(super) fn note(&mut self, h: f64, evaluation: f64) -> bool {
+    pub(super) fn note(&mut self, h: f64, cost: Cost) -> bool {
         self.steps += 1;
         self.time += h;
         let [rival_cost, rival_time] = self.rival;
@@ -109,7 +122,7 @@ impl Choice {
             return false;
         }
         // Each call takes a step at least.
-        let could_be = self.least_of_the_other(evaluation) * f64::from(self.calls);
+        let could_be = self.least_of_the_other(cost) * f64::from(self.calls);
         let change = if self.trial {
             self.trial = false;
             let lost = self.cost * rival_time > rival_cost * self.time;
@@ -152,7 +165,7 @@ mod tests {
             (spent, least) = (spent + now, least + f64::min(a, b));
             choice.calls += 1;
             choice.cost += now;
-            choice.note(0.01, 1.0);
+            choice.note(0.01, Cost::default());
             assert!(choice.is_possible(), "{choice:?}");
         }
         (f64::from(explicit) / 100.0, spent / least)

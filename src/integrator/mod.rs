@@ -17,7 +17,7 @@ mod switching;
 mod vector;
 
 pub use advance::{Integrator, Memory};
-pub use choice::Choice;
+pub use choice::{Choice, Cost};
 pub use num_complex::Complex64;
 pub use outcome::{IntegrationError, Statistics};
 use serde::Deserialize;
@@ -45,9 +45,9 @@ pub trait System {
     /// Writes `f(t, y)`.
     fn rates(&mut self, time: f64, y: &[f64], rates: &mut [f64]);
 
-    /// What an evaluation costs, over one of a plant without effects: by this the methods are compared.
-    fn evaluation_cost(&self) -> f64 {
-        1.0
+    /// What its equations cost: by this the methods are compared.
+    fn cost(&self) -> Cost {
+        Cost::default()
     }
 
     /// Writes the size of an error in each state that the relative tolerance 1 would allow.

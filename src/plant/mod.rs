@@ -1,5 +1,6 @@
 //! The plant: parameters and effects put together, with the layout of its states.
 
+mod cost;
 mod rest;
 
 use std::sync::OnceLock;
@@ -329,34 +330,6 @@ impl Plant {
             phases: Vec::new(),
             fingerprint: OnceLock::new(),
         })
-    }
-
-    /// What an evaluation of the rates costs, over one of lumped masses without effects: by which the integrator's methods are
-    /// compared.
-    pub(crate) fn evaluation_cost(&self) -> f64 {
-        /// What one effect adds on all cables, from evaluations of a plant with that effect alone; as far as rounded means tell.
-        const LAG: f64 = 0.6;
-        const COMMAND: f64 = 0.1;
-        const LOSS: f64 = 0.7;
-        const PULL: f64 = 0.4;
-        const LAW: f64 = 1.0;
-        const TRANSVERSE: f64 = 0.2;
-        /// A wrench on the platform.
-        const WRENCH: f64 = 0.1;
-        /// Tensions that depend on accelerations: massless springs, rigid cables.
-        const PLATFORM_SIDE: f64 = 0.4;
-        let on_cable = |c: &CableEffects| {
-            let command = |(kind, _): &CableEffect| if kind.states() > 0 { LAG } else { COMMAND };
-            let across = c.transverse.len() + c.swing.len();
-            c.command.iter().map(command).sum::<f64>()
-                + LOSS * c.loss.len() as f64
-                + PULL * c.pull.len() as f64
-                + LAW * c.law.len() as f64
-                + TRANSVERSE * across as f64
-        };
-        let on_cables = self.cable.iter().map(on_cable).sum::<f64>() / self.cable.len() as f64;
-        let platform_side = if self.has.platform_side { PLATFORM_SIDE } else { 0.0 };
-        1.0 + on_cables + WRENCH * self.wrench.len() as f64 + platform_side
     }
 
     /// The plant with the effects that are in force at `time` (s). It has the same states at all times.

@@ -1,7 +1,7 @@
 //! The plant as a system for the integrator.
 
 use crate::dynamics::{Factors, Inputs, Linearisation, MAX_EFFECT_STATES, Margins};
-use crate::integrator::{Complex64, MOST_STATES, System};
+use crate::integrator::{Complex64, Cost, MOST_STATES, System};
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::Plant;
 
@@ -48,7 +48,7 @@ pub(super) struct Workspace {
     pub(super) linearised_inputs: Inputs,
     pub(super) linearised_slack: PerCable<bool>,
     factors: Factors,
-    evaluation_cost: f64,
+    cost: Cost,
 }
 
 impl Workspace {
@@ -61,7 +61,7 @@ impl Workspace {
             linearised_inputs: Inputs::none(plant.cables()),
             linearised_slack: PerCable::filled(plant.cables(), false),
             factors: Factors::new(plant.states_of_cables()),
-            evaluation_cost: plant.evaluation_cost(),
+            cost: plant.cost(),
         }
     }
 }
@@ -102,8 +102,8 @@ impl System for PlantSystem<'_> {
         self.plant.rates_and_margins(time, y, inputs, self.slack, rates, &mut self.margins);
     }
 
-    fn evaluation_cost(&self) -> f64 {
-        self.work.evaluation_cost
+    fn cost(&self) -> Cost {
+        self.work.cost
     }
 
     fn scale(&self, _y: &[f64], scale: &mut [f64]) {
