@@ -1,7 +1,7 @@
 //! The integrator: its memory, and the way from one communication point to the next.
 
 use super::allowance::Allowance;
-use super::choice::Choice;
+use super::choice::{Choice, Prices};
 use super::dormand_prince::Stiffness;
 use super::radau::Outcome;
 use super::radau_coefficients::END_RATES;
@@ -284,6 +284,7 @@ impl Integrator {
         if rates_known {
             work.rates.copy_from_slice(&self.rates);
         }
+        let prices = Prices::of(system.cost(), y.len());
         let mut rejected = false;
         // Where a switch was seen: a step is made to end there before the switch is believed.
         let mut limit = f64::INFINITY;
@@ -312,7 +313,7 @@ impl Integrator {
                 self.implicit_step(work, system, t, y, h, rejected)
             };
             if self.solver == Solver::Auto {
-                self.choice.count(&before, &self.statistics, system.cost());
+                self.choice.count(&before, &self.statistics, &prices);
             }
             match outcome {
                 Outcome::NotConverged => {
@@ -386,7 +387,7 @@ impl Integrator {
                     }
                     if self.solver == Solver::Auto
                         && self.is_explicit() == explicit
-                        && self.choice.note(crossing.map_or(h, |fraction| fraction * h), system.cost())
+                        && self.choice.note(crossing.map_or(h, |fraction| fraction * h), &prices)
                     {
                         // An explicit step takes its rates for exact.
                         rates_known &= explicit;

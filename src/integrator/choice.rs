@@ -6,12 +6,13 @@
 
 use super::Statistics;
 
-/// Costs in evaluations of the rates of a plant without effects (65 ns), fitted to the times and counts of the motions that are
-/// tested: what each explicit step takes beyond its evaluations, each implicit one, each of its iterations and new factors.
-const EXPLICIT_STEP: f64 = 3.5;
-const IMPLICIT_STEP: f64 = 3.7;
-const ITERATION: f64 = 2.8;
-const FACTORS: f64 = 4.3;
+/// Costs for each state, in evaluations of the rates of a plant without effects (65 ns), fitted to the times and counts of the
+/// motions that are tested: what each explicit step takes beyond its evaluations, each implicit one, each of its iterations and new
+/// factors.
+const EXPLICIT_STEP: f64 = 0.25;
+const IMPLICIT_STEP: f64 = 0.26;
+const ITERATION: f64 = 0.2;
+const FACTORS: f64 = 0.31;
 /// Evaluations of the cheapest step: the explicit one begins with the rates that the last one ended with.
 const EXPLICIT_EVALUATIONS: f64 = 6.0;
 const IMPLICIT_EVALUATIONS: f64 = 4.0;
@@ -35,6 +36,30 @@ impl Default for Cost {
     /// Those of a plant without effects.
     fn default() -> Self {
         Self { evaluation: 1.0, derivatives: 12.0 }
+    }
+}
+
+/// What the parts of a step cost, in the same unit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prices {
+    equations: Cost,
+    explicit_step: f64,
+    implicit_step: f64,
+    iteration: f64,
+    factors: f64,
+}
+
+impl Prices {
+    /// Those of a system with so many states.
+    pub(super) fn of(equations: Cost, states: usize) -> Self {
+        let states = states as f64;
+        Self {
+            equations,
+            explicit_step: EXPLICIT_STEP * states,
+            implicit_step: IMPLICIT_STEP * states,
+            iteration: ITERATION * states,
+            factors: FACTORS * states,
+        }
     }
 }
 
@@ -88,7 +113,7 @@ impl Choice {
     }
 
     /// Counts what was done from `before` to `now`.
-    pub(super) fn count(&mut self, before: &Statistics, now: &Statistics, cost: Cost) {
+    pub(super) fn count(&mut self, before: &Statistics, now: &Statistics, prices: &Prices) {
         let [evaluations, iterations, factorisations, jacobians] = [
             now.evaluations - before.evaluations,
             now.newton_iterations - before.newton_iterations,
@@ -96,25 +121,26 @@ impl Choice {
             now.jacobians - before.jacobians,
         ]
         .map(|count| count as f64);
-        let step = if self.explicit { EXPLICIT_STEP } else { IMPLICIT_STEP };
-        self.cost += evaluations * cost.evaluation
+        let step = if self.explicit { prices.explicit_step } else { prices.implicit_step };
+        self.cost += evaluations * prices.equations.evaluation
             + step
-            + iterations * ITERATION
-            + factorisations * FACTORS
-            + jacobians * cost.derivatives;
+            + iterations * prices.iteration
+            + factorisations * prices.factors
+            + jacobians * prices.equations.derivatives;
     }
 
     /// The least that a step of the other method costs.
-    fn least_of_the_other(&self, cost: Cost) -> f64 {
+    fn least_of_the_other(&self, prices: &Prices) -> f64 {
+        let evaluation = prices.equations.evaluation;
         if self.explicit {
-            IMPLICIT_EVALUATIONS * cost.evaluation + IMPLICIT_STEP + ITERATION
+            IMPLICIT_EVALUATIONS * evaluation + prices.implicit_step + prices.iteration
         } else {
-            EXPLICIT_EVALUATIONS * cost.evaluation + EXPLICIT_STEP
+            EXPLICIT_EVALUATIONS * evaluation + prices.explicit_step
         }
     }
 
     /// Takes note of an accepted step of `h` (s). Returns whether the other method goes on from here.
-    pub(super) fn note(&mut self, h: f64, cost: Cost) -> bool {
+    pub(super) fn note(&mut self, h: f64, prices: &Prices) -> bool {
         self.steps += 1;
         self.time += h;
         let [rival_cost, rival_time] = self.rival;
@@ -122,7 +148,7 @@ impl Choice {
             return false;
         }
         // Each call takes a step at least.
-        let could_be = self.least_of_the_other(cost) * f64::from(self.calls);
+        let could_be = self.least_of_the_other(prices) * f64::from(self.calls);
         let change = if self.trial {
             self.trial = false;
             let lost = self.cost * rival_time > rival_cost * self.time;
@@ -165,7 +191,7 @@ mod tests {
             (spent, least) = (spent + now, least + f64::min(a, b));
             choice.calls += 1;
             choice.cost += now;
-            choice.note(0.01, Cost::default());
+            choice.note(0.01, &Prices::of(Cost::default(), 14));
             assert!(choice.is_possible(), "{choice:?}");
         }
         (f64::from(explicit) / 100.0, spent / least)
