@@ -96,12 +96,12 @@ impl Plant {
             let k = &cables[i];
             let cable = &data.cables[i];
             let at = self.offset[i];
-            let turning = k.length * k.angular_rate;
-            energy.cables_across += k.length * turning * turning * (0.5 * cable.straight_density);
+            let turning = k.span * k.angular_rate;
+            energy.cables_across += k.span * turning * turning * (0.5 * cable.straight_density);
             if !self.cable[i].swing.is_empty() {
                 let states = self.effect_states_in(i, y);
                 for (kind, at) in &self.cable[i].swing {
-                    energy.cables_across += kind.swing_energy(k.length, &states[*at..]);
+                    energy.cables_across += kind.swing_energy(k.span, &states[*at..]);
                 }
             }
             energy.cables_along += k.length * k.speed * k.speed * (0.5 * cable.end_density);
@@ -149,12 +149,12 @@ impl Plant {
         };
         for i in 0..self.cables() {
             let (cable, effects, k) = (&self.data.cables[i], &self.cable[i], &e.kinematics[i]);
-            let turning = k.length * k.angular_rate;
+            let turning = k.span * k.angular_rate;
             power.effects +=
-                effects.transverse.iter().map(|f| f.transverse_force(k.length, k.angular_rate) * turning).sum::<f64>();
+                effects.transverse.iter().map(|f| f.transverse_force(k.span, k.angular_rate) * turning).sum::<f64>();
             let states = self.effect_states_in(i, y);
             let tension = swing_tension(cable.model, e.tension[i], e.pull[i], e.slack[i]);
-            let swing = SwingContext { length: k.length, angular_rate: k.angular_rate, tension };
+            let swing = SwingContext { length: k.span, angular_rate: k.angular_rate, tension };
             for (kind, at) in &effects.swing {
                 // What the platform gets, and what the swinging keeps.
                 let mut rates = [0.0; MAX_EFFECT_STATES];
@@ -164,10 +164,10 @@ impl Plant {
                     *moving = Dual64::new(*state, rate);
                 }
                 power.effects += force * turning;
-                power.effects += kind.swing_energy(Dual64::new(k.length, k.speed), &moving[*at..]).eps;
+                power.effects += kind.swing_energy(Dual64::new(k.span, k.span_rate()), &moving[*at..]).eps;
             }
             power.reeling += 0.5 * cable.end_density * k.speed.powi(3);
-            power.reeling -= 1.5 * cable.straight_density * turning * turning * k.speed;
+            power.reeling -= 1.5 * cable.straight_density * turning * turning * k.span_rate();
             let opening = k.speed - e.unstretched_rate[i];
             // The cable whose mass the winch moves, and the work on the spring that it does beside that.
             let (length, rate) = match cable.model {

@@ -10,6 +10,9 @@ pub struct Geometry {
     pub anchor: PerCable<[f64; 2]>,
     /// `B_i` (m), body frame with origin G.
     pub attachment: PerCable<[f64; 2]>,
+    /// Radius `r_i` (m) of the pulley about `A_i` that the cable leaves on a tangent; it runs clockwise round the pulley towards
+    /// the platform where `r_i > 0`, counter-clockwise where `r_i < 0`. Zero: the cable begins in `A_i`.
+    pub pulley_radius: PerCable<f64>,
     /// Whether the platform must stay between the anchors, because nothing but the cables holds it; in gravity it may hang
     /// below them.
     pub between_anchors: bool,
@@ -28,6 +31,7 @@ impl Geometry {
         Self {
             anchor: PerCable::from_fn(cables.len(), |i| cables[i].anchor),
             attachment: PerCable::from_fn(cables.len(), |i| cables[i].attachment),
+            pulley_radius: PerCable::filled(cables.len(), 0.0),
             between_anchors: parameters.gravity == [0.0; 2],
         }
     }
@@ -70,7 +74,7 @@ impl Geometry {
             ));
         }
         let length = |i: &usize| (points[*i][0] - self.anchor[*i][0]).hypot(points[*i][1] - self.anchor[*i][1]);
-        if let Some(i) = (0..points.len()).find(|i| length(i) == 0.0) {
+        if let Some(i) = (0..points.len()).find(|i| length(i) <= self.pulley_radius[*i].abs()) {
             return fail(format!("a pose with a length in every cable; cable {} begins where it ends", i + 1));
         }
         match self.blocked_cable(pose) {

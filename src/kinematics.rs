@@ -15,8 +15,12 @@ pub struct CableKinematics<S = f64> {
     pub arm: [S; 2],
     /// `S`: unit vector from anchor to attachment point.
     pub direction: [S; 2],
-    /// `L` (m), equation (4).
+    /// `L` (m), equation (4); round a pulley the straight part and what lies on the pulley more than at the pose zero.
     pub length: S,
+    /// The straight part of it (m): the lever on which the cable turns.
+    pub span: S,
+    /// Radius of the pulley (m), as [`Geometry::pulley_radius`].
+    pub pulley_radius: f64,
     /// `L̇` (m/s), equation (6).
     pub speed: S,
     /// `α̇` (rad/s), equation (10).
@@ -50,11 +54,58 @@ impl<S: Real> CableKinematics<S> {
             arm: [arm_x, arm_y],
             direction: [direction_x, direction_y],
             length,
+            span: length,
+            pulley_radius: 0.0,
             speed: direction_x * twist[0] + direction_y * twist[1] + cross * twist[2],
             angular_rate: (direction_x * twist[1] - direction_y * twist[0] + dot * twist[2]) * inverse,
             arm_cross_direction: cross,
             arm_dot_direction: dot,
         }
+    }
+
+    /// The same cable where it leaves a pulley on a tangent.
+    ///
+    /// With `d` from the axis to the attachment point and the radius `r`, `d = f S + r N`: so `f = √(d² - r²)` is the straight
+    /// part and `S = (f d - r K×d)/d²`. As `S` turns by `dα`, `-r dα` of the cable comes onto the pulley, and then
+    /// `dL = df - r dα = S·dd`: the cable pulls along the gradient of its length. A. Pott, Cable-Driven Parallel Robots, 2018,
+    /// chapter 7, with a pulley that stands in the plane.
+    #[inline]
+    fn round(
+        pulley: &Pulley,
+        anchor: [f64; 2],
+        attachment: [f64; 2],
+        pose: &[S; 3],
+        rotation: [S; 2],
+        twist: &[S; 3],
+    ) -> Self {
+        let straight = Self::new(anchor, attachment, pose, rotation, twist);
+        let (radius, [home_x, home_y]) = (pulley.radius, pulley.home);
+        let square = straight.length * straight.length;
+        let span = (square - radius * radius).sqrt();
+        let [along_x, along_y] = straight.direction.map(|s| s * straight.length);
+        let x = (along_x * span + along_y * radius) / square;
+        let y = (along_y * span - along_x * radius) / square;
+        let turned = (y * home_x - x * home_y).atan2(x * home_x + y * home_y);
+        let [arm_x, arm_y] = straight.arm;
+        let cross = arm_x * y - arm_y * x;
+        let dot = arm_x * x + arm_y * y;
+        Self {
+            arm: straight.arm,
+            direction: [x, y],
+            length: span - turned * radius,
+            span,
+            pulley_radius: radius,
+            speed: x * twist[0] + y * twist[1] + cross * twist[2],
+            angular_rate: (x * twist[1] - y * twist[0] + dot * twist[2]) / span,
+            arm_cross_direction: cross,
+            arm_dot_direction: dot,
+        }
+    }
+
+    /// Rate of the straight part (m/s): `L̇`, and round a pulley what it gives off.
+    #[inline]
+    pub fn span_rate(&self) -> S {
+        self.speed + self.angular_rate * self.pulley_radius
     }
 
     /// Row of `J_M`, equation (8): `L̇ = J_M [vx, vy, φ̇]`. Units: 1, 1, m.
@@ -80,13 +131,13 @@ impl<S: Real> CableKinematics<S> {
     /// `L̈ - J_M row · [ax, ay, φ̈]`: the velocity-dependent part of equation (12) (m/s²).
     #[inline]
     pub fn length_acceleration_bias(&self, omega: S) -> S {
-        self.length * self.angular_rate * self.angular_rate - omega * omega * self.arm_dot_direction
+        self.span * self.angular_rate * self.angular_rate - omega * omega * self.arm_dot_direction
     }
 
-    /// `L α̈ - normal row · [ax, ay, φ̈]`: the velocity-dependent part of equation (14), times `L` (m/s²).
+    /// `f α̈ - normal row · [ax, ay, φ̈]`: the velocity-dependent part of equation (14), times the straight part `f` (m/s²).
     #[inline]
     pub fn normal_acceleration_bias(&self, omega: S) -> S {
-        -(omega * omega * self.arm_dot_normal()) - self.speed * self.angular_rate * 2.0
+        -(omega * omega * self.arm_dot_normal()) - (self.speed + self.span_rate()) * self.angular_rate
     }
 
     /// `α` (rad), equation (5).
@@ -96,18 +147,46 @@ impl<S: Real> CableKinematics<S> {
     }
 }
 
+/// A pulley of a radius (m), and the direction in which the cable leaves it at the pose zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pulley {
+    radius: f64,
+    home: [f64; 2],
+}
+
+impl Pulley {
+    /// That of `cable` (from 0), if there is one.
+    #[inline]
+    fn of(geometry: &Geometry, cable: usize) -> Option<Self> {
+        let radius = geometry.pulley_radius[cable];
+        (radius != 0.0).then(|| {
+            let still = Self { radius, home: [1.0, 0.0] };
+            let (anchor, end) = (geometry.anchor[cable], geometry.attachment[cable]);
+            let home = CableKinematics::round(&still, anchor, end, &[0.0; 3], [1.0, 0.0], &[0.0; 3]);
+            Self { radius, home: home.direction }
+        })
+    }
+}
+
 /// Where the cables begin and end, one array per coordinate; places beyond the last cable repeat the first.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CableEnds {
     anchor: [[f64; MAX_CABLES]; 2],
     attachment: [[f64; MAX_CABLES]; 2],
+    /// The cables that leave a pulley.
+    pulleys: Vec<(usize, Pulley)>,
 }
 
 impl CableEnds {
     pub(crate) fn new(geometry: &Geometry) -> Self {
         let arrays =
             |points: &[[f64; 2]]| [0, 1].map(|axis| std::array::from_fn(|i| points.get(i).unwrap_or(&points[0])[axis]));
-        Self { anchor: arrays(&geometry.anchor), attachment: arrays(&geometry.attachment) }
+        let pulley = |i| Pulley::of(geometry, i).map(|pulley| (i, pulley));
+        Self {
+            anchor: arrays(&geometry.anchor),
+            attachment: arrays(&geometry.attachment),
+            pulleys: (0..geometry.cables()).filter_map(pulley).collect(),
+        }
     }
 
     #[inline(always)]
@@ -132,6 +211,8 @@ pub(crate) struct CableArrays<S, const LANES: usize> {
     pub(crate) direction_x: [S; LANES],
     pub(crate) direction_y: [S; LANES],
     pub(crate) length: [S; LANES],
+    pub(crate) span: [S; LANES],
+    pub(crate) pulley_radius: [f64; LANES],
     pub(crate) speed: [S; LANES],
     pub(crate) angular_rate: [S; LANES],
     pub(crate) arm_cross_direction: [S; LANES],
@@ -149,22 +230,34 @@ impl<S: Real, const LANES: usize> CableArrays<S, LANES> {
             direction_x: zeros,
             direction_y: zeros,
             length: zeros,
+            span: zeros,
+            pulley_radius: [0.0; LANES],
             speed: zeros,
             angular_rate: zeros,
             arm_cross_direction: zeros,
             arm_dot_direction: zeros,
         };
         for i in 0..LANES {
-            let one = CableKinematics::new(ends.anchor(i), ends.attachment(i), pose, rotation, twist);
-            [k.arm_x[i], k.arm_y[i]] = one.arm;
-            [k.direction_x[i], k.direction_y[i]] = one.direction;
-            k.length[i] = one.length;
-            k.speed[i] = one.speed;
-            k.angular_rate[i] = one.angular_rate;
-            k.arm_cross_direction[i] = one.arm_cross_direction;
-            k.arm_dot_direction[i] = one.arm_dot_direction;
+            k.set(i, &CableKinematics::new(ends.anchor(i), ends.attachment(i), pose, rotation, twist));
+        }
+        for (i, pulley) in &ends.pulleys {
+            let (anchor, attachment) = (ends.anchor(*i), ends.attachment(*i));
+            k.set(*i, &CableKinematics::round(pulley, anchor, attachment, pose, rotation, twist));
         }
         k
+    }
+
+    #[inline(always)]
+    fn set(&mut self, i: usize, one: &CableKinematics<S>) {
+        [self.arm_x[i], self.arm_y[i]] = one.arm;
+        [self.direction_x[i], self.direction_y[i]] = one.direction;
+        self.length[i] = one.length;
+        self.span[i] = one.span;
+        self.pulley_radius[i] = one.pulley_radius;
+        self.speed[i] = one.speed;
+        self.angular_rate[i] = one.angular_rate;
+        self.arm_cross_direction[i] = one.arm_cross_direction;
+        self.arm_dot_direction[i] = one.arm_dot_direction;
     }
 
     /// One cable's part.
@@ -174,6 +267,8 @@ impl<S: Real, const LANES: usize> CableArrays<S, LANES> {
             arm: [self.arm_x[i], self.arm_y[i]],
             direction: [self.direction_x[i], self.direction_y[i]],
             length: self.length[i],
+            span: self.span[i],
+            pulley_radius: self.pulley_radius[i],
             speed: self.speed[i],
             angular_rate: self.angular_rate[i],
             arm_cross_direction: self.arm_cross_direction[i],
@@ -186,7 +281,11 @@ impl<S: Real, const LANES: usize> CableArrays<S, LANES> {
 pub fn cables<S: Real>(geometry: &Geometry, pose: &[S; 3], twist: &[S; 3]) -> PerCable<CableKinematics<S>> {
     let (sin, cos) = pose[2].sin_cos();
     PerCable::from_fn(geometry.cables(), |i| {
-        CableKinematics::new(geometry.anchor[i], geometry.attachment[i], pose, [cos, sin], twist)
+        let (anchor, attachment, rotation) = (geometry.anchor[i], geometry.attachment[i], [cos, sin]);
+        match Pulley::of(geometry, i) {
+            Some(pulley) => CableKinematics::round(&pulley, anchor, attachment, pose, rotation, twist),
+            None => CableKinematics::new(anchor, attachment, pose, rotation, twist),
+        }
     })
 }
 
@@ -204,7 +303,7 @@ pub fn jacobian(geometry: &Geometry, pose: &[f64; 3]) -> MatrixXx3<f64> {
 /// `J_α` (n×3), equation (9): `α̇ = J_α Ẋ`.
 pub fn angular_jacobian(geometry: &Geometry, pose: &[f64; 3]) -> MatrixXx3<f64> {
     let cables = cables(geometry, pose, &[0.0; 3]);
-    MatrixXx3::from_fn(cables.len(), |i, j| cables[i].normal_row()[j] / cables[i].length)
+    MatrixXx3::from_fn(cables.len(), |i, j| cables[i].normal_row()[j] / cables[i].span)
 }
 
 /// Accelerations of lengths `L̈` (m/s²) and angles `α̈` (rad/s²), equations (12) and (14).
@@ -217,7 +316,7 @@ pub fn accelerations(
     let cables = cables(geometry, pose, twist);
     let dot = |row: [f64; 3]| row.iter().zip(acceleration).map(|(a, b)| a * b).sum::<f64>();
     let length = cables.map(|c| dot(c.jacobian_row()) + c.length_acceleration_bias(twist[2]));
-    let angle = cables.map(|c| (dot(c.normal_row()) + c.normal_acceleration_bias(twist[2])) / c.length);
+    let angle = cables.map(|c| (dot(c.normal_row()) + c.normal_acceleration_bias(twist[2])) / c.span);
     (length, angle)
 }
 

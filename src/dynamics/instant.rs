@@ -184,7 +184,7 @@ impl Plant {
                 }
                 pull[i] = winch_pull(self, i, command, added, &winch, states, &mut effect_rate[i]);
                 for kind in &effects.transverse {
-                    across_added[i] += kind.transverse_force(k.length[i], k.angular_rate[i]);
+                    across_added[i] += kind.transverse_force(k.span[i], k.angular_rate[i]);
                 }
             }
         }
@@ -213,7 +213,7 @@ impl Plant {
             for i in 0..cables {
                 let states = self.effect_states_in(i, y);
                 let carried = swing_tension(data.cables[i].model, tension_uncut[i], pull[i], slack[i]);
-                let context = SwingContext { length: k.length[i], angular_rate: k.angular_rate[i], tension: carried };
+                let context = SwingContext { length: k.span[i], angular_rate: k.angular_rate[i], tension: carried };
                 for (kind, at) in &self.cable[i].swing {
                     across_added[i] += kind.swing(&context, &states[*at..], &mut effect_rate[i][*at..]);
                 }
@@ -235,8 +235,15 @@ impl Plant {
             // (14) without the accelerations, plus 3 L̇ α̇
             let arm_dot_normal = k.arm_y[i] * k.direction_x[i] - k.arm_x[i] * k.direction_y[i];
             let bias = k.speed[i] * k.angular_rate[i] - omega_square * arm_dot_normal;
-            across[i] = k.length[i] * constants.straight_density[i];
+            across[i] = k.span[i] * constants.straight_density[i];
             normal_force[i] = across_added[i] - across[i] * bias;
+        }
+        if self.has.pulley {
+            for i in 0..cables {
+                // The straight part changes by its own rate, not by that of the whole length.
+                let given_off = k.angular_rate[i] * k.angular_rate[i] * (2.0 * k.pulley_radius[i]);
+                normal_force[i] -= across[i] * given_off;
+            }
         }
         // along the normal row [-S_y, S_x, E·S]
         let (sx, sy, dot_row) = (&k.direction_x, &k.direction_y, &k.arm_dot_direction);
@@ -252,7 +259,7 @@ impl Plant {
         let mut platform_axial_mass = zeros;
         if self.has.platform_side || self.has.end_mass {
             for i in 0..LANES {
-                let turning = k.length[i] * k.angular_rate[i];
+                let turning = k.span[i] * k.angular_rate[i];
                 length_bias[i] = turning * k.angular_rate[i] - omega_square * k.arm_dot_direction[i];
             }
         }

@@ -68,12 +68,12 @@ impl Plant {
             let length_acceleration =
                 s[0] * acceleration[0] + s[1] * acceleration[1] + omega_rate * k.arm_cross_direction
                     - omega * omega * k.arm_dot_direction
-                    + k.length * k.angular_rate * k.angular_rate;
+                    + k.span * k.angular_rate * k.angular_rate;
             let angular_acceleration =
                 (n[0] * acceleration[0] + n[1] * acceleration[1] + omega_rate * k.arm_dot_direction
                     - omega * omega * k.arm_dot_normal()
-                    - k.speed * k.angular_rate * 2.0)
-                    / k.length;
+                    - (k.speed + k.span_rate()) * k.angular_rate)
+                    / k.span;
             let states = self.effect_states_in(i, y);
             let mut effect_rates = [zero; MAX_EFFECT_STATES];
             let winch = WinchContext { time, speed: unstretched[i][1] };
@@ -110,14 +110,14 @@ impl Plant {
                 }
             };
             // (22), (25) with the sign of (21)
-            let mut transverse = -(k.length * k.length * angular_acceleration
-                + k.length * k.speed * k.angular_rate * 3.0)
+            let mut transverse = -(k.span * k.span * angular_acceleration
+                + k.span * k.span_rate() * k.angular_rate * 3.0)
                 * cable.straight_density;
             for kind in &effects.transverse {
-                transverse += kind.transverse_force(k.length, k.angular_rate);
+                transverse += kind.transverse_force(k.span, k.angular_rate);
             }
             let carried = swing_tension(cable.model, tension, pull, slack[i]);
-            let swing = SwingContext { length: k.length, angular_rate: k.angular_rate, tension: carried };
+            let swing = SwingContext { length: k.span, angular_rate: k.angular_rate, tension: carried };
             for (kind, start) in &effects.swing {
                 transverse += kind.swing(&swing, &states[*start..], &mut effect_rates[*start..]);
             }

@@ -82,12 +82,12 @@ impl Effect for CableWind {
             // ∫ s f ds over the cable, divided by L: the end at the platform carries that share.
             let mut share = S::from(0.0);
             for (point, weight) in POINTS {
-                let along = k.length * point;
+                let along = k.span * point;
                 let profile = self.profile(along * k.direction[1] + anchor[1]);
                 let relative = across * profile - along * k.angular_rate;
                 share += relative.abs() * relative * (point * weight);
             }
-            let force = share * k.length * (0.5 * AIR_DENSITY * self.drag_area_per_length);
+            let force = share * k.span * (0.5 * AIR_DENSITY * self.drag_area_per_length);
             for (sum, row) in wrench.iter_mut().zip([normal[0], normal[1], k.arm_dot_direction]) {
                 *sum += force * row;
             }

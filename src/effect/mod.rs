@@ -410,6 +410,7 @@ catalogue! {
     winch_stribeck_friction::WinchStribeckFriction,
     pulley_capstan_loss::PulleyCapstanLoss,
     pulley_wrap_friction::PulleyWrapFriction,
+    pulley_radius::PulleyRadius,
     winch_torque_ripple::WinchTorqueRipple,
     winch_force_gain::WinchForceGain,
     winch_force_bias::WinchForceBias,

@@ -291,11 +291,12 @@ fn a_force_that_changes_faster_than_its_winch_is_told() {
 }
 
 #[test]
-fn forward_simulation_returns_the_trajectory_with_creep_sag_and_hysteresis() {
+fn forward_simulation_returns_the_trajectory_with_creep_sag_hysteresis_and_pulleys() {
     for spec in [
         effect("cable_creep", None, &[1e8, 20.0]),
         effect("cable_sag", None, &[2.1, 2e4]),
         effect("cable_hysteresis", None, &[100.0, 2e-4]),
+        effect("pulley_radius", None, &[3.0]),
     ] {
         let miss = miss(&plant(CableModel::LumpedMass, CableInertia::Paper, vec![spec.clone()]), 2.0, 1e-9);
         assert!(miss < 2e-9, "{}: {miss:e}", spec.id);

@@ -89,12 +89,12 @@ pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &PerCa
     for i in 0..plant.cables() {
         let k = &cables[i];
         let normal = k.normal_row();
-        // L α̈ (14) and Q = -ρ/3 (L² α̈ + 3 L L̇ α̇).
+        // f α̈ (14) and Q = -ρ/3 (f² α̈ + 3 f ḟ α̇), f the straight part.
         let turning = matrix3::dot(&normal, &p.acceleration) + k.normal_acceleration_bias(omega);
         let density = data.cables[i].straight_density + data.cables[i].swinging_density;
-        let mut q = -(k.length * (turning + k.speed * k.angular_rate * 3.0)) * density;
+        let mut q = -(k.span * (turning + k.span_rate() * k.angular_rate * 3.0)) * density;
         for kind in &plant.cable[i].transverse {
-            q += kind.transverse_force(k.length, k.angular_rate);
+            q += kind.transverse_force(k.span, k.angular_rate);
         }
         let row = k.jacobian_row();
         let end = k.length * data.cables[i].end_density;

@@ -135,6 +135,8 @@ pub(crate) struct Has {
     pub(crate) servo: bool,
     /// Winches that are commanded by torque.
     pub(crate) torque: bool,
+    /// Cables that leave pulleys of finite radius.
+    pub(crate) pulley: bool,
     /// Cables with a mass at the platform's end.
     pub(crate) end_mass: bool,
     /// Cables whose tension depends on the platform's acceleration (rigid, massless spring).
@@ -305,6 +307,7 @@ impl Plant {
             torque: command == WinchCommand::Torque,
             law: cable.iter().any(|c| !c.law.is_empty()),
             swing: cable.iter().any(|c| !c.swing.is_empty()),
+            pulley: data.geometry.pulley_radius.iter().any(|r| *r != 0.0),
             end_mass: data.cables.iter().any(|c| c.end_density != 0.0),
             states: cable.iter().any(|c| c.states > 0),
             platform_side: data.cables.iter().any(|c| c.model != CableModel::LumpedMass),
@@ -519,6 +522,15 @@ fn check_data(data: &PlantData) -> Result<(), ParameterError> {
             Err(ParameterError::new(key, value, "greater than 0 with the effects included"))
         }
     };
+    for i in 0..data.cables.len() {
+        let (anchor, end) = (data.geometry.anchor[i], data.geometry.attachment[i]);
+        let radius = data.geometry.pulley_radius[i];
+        if radius != 0.0 && radius.abs() >= (end[0] - anchor[0]).hypot(end[1] - anchor[1]) {
+            let key = format!("radius of pulley {}", i + 1);
+            let expected = "less than the distance of anchor and attachment at the pose zero";
+            return Err(ParameterError::new(key, radius, expected));
+        }
+    }
     positive("platform_mass", data.mass)?;
     positive("platform_inertia", data.inertia)?;
     for (i, cable) in data.cables.iter().enumerate() {

@@ -76,7 +76,7 @@ impl Plant {
         for (i, cable) in cables.iter().enumerate() {
             let first = self.effect_states(i).start;
             for (kind, at) in &self.cable[i].swing {
-                kind.start_swing(cable.length, cable.angular_rate, &mut y[first + at..]);
+                kind.start_swing(cable.span, cable.angular_rate, &mut y[first + at..]);
             }
         }
     }

@@ -39,7 +39,7 @@ pub fn geometric_stiffness(geometry: &Geometry, pose: &[f64; 3], tension: &PerCa
     let mut stiffness = Matrix3::zeros();
     for (cable, tension) in cables.iter().zip(tension) {
         let normal = Vector3::from(cable.normal_row());
-        stiffness += normal * normal.transpose() * (tension / cable.length);
+        stiffness += normal * normal.transpose() * (tension / cable.span);
         stiffness[(2, 2)] -= tension * cable.arm_dot_direction;
     }
     stiffness

@@ -92,5 +92,11 @@ MACHINE = [
         "single",
         [effect("cable_hysteresis", 1, force=400.0, yield_strain=3e-5)],
     ),
+    case(
+        "pulley_3",
+        "outside",
+        [effect("pulley_radius", 3, radius=0.5)],
+        acceptable=("anchor_offset",),
+    ),
     case("pose_frame", "single", [effect("pose_sensor_frame", angle=3e-3)]),
 ]

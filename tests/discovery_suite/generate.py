@@ -38,6 +38,7 @@ PLACES = {
     "winch_drum_eccentricity": ("sensor.unstretched_length[{i}]",),
     "cable_wind": _ALL_AXES,
     "anchor_compliance": _ON_CABLE,
+    "pulley_radius": _ON_CABLE,
     "pose_sensor_bias": ("sensor.x", "sensor.y", "sensor.phi"),
     "pose_sensor_delay": ("sensor.x", "sensor.y", "sensor.phi"),
     "pose_sensor_frame": ("sensor.x", "sensor.y", "sensor.phi"),

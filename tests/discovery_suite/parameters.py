@@ -46,7 +46,8 @@ _CABLES = (
     "anchor_x anchor_y body_x body_y ea bl beta creep_ea creep_tau sag_weight sag_tension "
     "drag_area friction_law coulomb static stribeck_speed smoothing viscous bristle_stiffness "
     "bristle_damping capstan capstan_speed gain bias lag delay lower upper drum asymmetry "
-    "wrap wrap_speed ripple ripple_period ripple_phase mast rope rope_strain"
+    "wrap wrap_speed ripple ripple_period ripple_phase mast rope rope_strain "
+    "pulley"
 )
 # Everything the plant needs, as a record that compiled code reads by name without reference counts.
 PARAMS = np.dtype(
@@ -243,6 +244,8 @@ def apply_effect(values, effect):
         case "cable_hysteresis":
             each("rope", p["force"])
             each("rope_strain", p["yield_strain"])
+        case "pulley_radius":
+            each("pulley", p["radius"])
         case "anchor_compliance":
             each("mast", p["stiffness"])
         case "anchor_offset":

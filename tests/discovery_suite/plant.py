@@ -179,6 +179,26 @@ def wind_share(p, anchor_y, chord, rise, across, turn):
 
 
 @njit(cache=True, error_model="numpy")
+def leaving(p, i, dx, dz):
+    """Direction, straight part and whole length of cable `i` to `dx`, `dz` from its anchor.
+
+    A pulley of radius r about the anchor stands to the right of a cable that leaves it (r > 0): by
+    the angle asin(r/d) its direction is turned from that of the end. The length counts what comes
+    onto the pulley from where the platform is at zero.
+    """
+    distance = math.sqrt(dx * dx + dz * dz)
+    radius = p.pulley[i]
+    if radius == 0.0:
+        return dx / distance, dz / distance, distance, distance
+    hx, hz = p.body_x[i] - p.anchor_x[i], p.body_y[i] - p.anchor_y[i]
+    home = math.atan2(hz, hx) - math.asin(radius / math.sqrt(hx * hx + hz * hz))
+    direction = math.atan2(dz, dx) - math.asin(radius / distance)
+    turned = (direction - home + math.pi) % (2.0 * math.pi) - math.pi
+    span = math.sqrt(distance * distance - radius * radius)
+    return math.cos(direction), math.sin(direction), span, span - radius * turned
+
+
+@njit(cache=True, error_model="numpy")
 def platform_wrench(p, t, y, wrench):
     """Add the applied wrench on the platform (not the cables') to `wrench`."""
     vx, vy, omega = y[3], y[4], y[5]
@@ -241,16 +261,16 @@ def derivative(p, t, y, command, disturbance, dy, tension):
         ex = cos * p.body_x[i] - sin * p.body_y[i]
         ey = sin * p.body_x[i] + cos * p.body_y[i]
         dx, dz = y[0] + ex - p.anchor_x[i], y[1] + ey - p.anchor_y[i]
-        chord = math.sqrt(dx * dx + dz * dz)
-        s[0], s[1] = dx / chord, dz / chord
+        s[0], s[1], span, chord = leaving(p, i, dx, dz)
         s[2] = ex * s[1] - ey * s[0]
         n[0], n[1] = -s[1], s[0]
         n[2] = ex * s[0] + ey * s[1]
         e_n = ex * n[0] + ey * n[1]
         rate = s[0] * vx + s[1] * vy + s[2] * omega
-        turn = (n[0] * vx + n[1] * vy + n[2] * omega) / chord
+        turn = (n[0] * vx + n[1] * vy + n[2] * omega) / span
+        span_rate = rate + p.pulley[i] * turn
         # The part of L'' that does not hold an acceleration.
-        bend = chord * turn * turn - omega * omega * n[2]
+        bend = span * turn * turn - omega * omega * n[2]
 
         pull = min(max(command[i], p.lower[i]), p.upper[i])
         dy[lagged + i] = 0.0
@@ -270,12 +290,13 @@ def derivative(p, t, y, command, disturbance, dy, tension):
         loss, dy[bristles + i] = winch_loss(p, i, speed, pull, y[bristles + i])
         pull += loss
 
-        inertia = p.rho * chord / 3.0
-        quiet = inertia * (omega * omega * e_n + 2.0 * rate * turn) - p.rho * chord * rate * turn
-        quiet -= 0.125 * AIR_DENSITY * p.drag_area[i] * chord**3 * abs(turn) * turn
+        inertia = p.rho * span / 3.0
+        quiet = inertia * (omega * omega * e_n + (rate + span_rate) * turn)
+        quiet -= p.rho * span * span_rate * turn
+        quiet -= 0.125 * AIR_DENSITY * p.drag_area[i] * span**3 * abs(turn) * turn
         if p.air_area != 0.0:
             across = n[0] * p.air_x + n[1] * p.air_y
-            quiet += wind_share(p, p.anchor_y[i], chord, s[1], across, turn)
+            quiet += wind_share(p, p.anchor_y[i], span, s[1], across, turn)
         dy[creep + i] = dy[ropes + i] = 0.0
         if p.rigid:
             axial = 0.5 * p.rho * chord + p.drum[i]
@@ -319,8 +340,8 @@ def derivative(p, t, y, command, disturbance, dy, tension):
             ex = cos * p.body_x[i] - sin * p.body_y[i]
             ey = sin * p.body_x[i] + cos * p.body_y[i]
             dx, dz = y[0] + ex - p.anchor_x[i], y[1] + ey - p.anchor_y[i]
-            chord = math.sqrt(dx * dx + dz * dz)
-            along = (dx * r[0] + dz * r[1] + (ex * dz - ey * dx) * r[2]) / chord
+            sx, sy, _, chord = leaving(p, i, dx, dz)
+            along = sx * r[0] + sy * r[1] + (ex * sy - ey * sx) * r[2]
             tension[i] += (0.5 * p.rho * chord + p.drum[i]) * along
 
 
@@ -421,7 +442,7 @@ def lengths(p, pose, out):
     for i in range(int(p.cables)):
         dx = pose[0] + cos * p.body_x[i] - sin * p.body_y[i] - p.anchor_x[i]
         dz = pose[1] + sin * p.body_x[i] + cos * p.body_y[i] - p.anchor_y[i]
-        out[i] = math.sqrt(dx * dx + dz * dz)
+        out[i] = leaving(p, i, dx, dz)[3]
 
 
 @njit(cache=True, error_model="numpy")

@@ -115,6 +115,34 @@ def test_a_pose_is_seen_in_a_turned_frame_at_the_mark():
     assert seen(pose, frame) == pytest.approx([expected.real, expected.imag, 0.1 - 0.3])
 
 
+def test_a_cable_pulls_along_the_gradient_of_its_length_round_a_pulley():
+    # 30 m, so that it is more than an anchor beside itself.
+    params = parameters.build([effect("pulley_radius", 2, radius=30.0)])
+    pose, step = np.array([12.0, -8.0, 0.05]), 1e-3
+    forces = np.full(4, 20e3)
+    y = at_rest(params, 0.0, pose, forces)
+    rates, tension = np.zeros(state_count(params)), np.empty(4)
+    before = np.zeros(3)
+    for sign, pull in ((1.0, 20e3), (-1.0, 19e3)):
+        y[7] = at_rest(params, 0.0, pose, np.array([20e3, pull, 20e3, 20e3]))[7]
+        derivative(params, 0.0, y, forces, np.zeros(3), rates, tension)
+        before += sign * rates[3:6]
+    # The same of a force on the platform along the gradient.
+    gradient = np.empty(3)
+    for axis in range(3):
+        ends = np.empty((2, 4))
+        for k, way in enumerate((step, -step)):
+            moved = pose.copy()
+            moved[axis] += way
+            lengths(params, moved, ends[k])
+        gradient[axis] = (ends[0, 1] - ends[1, 1]) / (2.0 * step)
+    after = np.zeros(3)
+    for sign, force in ((1.0, -1e3 * gradient), (-1.0, np.zeros(3))):
+        derivative(params, 0.0, y, forces, force, rates, tension)
+        after += sign * rates[3:6]
+    np.testing.assert_allclose(before, after, rtol=1e-5, atol=1e-9)
+
+
 @pytest.mark.parametrize("case", MACHINE, ids=lambda case: case.name)
 def test_what_is_hidden_shows(case):
     """Each fault moves some reading of the open loop by more than its noise."""

@@ -232,6 +232,7 @@ CATALOGUE = {
         ),
         ("pulley_capstan_loss", 4, {"loss": 0.02}),
         ("pulley_wrap_friction", 3, {"friction": 0.08, "wrap_angle": 1.5}),
+        ("pulley_radius", None, {"radius": 4.0}),
         ("winch_torque_ripple", 2, {"amplitude": 150.0, "period": 1.2, "phase": 0.5}),
         ("winch_force_gain", 1, {"factor": -0.07}),
         ("winch_force_bias", None, {"bias": 130.0}),

@@ -12,6 +12,7 @@ mod long_run;
 mod machine;
 mod onset;
 mod presliding;
+mod pulley;
 mod random;
 mod residual;
 mod saving;

@@ -37,6 +37,8 @@ class Motion:
     S: np.ndarray
     L: np.ndarray
     L_rate: np.ndarray
+    span: np.ndarray  # the straight part of L, m
+    span_rate: np.ndarray
     angle: np.ndarray
     angle_rate: np.ndarray
 
@@ -69,6 +71,7 @@ class Plant:
         else:
             self.anchors = p.anchor_radius * np.exp(1j * np.array(p.anchor_angle))
             self.arms = p.attachment_radius * np.exp(1j * np.array(p.attachment_angle))
+        self.pulleys = np.zeros(n)  # radii, m; > 0 where cables run clockwise round them
         self.mass = p.platform_mass
         self.inertia = p.platform_inertia
         self.com = complex(*p.centre_of_mass)  # centre of mass in the body frame
@@ -133,6 +136,8 @@ class Plant:
                 self.com += complex(v["x"], v["y"])
             case "anchor_offset":
                 self.anchors[cables] += complex(v["x"], v["y"])
+            case "pulley_radius":
+                self.pulleys[cables] += v["radius"]
             case "attachment_offset":
                 self.arms[cables] += complex(v["x"], v["y"])
             case "cable_stiffness":
@@ -159,19 +164,25 @@ class Plant:
         """Cable vectors and their rates at a pose (x, y, φ) and twist (vx, vy, ω)."""
         arm = self.arms * np.exp(1j * pose[2])
         z = complex(pose[0], pose[1]) + arm - self.anchors
-        L = np.abs(z)
-        S = z / L
+        # z = (f + i r) S: the straight part and, square to it, the radius to where it begins.
+        span = np.sqrt(np.abs(z) ** 2 - self.pulleys**2)
+        S = z / (span + 1j * self.pulleys)
+        home = self.arms - self.anchors
+        home = home / (np.sqrt(np.abs(home) ** 2 - self.pulleys**2) + 1j * self.pulleys)
+        L = span - self.pulleys * np.angle(S / home)
         z_rate = (complex(twist[0], twist[1]) + 1j * twist[2] * arm) * S.conj()
-        return Motion(arm, S, L, z_rate.real, np.angle(z), z_rate.imag / L)
+        turn = z_rate.imag / span
+        span_rate = z_rate.real + self.pulleys * turn
+        return Motion(arm, S, L, z_rate.real, span, span_rate, np.angle(S), turn)
 
     def _cable_accelerations(self, m: Motion, twist, acceleration):
         z_acc = (
             complex(acceleration[0], acceleration[1])
             + (1j * acceleration[2] - twist[2] ** 2) * m.arm
         ) * m.S.conj()
-        return z_acc.real + m.L * m.angle_rate**2, (
-            z_acc.imag - 2.0 * m.L_rate * m.angle_rate
-        ) / m.L
+        return z_acc.real + m.span * m.angle_rate**2, (
+            z_acc.imag - (m.L_rate + m.span_rate) * m.angle_rate
+        ) / m.span
 
     # ---- cables
 
@@ -208,7 +219,7 @@ class Plant:
         for (i, v), (bow, velocity) in zip(
             self.swings, y[self.first_swing : self.first_bristle].reshape(-1, 2), strict=True
         ):
-            L, end, T = m.L[i], m.L[i] * m.angle_rate[i], max(tension[i], 0.0)
+            L, end, T = m.span[i], m.span[i] * m.angle_rate[i], max(tension[i], 0.0)
             bow_rate = velocity - 2.0 / np.pi * end
             x, weight = np.polynomial.legendre.leggauss(6)
             x, weight = (x + 1.0) / 2.0, weight / 2.0
@@ -333,9 +344,9 @@ class Plant:
         """M a - forces and I φ'' - torques about G, for given tensions and swinging cables."""
         L_acc, angle_acc = self._cable_accelerations(m, twist, acceleration)
         transverse = across - self.straight * (
-            m.L**2 * angle_acc + 3.0 * m.L * m.L_rate * m.angle_rate
+            m.span**2 * angle_acc + 3.0 * m.span * m.span_rate * m.angle_rate
         )
-        transverse -= self.drag * m.L**3 * np.abs(m.angle_rate) * m.angle_rate
+        transverse -= self.drag * m.span**3 * np.abs(m.angle_rate) * m.angle_rate
         for effect in self.parameters.find("cable_wind"):
             transverse += self._wind(effect.values, m)
         pull = (-tension - self.end * m.L * L_acc + 1j * transverse) * m.S
@@ -360,7 +371,7 @@ class Plant:
         share = 0.5 * (nodes + 1.0)  # of the way from the anchor
         force = np.zeros(self.cables)
         for i in range(self.cables):
-            s = share * m.L[i]
+            s = share * m.span[i]
             height = self.anchors[i].imag + s * m.S[i].imag - v.get("ground", 0.0)
             profile = np.ones(6)
             if v.get("exponent", 0.0):
@@ -369,7 +380,7 @@ class Plant:
             wind = complex(v["wind_x"], v["wind_y"])
             across = (wind * (1j * m.S[i]).conjugate()).real * profile - s * m.angle_rate[i]
             load = 0.5 * AIR_DENSITY * v["drag_area_per_length"] * np.abs(across) * across
-            force[i] = 0.5 * m.L[i] * np.sum(weights * share * load)
+            force[i] = 0.5 * m.span[i] * np.sum(weights * share * load)
         return force
 
     def _solve_accelerations(self, residual):
@@ -540,7 +551,7 @@ class Plant:
             y[self.first_lag : self.first_swing] = self.winches.lag_at_rest(limited)
         for k, (i, _) in enumerate(self.swings):
             # Straight, and moving as the chord does.
-            y[self.first_swing + 2 * k + 1] = 2.0 / np.pi * m.L[i] * m.angle_rate[i]
+            y[self.first_swing + 2 * k + 1] = 2.0 / np.pi * m.span[i] * m.angle_rate[i]
         return y
 
     def start_force(self, command):

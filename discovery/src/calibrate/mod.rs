@@ -31,6 +31,14 @@ pub enum CalibrateError {
     /// A model that cannot be built.
     #[error("the model cannot be built: {0}")]
     Model(String),
+    /// Pulleys of finite radius.
+    #[error(
+        "cable {cable} leaves a pulley; expected a model without `pulley_radius`, whose cables are straight from their anchors"
+    )]
+    Pulley {
+        /// Cable, from 1.
+        cable: usize,
+    },
     /// Corrections that do not settle.
     #[error(
         "the corrections do not settle in {rounds} rounds; the last moved by {moved:.1e} of what is plausible. Is it the recordings' robot that the model describes?"

@@ -110,6 +110,9 @@ impl Problem {
         let examined = Examined::new(model).map_err(|e| CalibrateError::Model(e.to_string()))?;
         let geometry = *examined.plant.geometry();
         let cables = geometry.cables();
+        if let Some(i) = geometry.pulley_radius.iter().position(|radius| *radius != 0.0) {
+            return Err(CalibrateError::Pulley { cable: i + 1 });
+        }
         if trials.is_empty() {
             return Err(CalibrateError::Data("no recordings; expected one or more".to_owned()));
         }

@@ -16,6 +16,8 @@ pub(super) struct Chord {
     pub(super) turn: [f64; 3],
     /// `∂L̇/∂q`.
     pub(super) speed_by_pose: [f64; 3],
+    /// `∂f/∂q` of the straight part.
+    pub(super) span_by_pose: [f64; 3],
     /// `∂α̇/∂q`.
     pub(super) turning_by_pose: [f64; 3],
     twist: [f64; 3],
@@ -25,13 +27,15 @@ impl Chord {
     pub(super) fn new(kinematics: &CableKinematics, twist: [f64; 3]) -> Self {
         let (row, normal) = (kinematics.jacobian_row(), kinematics.normal_row());
         let zero = [0.0; 3];
-        let turn = normal.map(|n| n / kinematics.length);
+        let turn = normal.map(|n| n / kinematics.span);
         let kinematics = *kinematics;
-        let mut chord = Self { kinematics, row, normal, turn, speed_by_pose: zero, turning_by_pose: zero, twist };
+        let span_by_pose = combine(1.0, &row, kinematics.pulley_radius, &turn);
+        let mut chord =
+            Self { kinematics, row, normal, turn, speed_by_pose: zero, span_by_pose, turning_by_pose: zero, twist };
         chord.speed_by_pose = chord.row_change(&twist);
-        let inverse = 1.0 / kinematics.length;
+        let inverse = 1.0 / kinematics.span;
         chord.turning_by_pose =
-            combine(inverse, &chord.normal_change(&twist), -kinematics.angular_rate * inverse, &row);
+            combine(inverse, &chord.normal_change(&twist), -kinematics.angular_rate * inverse, &span_by_pose);
         chord
     }
 
@@ -71,7 +75,7 @@ impl Chord {
         let mut by_pose = self.row_change(a);
         let mut by_twist = self.normal.map(|n| 2.0 * rate * n);
         for c in 0..3 {
-            by_pose[c] += rate * rate * self.row[c] + 2.0 * k.length * rate * self.turning_by_pose[c];
+            by_pose[c] += rate * rate * self.span_by_pose[c] + 2.0 * k.span * rate * self.turning_by_pose[c];
             by_pose[c] += omega * omega * k.arm_cross_direction * self.turn[c];
         }
         by_pose[2] -= omega * omega * k.arm_cross_direction;
@@ -79,16 +83,19 @@ impl Chord {
         (value, by_pose, by_twist)
     }
 
-    /// `L α̈ + 3 L̇ α̇`, the acceleration that a straight cable's mass across answers to, and its derivatives by pose and twist,
+    /// `f α̈ + 3 ḟ α̇` of the straight part `f`, the acceleration that a straight cable's mass across answers to, and its derivatives by pose and twist,
     /// at platform acceleration `a`: (14).
     pub(super) fn across(&self, a: &[f64; 3]) -> (f64, [f64; 3], [f64; 3]) {
         let k = &self.kinematics;
         let omega = self.twist[2];
-        let value = dot(&self.normal, a) + k.speed * k.angular_rate - omega * omega * k.arm_dot_normal();
+        // 3 ḟ α̇ - (L̇ + ḟ) α̇ of the straight part f.
+        let given_off = 2.0 * k.pulley_radius * k.angular_rate;
+        let value = dot(&self.normal, a) + (k.speed + given_off) * k.angular_rate - omega * omega * k.arm_dot_normal();
         let mut by_pose = self.normal_change(a);
-        let mut by_twist = combine(k.angular_rate, &self.row, k.speed, &self.turn);
+        let mut by_twist = combine(k.angular_rate, &self.row, k.speed + 2.0 * given_off, &self.turn);
         for c in 0..3 {
-            by_pose[c] += k.angular_rate * self.speed_by_pose[c] + k.speed * self.turning_by_pose[c];
+            by_pose[c] +=
+                k.angular_rate * self.speed_by_pose[c] + (k.speed + 2.0 * given_off) * self.turning_by_pose[c];
             by_pose[c] += omega * omega * k.arm_dot_direction * self.turn[c];
         }
         by_pose[2] -= omega * omega * k.arm_dot_direction;

@@ -14,10 +14,12 @@ use super::super::servo::Held;
 use super::super::{CableData, Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
 use super::BLOCK;
 
-/// What reaches a cable from outside: length `L`, its rate, angular rate, acceleration `L̈`, winch force.
-pub(super) const OUTSIDE: usize = 5;
+/// What reaches a cable from outside: length `L`, its rate, angular rate, acceleration `L̈`, winch force, direction `α`.
+pub(super) const OUTSIDE: usize = 6;
 /// Place of `L̈` among them; a cable of lumped mass does not feel it.
 const ACCELERATION: usize = 3;
+/// Place of `α` among them; felt by what acts across a cable that leaves a pulley, whose straight part changes with it.
+const DIRECTION: usize = 5;
 
 /// A derivative by what reaches the cable, then by its own states.
 pub(super) type Row = [f64; OUTSIDE + BLOCK];
@@ -169,12 +171,17 @@ impl Local<'_> {
     fn with_effects(&self) -> Derivatives {
         let size = self.size();
         let k = &self.evaluation.kinematics[self.cable];
-        let outside = [k.length, k.speed, k.angular_rate, self.acceleration, self.u.winch_force[self.cable]];
+        let command = self.u.winch_force[self.cable];
+        // The direction as a change from the present one.
+        let outside = [k.length, k.speed, k.angular_rate, self.acceleration, command, 0.0];
         let nothing = [0.0; OUTSIDE + BLOCK];
         let mut d =
             Derivatives { transverse: 0.0, tension_by: nothing, transverse_by: nothing, rates_by: [nothing; BLOCK] };
-        let felt = |column: &usize| {
-            *column != ACCELERATION || self.plant.data.cables[self.cable].model != CableModel::LumpedMass
+        let effects = &self.plant.cable[self.cable];
+        let felt = |column: &usize| match *column {
+            ACCELERATION => self.plant.data.cables[self.cable].model != CableModel::LumpedMass,
+            DIRECTION => k.pulley_radius != 0.0 && !(effects.transverse.is_empty() && effects.swing.is_empty()),
+            _ => true,
         };
         let (mut columns, mut count) = ([0; OUTSIDE + BLOCK], 0);
         for column in (0..OUTSIDE + size).filter(felt) {
@@ -202,7 +209,7 @@ impl Local<'_> {
 
     fn rates<S: Real>(
         &self,
-        &[length, speed, turning, acceleration, command]: &[S; OUTSIDE],
+        &[length, speed, turning, acceleration, command, direction]: &[S; OUTSIDE],
         own: &[S; BLOCK],
     ) -> LocalRates<S> {
         let zero = S::from(0.0);
@@ -284,10 +291,12 @@ impl Local<'_> {
         for (kind, at) in &effects.law {
             kind.strain_rates(&context, &states[*at..], &mut effect_rates[*at..]);
         }
+        let k = &self.evaluation.kinematics[i];
+        let span = length - (k.length - k.span) + direction * k.pulley_radius;
         let mut transverse =
-            effects.transverse.iter().fold(zero, |sum, kind| sum + kind.transverse_force(length, turning));
+            effects.transverse.iter().fold(zero, |sum, kind| sum + kind.transverse_force(span, turning));
         let carried = swing_tension(data.model, tension, pull, self.slack);
-        let swing = SwingContext { length, angular_rate: turning, tension: carried };
+        let swing = SwingContext { length: span, angular_rate: turning, tension: carried };
         for (kind, at) in &effects.swing {
             transverse += kind.swing(&swing, &states[*at..], &mut effect_rates[*at..]);
         }

@@ -161,12 +161,12 @@ impl Linearisation {
     fn add_inertia(&mut self, plant: &Plant, i: usize, chord: &Chord, e: &Evaluation) {
         let data = &plant.data.cables[i];
         let (pose, twist) = (&mut self.force_by_pose, &mut self.force_by_twist);
-        let length = chord.kinematics.length;
+        let (length, span) = (chord.kinematics.length, chord.kinematics.span);
         let (across, by_pose, by_twist) = chord.across(&e.acceleration);
         let density = data.straight_density;
-        chord.add_normal_derivative(pose, -density * length * across);
-        add_outer(pose, &chord.normal, &combine(across, &chord.row, length, &by_pose), -density);
-        add_outer(twist, &chord.normal, &by_twist, -density * length);
+        chord.add_normal_derivative(pose, -density * span * across);
+        add_outer(pose, &chord.normal, &combine(across, &chord.span_by_pose, span, &by_pose), -density);
+        add_outer(twist, &chord.normal, &by_twist, -density * span);
         if data.end_density != 0.0 {
             let (along, by_pose, by_twist) = chord.along(&e.acceleration);
             chord.add_row_derivative(pose, -data.end_density * length * along);
@@ -191,6 +191,7 @@ impl Linearisation {
                     + by[1] * chord.speed_by_pose[c]
                     + by[2] * chord.turning_by_pose[c]
                     + by[3] * acceleration_by[0][c]
+                    + by[5] * chord.turn[c]
             })
         };
         let by_twist = |by: &[f64]| -> [f64; 3] {
