@@ -110,6 +110,41 @@ fn the_demo_makes_what_it_says() {
     assert!((0.9..1.2).contains(&after), "{said}");
 }
 
+/// A platform in a frame of 4 m by 3 m, on so many winches that hold their lengths.
+fn framed(cables: usize) -> String {
+    let mut text = "platform_mass = 20.0\nplatform_inertia = 0.8\ngravity = [0.0, -9.81]\nyoungs_modulus = 1e9\n\
+                    cable_area = 1e-5\ncable_density = 0.05\ncable_damping = 500.0\n\
+                    [winch]\ncommand = \"length\"\nrotor_inertia = 2e-4\ndrum_radius = 0.05\ngear_ratio = 10.0\n"
+        .to_owned();
+    for i in 0..cables {
+        let (sin, cos) = (std::f64::consts::TAU * (i as f64 + 0.25) / cables as f64).sin_cos();
+        let [x, y, a, b] = [2.0 * cos, 1.5 * sin, 0.2 * cos, 0.1 * sin];
+        text.push_str(&format!("[[cable]]\nanchor = [{x}, {y}]\nattachment = [{a}, {b}]\n"));
+    }
+    text
+}
+
+#[test]
+fn the_demo_of_a_robot_of_other_cables_drives_it() {
+    for cables in [3, 8] {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("my.toml"), framed(cables)).unwrap();
+        let output = cdpr(folder.path(), &["demo", "--model", "my.toml", "--out", "mine"]);
+        assert!(output.status.success(), "{output:?}");
+        let said = String::from_utf8(output.stdout).unwrap();
+        for name in ["CablePlatform.fmu", "run.csv", "run.svg"] {
+            let path = Path::new("mine").join(name);
+            assert!(folder.path().join(&path).is_file(), "{name} is missing");
+            assert!(said.contains(path.to_str().unwrap()), "{name} is not in {said}");
+        }
+        assert!(said.contains(&format!("of {cables} cables")) && said.contains("to the last bit"), "{said}");
+        let table = std::fs::read_to_string(folder.path().join("mine/run.csv")).unwrap();
+        assert!(table.lines().next().unwrap().contains(&format!("winch_length[{cables}]")), "{table:.200}");
+        assert_eq!(table.lines().count(), 1002);
+    }
+    fails(&[("my.toml", &framed(2))], &["demo", "--model", "my.toml", "--out", "mine"], 2, &["2 cables, expected 3"]);
+}
+
 #[test]
 fn outputs_that_cannot_be_written_are_wrong_use() {
     for arguments in [["fmu", "-o"], ["simulate", "-o"]] {

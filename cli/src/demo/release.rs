@@ -6,33 +6,21 @@ use std::path::Path;
 
 use cdpr::model_file::Model;
 use cdpr::release::{RELEASE, RELEASE_POSE, ReleaseRow};
-use cdpr::simulation::Simulation;
-use cdpr::winch::WinchCommand;
 
 use super::Made;
-use super::importer::{Fmu, Slave};
-use crate::csv_io::{self, ResultWriter};
+use super::drive::{Run, STEP, agreement, drive};
+use crate::csv_io;
 use crate::plot::{self, Figure, Line, Panel, Recording, Scale, Style};
-use crate::progress::Progress;
-use crate::whole::{self, WholeFile};
-use crate::{fmu, simulate, terminal};
+use crate::{fmu, terminal, whole};
 
 /// Cables of the robot that is released.
 const CABLES: usize = 4;
 
-/// Communication step (s).
-const STEP: f64 = 0.01;
 /// Steps to the last row of the table.
 const STEPS: u32 = 5000;
 
-/// What the two runs and the table say of each other.
-#[derive(Default)]
-struct Comparison {
-    /// Largest difference between FMU and in-process run over all outputs.
-    in_process: f64,
-    /// At each row of the table: largest difference in pose (m, rad), unstretched length (m), tension (N).
-    table: Vec<(f64, [f64; 3])>,
-}
+/// At a row of the table: time (s), and the largest difference in pose (m, rad), unstretched length (m), tension (N).
+type Difference = (f64, [f64; 3]);
 
 /// Builds the FMU, drives it through FMI, and writes what came of it into `out`.
 pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
@@ -45,54 +33,21 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
     fmu::pack(&text, &[], &fmu_path)?;
 
     let csv_path = out.join("release.csv");
-    let mut table = ResultWriter::new(WholeFile::create(&csv_path)?, CABLES, WinchCommand::Force)?;
-    let mut recording = Recording::new(CABLES);
-    let fmu = Fmu::open(&fmu_path)?;
-    let mut slave = fmu.instantiate("release")?;
-    // The start pose is in the model; set through FMI all the same, as an importer would.
-    for (name, value) in ["x", "y", "phi"].into_iter().zip(RELEASE_POSE) {
-        slave.set_real(name, value)?;
-    }
-    slave.initialise()?;
-    let mut in_process = simulate::begin_simulation(&model)?;
-    let mut comparison = Comparison::default();
-    let mut progress = Progress::new("driving the FMU");
-    let (inputs, outputs) = (csv_io::input_names(CABLES, WinchCommand::Force), csv_io::output_names(CABLES));
-    for k in 0..=STEPS {
-        if k > 0 {
-            let begin = f64::from(k - 1) * STEP;
-            slave.step(begin, STEP)?;
-            in_process.advance_to(begin + STEP)?;
+    let mut table = Vec::new();
+    let run = drive(&fmu_path, &model, &csv_path, STEPS, |time, shown| {
+        if let Some(row) = RELEASE.iter().find(|row| (row.time - time).abs() < 0.5 * STEP) {
+            table.push((row.time, deviation(shown, row)));
         }
-        let time = f64::from(k) * STEP;
-        let shown = slave.get_reals(&outputs)?;
-        table.row(time, &slave.get_reals(&inputs)?, &shown)?;
-        recording.add(time, &in_process.inputs(), &in_process.outputs());
-        comparison.add(time, &shown, &in_process);
-        progress.update(f64::from(k) / f64::from(STEPS));
-    }
-    drop(progress);
-    table.finish()?.finish()?;
+    })?;
     let svg_path = out.join("release.svg");
-    whole::write(&svg_path, picture(&recording, &comparison).to_svg())?;
-    report(&slave, &comparison)?;
+    whole::write(&svg_path, picture(&run.recording, &table).to_svg())?;
+    report(&run, &table)?;
     Ok(vec![
         Made { path: fmu_path, what: "the FMU; load it in any FMI 2.0 tool" },
         Made { path: model_path, what: "the model inside" },
         Made { path: csv_path, what: "the release as the FMU gave it" },
         Made { path: svg_path, what: "the same as a picture" },
     ])
-}
-
-impl Comparison {
-    fn add(&mut self, time: f64, shown: &[f64], simulation: &Simulation) {
-        let own = csv_io::output_values(&simulation.outputs());
-        let differences = shown.iter().zip(&own).map(|(a, b)| (a - b).abs());
-        self.in_process = differences.fold(self.in_process, f64::max);
-        if let Some(row) = RELEASE.iter().find(|row| (row.time - time).abs() < 0.5 * STEP) {
-            self.table.push((row.time, deviation(shown, row)));
-        }
-    }
 }
 
 /// Largest difference of pose, unstretched lengths and tensions from a row of the table.
@@ -111,7 +66,7 @@ fn deviation(shown: &[f64], row: &ReleaseRow) -> [f64; 3] {
     ]
 }
 
-fn picture(recording: &Recording, comparison: &Comparison) -> Figure {
+fn picture(recording: &Recording, table: &[Difference]) -> Figure {
     let mut panels = plot::motion_panels(recording);
     let tensions: Vec<_> = (0..CABLES).map(plot::Channel::Tension).collect();
     panels.push(plot::cable_panel("tension", recording, &tensions, Style::Joined));
@@ -130,7 +85,7 @@ fn picture(recording: &Recording, comparison: &Comparison) -> Figure {
     }
     let names = ["pose (m, rad)", "length (m)", "tension (N)"];
     let lines = names.into_iter().enumerate().flat_map(|(k, name)| {
-        let points: Vec<[f64; 2]> = comparison.table.iter().map(|(time, d)| [*time, d[k]]).collect();
+        let points: Vec<[f64; 2]> = table.iter().map(|(time, d)| [*time, d[k]]).collect();
         let line = |style, name: &str| Line { name: name.to_owned(), points: points.clone(), colour: k, style };
         [line(Style::Joined, name), line(Style::Rings, "")]
     });
@@ -146,22 +101,19 @@ fn picture(recording: &Recording, comparison: &Comparison) -> Figure {
     }
 }
 
-fn report(slave: &Slave<'_>, comparison: &Comparison) -> anyhow::Result<()> {
+fn report(run: &Run, table: &[Difference]) -> anyhow::Result<()> {
     let mut out = terminal::out();
-    writeln!(out, "The platform of the paper, in an FMU ({} real variables), is released at", slave.variables())?;
+    writeln!(out, "The platform of the paper, in an FMU ({} real variables), is released at", run.variables)?;
     writeln!(out, "x = y = 0.1 m, phi = 0.1 rad with every winch pulling 1000 N, and driven through FMI for 50 s.")?;
     writeln!(out)?;
     writeln!(out, "Largest difference from a table made with an independent integrator:")?;
     writeln!(out, "  {:>6}  {:>14}  {:>12}  {:>12}", "t (s)", "pose (m, rad)", "length (m)", "tension (N)")?;
-    for (time, [pose, length, tension]) in &comparison.table {
+    for (time, [pose, length, tension]) in table {
         writeln!(out, "  {time:>6}  {:>14}  {:>12}  {:>12}", small(*pose), small(*length), small(*tension))?;
     }
     writeln!(out, "(the table has 10 digits: 5e-12 in the pose, 5e-8 m, 5e-8 to 5e-7 N)")?;
     writeln!(out)?;
-    match comparison.in_process {
-        0.0 => writeln!(out, "The same run in this process gives the same numbers to the last bit.")?,
-        difference => writeln!(out, "The same run in this process differs by at most {difference:.1e}.")?,
-    }
+    writeln!(out, "{}", agreement(run))?;
     Ok(())
 }
 
