@@ -240,7 +240,7 @@ pub(crate) fn examine(
     remarks.extend(instruments.remarks());
     let (candidates, steps) = (search.tried.len(), std::mem::take(&mut search.steps));
     let horizon = search.reaches.main.horizon;
-    let trials = verify::compared(&base, &fitted, &evidence, horizon);
+    let trials = verify::compared(&base, &fitted, &evidence, horizon, search.instruments.as_ref());
     let detection_limits = search.detection_limits(&fitted);
     if at_rest(&detection_limits) {
         remarks.push(AT_REST.to_owned());

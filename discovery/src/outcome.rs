@@ -275,6 +275,9 @@ pub struct Compared {
     pub after: Vec<Vec<f64>>,
     /// Samples at which the simulation restarts.
     pub restarts: Vec<usize>,
+    /// How far a model without fault would be from the measurements of each channel of the trial, in its unit (root mean
+    /// square): its noise, and what the instruments have beside it.
+    pub expected: Vec<f64>,
     /// Smoothed latent disturbances with the model as given.
     pub latents: Vec<Latents>,
     /// Smoothed pose and twist with the final model.

@@ -156,12 +156,28 @@ pub(crate) fn when(full: &Fit, reduced: &Fit, trials: &[Trial]) -> Vec<(usize, f
     out
 }
 
-/// Trials with predictions of both models over `horizon` (s).
-pub(crate) fn compared(base: &Fitted, fitted: &Fitted, evidence: &Evidence, horizon: f64) -> Vec<Compared> {
+/// Numbers in the order of [`Channel::all`], in that of a trial's channels.
+fn of_channels(numbers: &[f64], trial: &Trial) -> Vec<f64> {
+    let all = Channel::all(trial.cables());
+    let of = |channel: &Channel| all.iter().position(|c| c == channel).map_or(f64::NAN, |at| numbers[at]);
+    trial.channels.iter().map(of).collect()
+}
+
+/// Trials with predictions of both models over `horizon` (s), and how far the right model would be from them where the
+/// `instruments` have more than white noise.
+pub(crate) fn compared(
+    base: &Fitted,
+    fitted: &Fitted,
+    evidence: &Evidence,
+    horizon: f64,
+    instruments: Option<&Randomness>,
+) -> Vec<Compared> {
     let mut out = Vec::new();
     let sets = [(&evidence.train, &base.train, &fitted.train), (&evidence.holdout, &base.holdout, &fitted.holdout)];
     for (held, (trials, before, after)) in sets.into_iter().enumerate() {
         let (before_shown, after_shown) = (predict(before, trials, horizon), predict(after, trials, horizon));
+        let spread = instruments.map(|randomness| after.spread(trials, randomness, horizon));
+        let expected = spread.unwrap_or_else(|| fitted.train.randomness.noise.clone());
         for (t, (b, a)) in before_shown.into_iter().zip(after_shown).enumerate() {
             let trial = &trials[t];
             let rows = 0..trial.len();
@@ -172,6 +188,7 @@ pub(crate) fn compared(base: &Fitted, fitted: &Fitted, evidence: &Evidence, hori
                 before: b.shown,
                 after: a.shown,
                 restarts: a.restarts,
+                expected: of_channels(&expected, trial),
                 latents: rows.clone().map(|k| Latents::of(old.latents(k))).collect(),
                 motion: rows.clone().map(|k| std::array::from_fn(|c| new.states(k)[c])).collect(),
                 winch_speed: rows

@@ -349,8 +349,13 @@ pub fn control_runs(report: &Report) -> Option<String> {
     let test = report.method.null_test?;
     let (n, runs) = (test.exceeded?, test.runs);
     Some(if report.effects.is_empty() && report.terms.is_empty() {
+        let refused = if n * 50 <= runs {
+            " It was refused for another reason: fitted in full it explains too little, or not what was held out."
+        } else {
+            ""
+        };
         format!(
-            "In {n} of {runs} control runs on data shifted in time and frequency, chance explains as much as the best candidate does."
+            "In {n} of {runs} control runs on data shifted in time and frequency, chance explains as much as the best candidate does.{refused}"
         )
     } else {
         let times = match n {

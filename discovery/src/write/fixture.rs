@@ -237,5 +237,6 @@ fn compared(name: &str, holdout: bool, shift: f64) -> Compared {
         motion.push([pose[0], pose[1], pose[2], twist[0], twist[1], twist[2]]);
         winch_speed.push(cables.map(|c| c.speed));
     }
-    Compared { trial, holdout, before, after, restarts, latents, motion, winch_speed }
+    let expected = vec![NOISE; trial.channels.len()];
+    Compared { trial, holdout, before, after, restarts, expected, latents, motion, winch_speed }
 }

@@ -38,17 +38,9 @@ pub struct About {
 #[must_use]
 pub fn report(discovery: &Discovery, about: &About) -> Report {
     let channels: Vec<report::Channel> = all_channels(discovery).iter().map(|c| channel(*c, discovery)).collect();
-    let noise = |c: &Channel| channels.iter().find(|known| known.name == c.name()).map_or(f64::NAN, |k| k.noise);
     let names = short_names(&discovery.trials);
-    let trials: Vec<report::Trial> = discovery
-        .trials
-        .iter()
-        .zip(&names)
-        .map(|(t, name)| {
-            let noise: Vec<f64> = t.trial.channels.iter().map(noise).collect();
-            report::Trial { name: name.clone(), ..trial(t, &noise) }
-        })
-        .collect();
+    let trials: Vec<report::Trial> =
+        discovery.trials.iter().zip(&names).map(|(t, name)| report::Trial { name: name.clone(), ..trial(t) }).collect();
     Report {
         title: about.title.clone(),
         verdict: match discovery.verdict {

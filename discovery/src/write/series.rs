@@ -8,8 +8,8 @@ const SAMPLES: usize = 1500;
 /// Blocks of time in the residual picture, at most.
 const BLOCKS: usize = 50;
 
-/// The trial as plotted; `noise` holds σ of each of its channels.
-pub(super) fn trial(compared: &Compared, noise: &[f64]) -> Trial {
+/// The trial as plotted.
+pub(super) fn trial(compared: &Compared) -> Trial {
     let trial = &compared.trial;
     let every = trial.len().div_ceil(SAMPLES).max(1);
     let picked: Vec<usize> = (0..trial.len()).step_by(every).collect();
@@ -39,12 +39,12 @@ pub(super) fn trial(compared: &Compared, noise: &[f64]) -> Trial {
         holdout: compared.holdout,
         time: picked.iter().map(|k| trial.time[*k]).collect(),
         series,
-        residuals: residuals(compared, noise),
+        residuals: residuals(compared),
     }
 }
 
 /// All samples count, not only those plotted.
-fn residuals(compared: &Compared, noise: &[f64]) -> ResidualMap {
+fn residuals(compared: &Compared) -> ResidualMap {
     let trial = &compared.trial;
     let (start, end) = (trial.time[0], trial.time[trial.len() - 1]);
     // Ten samples a block where the trial is short.
@@ -57,7 +57,7 @@ fn residuals(compared: &Compared, noise: &[f64]) -> ResidualMap {
     let row_mean_square = |rows: &[Vec<f64>], j: usize| -> Vec<f64> {
         let mut sums = vec![(0.0, 0_usize); blocks];
         for k in (0..trial.len()).filter(|k| !fresh[*k]) {
-            let e = (rows[k][j] - trial.measured[k][j]) / noise[j];
+            let e = (rows[k][j] - trial.measured[k][j]) / compared.expected[j];
             if e.is_finite() {
                 let sum = &mut sums[block_of(trial.time[k])];
                 *sum = (sum.0 + e * e, sum.1 + 1);
