@@ -85,7 +85,8 @@ def seen(pose, frame):
 
 @njit(cache=True, error_model="numpy")
 def closed_loop(
-    p,
+    plants,
+    switches,
     model,
     t0,
     dt,
@@ -106,10 +107,11 @@ def closed_loop(
     `reference` (n, 3, 3) holds pose, its rate and acceleration; `pretension` (n) the mean tension;
     `noise` (n, 3), `bias` (3), `frame` (angle and point) and `delay` (s) act on the pose sensor;
     `recorded` (n, 3) and `hidden` (n + 1, 3) are disturbances; `dither` (n, cables) is added to the
-    forces. `p` is the plant, `model` what the controller believes. Returns states, winch forces,
-    tensions, a row a sample, and measured poses (n, 3).
+    forces. `plants` are the plant up to the first of the `switches` (s, ascending), from there on,
+    and so forth; `model` is what the controller believes. Returns states, winch forces, tensions, a
+    row a sample, and measured poses (n, 3).
     """
-    n, cables = len(reference), int(p.cables)
+    n, cables = len(reference), int(model.cables)
     forces = np.zeros((n, cables))
     tensions = np.empty((n, cables))
     measured = np.empty((n, 3))
@@ -119,7 +121,7 @@ def closed_loop(
     whole, rest = split_delay(delay, dt)
     tap_at = dt - rest if rest > 0.0 else 0.0
     distribute(model, reference[0, 0], 0.0, 0.0, 0.0, pretension[0], forces[0])
-    y = at_rest(p, t0, reference[0, 0], forces[0])
+    y = at_rest(plants[np.sum(switches <= t0)], t0, reference[0, 0], forces[0])
     states = np.empty((n, len(y)))
     work = np.zeros((7, len(y)))
     rate = np.zeros(len(y))
@@ -139,6 +141,7 @@ def closed_loop(
                 forces[k, i] = round((forces[k, i] + dither[k, i]) * 1000.0) / 1000.0
         states[k] = y
         t = t0 + k * dt
+        p = plants[np.sum(switches < t + 0.5 * dt)]
         derivative(p, t, y, forces[k], recorded[k] + hidden[k], rate, tensions[k])
         interval(p, k, t, dt, h, y, forces, recorded, hidden, tap_at, taps[k], work)
     return states, forces, tensions, measured

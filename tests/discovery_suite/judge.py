@@ -5,6 +5,9 @@ from itertools import permutations
 
 ANGLES = {"phase", "direction"}
 
+# A time at which an effect begins or ends is another one from this error (s) on.
+OFF_TIME = 1.0
+
 # A parameter is another one where it is off by more than this share of the truth and by more than
 # this many of its own standard errors: no chance, and no slip of the error bar.
 OFF_SHARE = 0.1
@@ -69,7 +72,7 @@ def parameter_errors(answer, truth):
     rows = []
     for item in truth["effects"]:
         for found in answer["effects"]:
-            if (found["id"], found.get("cable")) != (item["id"], item["cable"]):
+            if not _alike(found, item):
                 continue
             values = _aligned(found["parameters"], item["parameters"])
             for name in item["compare"]:
@@ -96,6 +99,32 @@ def parameter_errors(answer, truth):
     return rows
 
 
+def _times(item):
+    """When a hidden effect, or one of an answer, begins and ends; None: always before, or after."""
+    found = item.get("onset")
+    if found is not None:
+        return tuple(found[key] and found[key]["value"] for key in ("from", "until"))
+    return tuple(item.get(key) for key in ("from", "until"))
+
+
+def _alike(found, item):
+    """Whether an effect of an answer has id, cable and kind of times of a hidden one."""
+    kinds = [[time is None for time in _times(one)] for one in (found, item)]
+    same = (found["id"], found.get("cable")) == (item["id"], item["cable"])
+    return same and kinds[0] == kinds[1]
+
+
+def onset_errors(answer, truth):
+    """Errors (s) of all times at which hidden effects begin and end; None where none was found."""
+    errors = []
+    for item in truth["effects"]:
+        alike = [found for found in answer["effects"] if _alike(found, item)]
+        for which, time in enumerate(_times(item)):
+            if time is not None:
+                errors.append(_times(alike[0])[which] - time if alike else None)
+    return errors
+
+
 def another(row):
     """Whether a compared parameter is not the hidden one: the law is right, but not its numbers."""
     if row["form"] != "same":
@@ -113,8 +142,13 @@ def judge(answer, truth, seconds):
     verdict = answer["verdict"]
     parameters = parameter_errors(answer, truth)
     same_numbers = not any(another(row) for row in parameters)
+    onsets = onset_errors(answer, truth)
+    same_times = all(error is not None and abs(error) <= OFF_TIME for error in onsets)
+    switched = any(time is not None for item in answer["effects"] for time in _times(item))
+    same_times = same_times and bool(onsets) == switched
     alone = names(causes(answer, truth), truth["cables"])
-    exact = alone == wanted and bool(terms) == bool(truth["terms"]) and same_numbers
+    exact = alone == wanted and bool(terms) == bool(truth["terms"])
+    exact = exact and same_numbers and same_times
     correct = exact or (verdict == "ambiguous" and listed(answer, truth))
     gap = answer["gap"]["holdout"]
     row = {
@@ -129,6 +163,7 @@ def judge(answer, truth, seconds):
         "correct": correct,
         "located": located(answer, truth),
         "parameters": parameters,
+        "onsets": onsets,
         "ambiguous_truth": truth["ambiguous"],
         "gap_before": gap["before"],
         "gap_after": gap["after"],
@@ -169,6 +204,7 @@ def failed(truth, seconds, reason):
         "correct": False,
         "located": 0.0,
         "parameters": [],
+        "onsets": [None for item in truth["effects"] for t in _times(item) if t is not None],
         "ambiguous_truth": truth["ambiguous"],
         "gap_before": None,
         "gap_after": None,

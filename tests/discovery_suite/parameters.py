@@ -284,6 +284,24 @@ def build(effects=(), cable_model="lumped_mass", robot=TELESCOPE):
     return freeze(values)
 
 
+def build_in_time(effects=(), cable_model="lumped_mass", robot=TELESCOPE):
+    """The plants that follow one another, and the times (s) at which each but the first begins.
+
+    An effect may have `from` and `until` beside its parameters.
+    """
+    ends = [item[key] for item in effects for key in ("from", "until") if key in item]
+    switches = np.unique(np.array(ends, float))
+    plants = np.zeros(len(switches) + 1, PARAMS)
+    for stage, begin in enumerate([-math.inf, *switches]):
+        at_work = [
+            item
+            for item in effects
+            if item.get("from", -math.inf) <= begin < item.get("until", math.inf)
+        ]
+        plants[stage] = build(at_work, cable_model, robot)
+    return plants, switches
+
+
 def step_size(params):
     """A Runge-Kutta step (s) well inside the fastest rate of the plant.
 

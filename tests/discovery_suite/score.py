@@ -8,7 +8,7 @@ from pathlib import Path
 from statistics import median
 
 from .generate import write_case
-from .judge import failed, judge
+from .judge import OFF_TIME, failed, judge
 
 CATALOGUE = ("single", "pair", "triple", "elasticity", "look_alike")
 #: Held-out gap up to which nothing is left, as a multiple of what the true model leaves.
@@ -156,6 +156,8 @@ def summary(rows):
         "gap_after_max": max(gaps) if gaps else None,
         "gap_after_within_1.1": sum(g <= ALLOWED for g in gaps) / len(gaps) if gaps else None,
         "gap_of_truth_within_1.1": sum(g <= ALLOWED for g in best) / len(best) if best else None,
+        "correct_onset": _rate(of("onset"), "correct"),
+        "onset_within_1_s": _within(of("onset")),
         "marred": summary_of_marred(marred),
         "seconds_median": median(row["seconds"] for row in every),
         "seconds_max": max(row["seconds"] for row in every),
@@ -180,6 +182,13 @@ def summary(rows):
             "said_with_truth_listed": sum(row["correct"] for row in said),
         }
     return out
+
+
+def _within(rows):
+    """Of all times at which hidden effects begin or end the share that was found within 1 s."""
+    errors = [error for row in rows for error in row["onsets"]]
+    near = sum(error is not None and abs(error) <= OFF_TIME for error in errors)
+    return {"n": len(errors), "rate": near / len(errors)} if errors else None
 
 
 def _share(entry):
@@ -236,6 +245,8 @@ def markdown(score, rows):
         f"at most 1.1 in {_number(score['gap_after_within_1.1'], '.0%')} | 1.1 |",
         f"| the same over the gap that the true model leaves, where that is above 1 "
         f"| at most 1.1 in {_number(score['gap_of_truth_within_1.1'], '.0%')} | |",
+        f"| effects that begin or end: right | {_share(score['correct_onset'])} | |",
+        f"| times at which they do, within 1 s | {_share(score['onset_within_1_s'])} | 90 % |",
         *(
             f"| marred recordings, {words} | {_share(score['marred'][key])} | {target} |"
             for key, words, target in MARRED

@@ -6,6 +6,7 @@ from .cases_cables import CABLES
 from .cases_field import FIELD
 from .cases_hard import ELASTICITY, LOOK_ALIKES, MOORDYN, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
 from .cases_machine import MACHINE
+from .cases_onset import ONSET
 from .cases_pair import PAIRS, TRIPLES
 from .cases_realistic import REALISTIC
 from .cases_single import SINGLES
@@ -21,7 +22,7 @@ SUITE = [
     *MOORDYN,
     *NULLS,
 ]
-_ALL = [*SUITE, *REALISTIC, *FIELD, *CABLES, *MACHINE]
+_ALL = [*SUITE, *REALISTIC, *FIELD, *CABLES, *MACHINE, *ONSET]
 _BY_NAME = {case.name: case for case in _ALL}
 if len(_BY_NAME) != len(_ALL):
     raise ValueError("the suite holds two cases of one name")
@@ -54,8 +55,8 @@ def _selected(names, small):
     return [_BY_NAME[name] for name in names]
 
 
-# Two singles, a pair, a null, one outside the catalogue, the paper's own story, and one each of
-# three, six and eight cables.
+# Two singles, a pair, a null, one outside the catalogue, the paper's own story, one that begins
+# while the robot moves, and one each of three, six and eight cables.
 SMALL = (
     "quadratic_drag",
     "coulomb_1_tanh",
@@ -63,6 +64,7 @@ SMALL = (
     "null_00",
     "outside_skew_stiffness",
     "elasticity_plain",
+    "onset_wind_ends",
     "three_drag_gain",
     "six_mass",
     "eight_mass_bias_3",

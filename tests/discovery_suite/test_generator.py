@@ -510,3 +510,19 @@ def test_moordyn_cables_carry_the_known_law_at_rest_and_differ_in_motion():
     first, second = moordyn_trial.run(moving), moordyn_trial.run(moving)
     np.testing.assert_array_equal(first.states, second.states)
     assert strength(first) > 1.0
+
+
+def test_an_effect_that_begins_acts_from_then_on_only():
+    """Up to its beginning the trial is that without it, and from there on another one."""
+    settings = trial.Settings(seed=5, duration=8.0, lead_in=2.0)
+    wind = {"id": "steady_wind", "cable": None}
+    wind["parameters"] = {"force_x": 500.0, "force_y": 0.0, "torque": 0.0}
+    without, always = trial.run(settings), trial.run(settings, [wind])
+    begun = trial.run(settings, [dict(wind, **{"from": 4.0})])
+    ended = trial.run(settings, [dict(wind, until=4.0)])
+    k = round(4.0 * settings.rate)
+    np.testing.assert_array_equal(begun.states[: k + 1], without.states[: k + 1])
+    np.testing.assert_array_equal(ended.states[: k + 1], always.states[: k + 1])
+    # At its beginning it moves the platform by F t^2 / 2 m.
+    moved = begun.states[k + 25, 0] - without.states[k + 25, 0]
+    assert moved == pytest.approx(0.5 * 500.0 / 2500.0 * 0.5**2, rel=0.2)

@@ -1,5 +1,7 @@
 """The judge and the score of marred recordings, on answers made by hand."""
 
+import pytest
+
 from .judge import judge
 from .score import summary
 
@@ -81,3 +83,24 @@ def test_marred_recordings_are_counted_by_themselves():
     assert marred["named_at_noise"] == {"n": 2, "rate": 0.5}
     assert marred["parameters_within_2"] == {"n": 2, "rate": 1.0}
     assert marred["correct_pair_triple"] is None
+
+
+def test_an_effect_that_begins_must_be_found_with_its_time():
+    begun = dict(TRUTH, imperfections={}, acceptable=[], group="onset")
+    begun["effects"] = [dict(TRUTH["effects"][0], **{"from": 40.0})]
+
+    def since(time, error=0.05):
+        onset = {"from": {"value": time, "standard_error": error}, "until": None}
+        return dict(MASS, onset=onset)
+
+    right = row(begun, "named", since(40.3))
+    assert right["exact"]
+    assert right["onsets"] == [pytest.approx(0.3)]
+    assert not row(begun, "named", since(44.0))["correct"]
+    always = row(begun, "named", MASS)
+    assert not always["correct"]
+    assert always["onsets"] == [None]
+    assert not row(dict(TRUTH, imperfections={}), "named", since(40.0))["correct"]
+    score = summary([right, always])
+    assert score["onset_within_1_s"] == {"n": 2, "rate": 0.5}
+    assert score["correct_onset"] == {"n": 2, "rate": 0.5}

@@ -209,7 +209,7 @@ def plan(settings):
 
 def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
     """Run one trial and read its sensors. `step_scale` < 1 refines the integration (for tests)."""
-    params = parameters.build(effects, cable_model, settings.robot)
+    plants, switches = parameters.build_in_time(effects, cable_model, settings.robot)
     asked = plan(settings)
     bias, delay, frame = np.zeros(3), 0.0, np.zeros(3)
     for effect in effects:
@@ -219,9 +219,10 @@ def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
             frame += [effect["parameters"].get(name, 0.0) for name in ("angle", "x", "y")]
         elif effect["id"] == "pose_sensor_delay":
             delay += effect["parameters"]["delay"]
-    h = min(parameters.step_size(params), 1e-3) * step_scale
+    h = min([1e-3, *map(parameters.step_size, plants)]) * step_scale
     states, forces, tensions, poses = closed_loop(
-        params,
+        plants,
+        switches,
         parameters.build((), cable_model, settings.robot),
         asked.t[0],
         asked.dt,
@@ -237,7 +238,7 @@ def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
         asked.dither,
         np.array(settings.loop),
     )
-    return finish(settings, params, asked, h, states, forces, tensions, poses, effects)
+    return finish(settings, plants[-1], asked, h, states, forces, tensions, poses, effects)
 
 
 def finish(settings, params, asked, h, states, forces, tensions, poses, effects=()):
