@@ -15,8 +15,10 @@ use crate::estimate::{FitError, noise_of_data};
 use crate::extension::{containing, count_in_use};
 use crate::fitted::{Evidence, Fitted, Trained};
 use crate::instruments;
+use crate::onset::time_errors;
 use crate::outcome::{
-    Alternative, BeforeAfter, Discovery, Found, HORIZON, HORIZONS, Located, Stability, Verdict, at_rest,
+    Alternative, BeforeAfter, Discovery, Estimated, Found, HORIZON, HORIZONS, Located, Onset, Stability, Verdict,
+    at_rest,
 };
 use crate::report::{channel_words, phrase, printed};
 use crate::rivals::{Rival, told_apart_from};
@@ -146,6 +148,7 @@ pub(crate) fn examine(
     let given = search.given;
     let by_block = ByBlock::new(&fitted.train, &evidence.train, given);
     let errors_found = by_block.standard_errors();
+    let time_errors = time_errors(&fitted.train, &evidence.train, given)?;
     let mut stability = stability(&fitted.train, &by_block, given);
     let total: f64 = search.taken.iter().map(|t| t.delta_bic.abs()).sum();
     for (k, taken) in search.taken.iter().enumerate() {
@@ -186,6 +189,7 @@ pub(crate) fn examine(
             alternatives,
             null_test: taken.null_test,
             stability: stability[k].take(),
+            onset: onset(&effect, time_errors[k]),
             effect: effect.clone(),
         };
         if effect.id == "expression" {
@@ -320,7 +324,7 @@ fn settle(
             break;
         }
     }
-    Ok(fitted)
+    Ok(search.settle_times(fitted))
 }
 
 /// Compares every effect with its rivals; stops where several effects stand and a better one replaced one of them.
@@ -432,6 +436,12 @@ fn or_single_term(
             Ok(fitted)
         }
     }
+}
+
+/// When an effect begins and ends, with the standard errors of that.
+fn onset(effect: &EffectSpec, [from, until]: [Option<f64>; 2]) -> Onset {
+    let estimated = |time: Option<f64>, standard_error| Some(Estimated { value: time?, standard_error });
+    Onset { from: estimated(effect.from, from), until: estimated(effect.until, until) }
 }
 
 /// An effect and its place.

@@ -359,14 +359,20 @@ impl Fit {
         }
     }
 
-    /// The same fit on the beginnings of its trials.
-    pub(crate) fn begun(&self, beginnings: &[Trial]) -> Result<Self, FitError> {
-        let mut begun = Self { linear: Vec::new(), ..self.clone() };
-        for (trajectory, trial) in begun.trajectories.iter_mut().zip(beginnings) {
-            trajectory.values.truncate(trial.len() * trajectory.width);
+    /// The same fit on parts of its trials.
+    pub(crate) fn part(&self, trials: &[Trial], parts: &[Trial]) -> Result<Self, FitError> {
+        let mut of_parts = Self { linear: Vec::new(), ..self.clone() };
+        for (t, (trial, part)) in trials.iter().zip(parts).enumerate() {
+            let start = trial.time.partition_point(|time| *time < part.time[0]);
+            let trajectory = &mut of_parts.trajectories[t];
+            trajectory.values.truncate((start + part.len()) * trajectory.width);
+            trajectory.values.drain(..start * trajectory.width);
+            if start > 0 {
+                of_parts.first[t] = trajectory.states(0).to_vec();
+            }
         }
-        begun.linearise(beginnings)?;
-        Ok(begun)
+        of_parts.linearise(parts)?;
+        Ok(of_parts)
     }
 
     pub(crate) fn filter(&self, trials: &[Trial], randomness: &Randomness, keep: Keep) -> Vec<Filtered> {
@@ -563,7 +569,7 @@ mod tests {
         let whole = [record(&[], 20.0, 6)];
         let fit = crate::data::recording::fitted(&[], &whole);
         let part = [whole[0].part(0..80, String::new())];
-        let begun = fit.begun(&part).unwrap();
+        let begun = fit.part(&whole, &part).unwrap();
         assert_eq!(begun.linear[0].len, 80);
         assert_eq!(begun.trajectories[0].values, fit.trajectories[0].values[..80 * fit.trajectories[0].width]);
         assert_eq!(begun.linear[0].defect, fit.linear[0].defect[..79 * fit.linear[0].states]);

@@ -18,9 +18,26 @@ pub(crate) fn count_in_use(spec: &EffectSpec) -> usize {
     (0..spec.values.len()).filter(|parameter| in_use(spec, *parameter)).count()
 }
 
-/// `law` with the extensions that `other` has in use, where it knows them.
+/// The number of times at which effects begin or end; where one ends as another of its kind begins is one time.
+pub(crate) fn count_times(effects: &[EffectSpec]) -> usize {
+    let goes_on = |effect: &EffectSpec| {
+        let same = |other: &&EffectSpec| (&other.id, other.cable) == (&effect.id, effect.cable);
+        effect.from.is_some() && effects.iter().filter(same).any(|other| other.until == effect.from)
+    };
+    let times = |effect: &EffectSpec| {
+        usize::from(effect.from.is_some() && !goes_on(effect)) + usize::from(effect.until.is_some())
+    };
+    effects.iter().map(times).sum()
+}
+
+/// `law` at work when `other` is; as it is where it cannot begin or end.
+fn at_work_like(law: EffectSpec, other: &EffectSpec) -> EffectSpec {
+    law.clone().during(other.from, other.until).unwrap_or(law)
+}
+
+/// `law` with the extensions that `other` has in use, where it knows them, and at work when `other` is.
 pub(crate) fn extended_like(law: &EffectSpec, other: &EffectSpec) -> EffectSpec {
-    let mut extended = law.clone();
+    let mut extended = at_work_like(law.clone(), other);
     let Ok(info) = other.info() else { return extended };
     for (k, parameter) in info.parameters.iter().enumerate() {
         if parameter.extension
@@ -37,7 +54,8 @@ pub(crate) fn extended_like(law: &EffectSpec, other: &EffectSpec) -> EffectSpec 
 /// Coulomb friction with the same turn, an umbilical linear drag.
 pub(crate) fn containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
     if id == "umbilical" && standing.id == "platform_linear_drag" {
-        return EffectSpec::new(id, None, &[1.0, value_of(standing, "coefficient")?]).ok();
+        let wider = EffectSpec::new(id, None, &[1.0, value_of(standing, "coefficient")?]).ok()?;
+        return Some(at_work_like(wider, standing));
     }
     let plain = ["tail", "algebraic"].iter().all(|shape| value_of(standing, shape) == Some(0.0));
     if id != "winch_stribeck_friction" || standing.id != "winch_coulomb_friction" || !plain {
@@ -89,7 +107,7 @@ pub(crate) fn beyond_first_order(law: &EffectSpec) -> Option<EffectSpec> {
         return None;
     }
     let values = [value_of(law, "loss")? / WRAP_ANGLE, WRAP_ANGLE, value_of(law, "transition_speed")?];
-    EffectSpec::new(WRAP, law.cable, &values).ok()
+    Some(at_work_like(EffectSpec::new(WRAP, law.cable, &values).ok()?, law))
 }
 
 /// Share of the winch force that a law of friction takes.
@@ -110,7 +128,9 @@ pub(crate) fn kin_of(effect: &EffectSpec, tension: f64) -> Vec<EffectSpec> {
     };
     let values: [&[f64]; 3] = [&[force, 0.02], &[force, 1.3 * force, 0.1, 10.0], &[force / tension, 0.02]];
     let others = FRICTION.into_iter().zip(values).filter(|(id, _)| *id != effect.id);
-    others.filter_map(|(id, values)| EffectSpec::new(id, effect.cable, values).ok()).collect()
+    let law =
+        |(id, values): (&str, &[f64])| Some(at_work_like(EffectSpec::new(id, effect.cable, values).ok()?, effect));
+    others.filter_map(law).collect()
 }
 
 /// How far a law's presliding has got.

@@ -5,7 +5,7 @@ use cdpr::model_file::Model;
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
 use crate::expected::expected_forces;
-use crate::extension::count_in_use;
+use crate::extension::{count_in_use, count_times};
 use crate::gap::{gap, predict};
 use crate::instruments;
 use crate::kalman::Randomness;
@@ -103,9 +103,11 @@ impl Search<'_> {
 
     /// `-2 log L` on training data plus the penalty of the parameters.
     pub(crate) fn score(&self, train: &Fit, trials: &[Trial]) -> f64 {
-        let cost: f64 = train.model.effects[self.given..].iter().map(|s| self.penalty.of(count_in_use(s).max(1))).sum();
+        let effects = &train.model.effects[self.given..];
+        let cost: f64 = effects.iter().map(|s| self.penalty.of(count_in_use(s).max(1))).sum();
+        let times = self.penalty.of_times(count_times(effects));
         let instruments = self.penalty.of_parameters(instruments::parameters(&train.randomness));
-        train.minus_two_log_likelihood(trials, &train.randomness) + cost + instruments
+        train.minus_two_log_likelihood(trials, &train.randomness) + cost + times + instruments
     }
 
     /// `fitted` with what its instruments ask for, where something is left for them and no explanation gains far more.

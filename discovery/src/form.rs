@@ -180,7 +180,7 @@ impl Search<'_> {
 
     /// `fitted` on the beginnings of the trials, with its parameters fitted to them.
     fn on_beginnings(&self, fitted: &Fitted) -> Result<Trained, FitError> {
-        let begun = fitted.train.begun(&self.beginnings)?;
+        let begun = self.begun(&fitted.train)?;
         self.train(&fitted.train.model, &begun, &self.beginnings, FIRST_ROUNDS, None)
     }
 

@@ -8,6 +8,7 @@
 pub mod calibrate;
 pub mod data;
 pub mod experiment;
+mod onset;
 pub mod outcome;
 pub mod report;
 pub mod write;

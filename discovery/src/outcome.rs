@@ -45,6 +45,8 @@ pub struct Found {
     pub named: bool,
     /// Standard error of each parameter; `None` where the data do not determine it.
     pub standard_error: Vec<Option<f64>>,
+    /// When it begins and ends.
+    pub onset: Onset,
     /// Bayesian information criterion with it minus without it.
     pub delta_bic: f64,
     /// Gap on held-out data over the main horizon with everything found but this.
@@ -55,6 +57,15 @@ pub struct Found {
     pub null_test: Option<NullTest>,
     /// Its size in blocks of time; `None` where the data have no room for two.
     pub stability: Option<Stability>,
+}
+
+/// When an effect begins and ends (s, on the clock of each trial); `None` where it was there before, or stays.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Onset {
+    /// When it begins.
+    pub from: Option<Estimated>,
+    /// When it ends.
+    pub until: Option<Estimated>,
 }
 
 /// The weighing of all candidates repeated against innovations shifted in time and frequency, where only chance can explain

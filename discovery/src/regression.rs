@@ -152,6 +152,11 @@ impl Penalty {
         self.parameter * parameters as f64
     }
 
+    /// Of so many times at which effects begin or end: each is a parameter, and a choice among many.
+    pub(crate) fn of_times(self, times: usize) -> f64 {
+        self.of(1) * times as f64
+    }
+
     /// Of one effect with so many parameters.
     pub(crate) fn of(self, parameters: usize) -> f64 {
         self.choice + self.parameter * parameters as f64

@@ -64,7 +64,7 @@ impl Search<'_> {
 
     fn in_its_place(&self, fitted: &Fitted, at: usize, rival: &EffectSpec) -> Result<Rival, FitError> {
         let (trials, beginnings) = (&self.evidence.train, &self.beginnings);
-        let standing = fitted.train.begun(beginnings)?;
+        let standing = self.begun(&fitted.train)?;
         let limit = self.score(&standing, beginnings);
         let law = &fitted.train.model.effects[at];
         let mut model = fitted.train.model.clone();
@@ -117,8 +117,8 @@ impl Search<'_> {
         if next.gap[0] <= NOTHING_LEFT || rivals.is_empty() {
             return Ok(next);
         }
-        let begun = fitted.train.begun(&self.beginnings)?;
-        let standing = next.train.begun(&self.beginnings)?;
+        let begun = self.begun(&fitted.train)?;
+        let standing = self.begun(&next.train)?;
         let limit = self.score(&standing, &self.beginnings) - EVIDENCE;
         let aim = standing.minus_two_log_likelihood(&self.beginnings, &standing.randomness);
         let tried = rivals.par_iter().enumerate().filter_map(|(at, rival)| {

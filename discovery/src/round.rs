@@ -70,9 +70,19 @@ impl Search<'_> {
         let ranked = rank(library, &levels, self.penalty);
         let gain = ranked.first().map_or(0.0, |best| base - best.score).max(0.0);
         if parsimony {
+            let instruments = self.instruments.clone();
             self.better = self.better_instruments(fitted, gain)?;
-            if self.better.is_some() {
-                return Ok(None);
+            if let Some(better) = &self.better {
+                // What begins or ends looks like an instrument that drifts.
+                let explained = fitted.score - better.score;
+                let after = std::mem::replace(&mut self.instruments, instruments);
+                let found = self.for_a_while(fitted, library, &ranked, explained)?;
+                if found.is_some() {
+                    self.better = None;
+                } else {
+                    self.instruments = after;
+                }
+                return Ok(found);
             }
         }
         let mut refused: Vec<(&'static str, Option<usize>)> = Vec::new();
@@ -137,6 +147,12 @@ impl Search<'_> {
         }
         if parsimony {
             self.null_test = weighing.null_test(EVIDENCE);
+            if fit.randomness.has_latents() || self.something_left(fit, &e.train) {
+                let found = self.for_a_while(fitted, library, &ranked, 0.0)?;
+                if found.is_some() {
+                    return Ok(found);
+                }
+            }
             if gain > 0.0 && !self.may_hide(fitted) {
                 self.better = self.better_instruments(fitted, 0.0)?;
             }

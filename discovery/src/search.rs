@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
 
 use crate::candidates::{catalogue, dictionary};
 use crate::data::{Channel, Trial};
@@ -26,7 +27,7 @@ const STRONG: f64 = 5.0;
 /// Share of the evidence that an effect must explain; below it such a law is looked for before the search goes on.
 const HIDDEN: f64 = 0.05;
 /// Share of the evidence from which an effect found first is most of what is missing, so that its form shows; and of what
-/// is left then, that the form must explain.
+/// is left then, that the form or the times between which it acts must explain.
 const MOST: f64 = 0.5;
 /// Gap over the main horizon on held-out data up to which nothing is left to explain.
 pub(crate) const NOTHING_LEFT: f64 = 1.1;
@@ -36,6 +37,8 @@ const MOST_EFFECTS: usize = 5;
 const MOST_TERMS: usize = 3;
 /// Length of the beginnings of trials (s).
 pub(crate) const BEGINNING: f64 = 30.0;
+/// How long before the last effect begins they start then (s).
+const LEAD: f64 = 5.0;
 /// What the criterion must rise on the beginnings for an explanation to be far off.
 pub(crate) const FAR_OFF: f64 = 100.0;
 /// Gauss-Newton rounds of a refinement.
@@ -111,7 +114,7 @@ impl<'a> Search<'a> {
             evidence.train.iter().map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count()).sum();
         Self {
             evidence,
-            beginnings: evidence.train.iter().map(beginning).collect(),
+            beginnings: beginnings(&evidence.train, f64::NEG_INFINITY),
             given,
             taken: Vec::new(),
             steps: Vec::new(),
@@ -126,6 +129,19 @@ impl<'a> Search<'a> {
             better: None,
             penalty: Penalty::new(count),
         }
+    }
+
+    /// Has the beginnings of the trials start shortly before the last of the model's new effects begins: before that they
+    /// show nothing of it.
+    pub(crate) fn begin_in_force(&mut self, model: &Model) {
+        let from =
+            model.effects[self.given..].iter().filter_map(|effect| effect.from).fold(f64::NEG_INFINITY, f64::max);
+        self.beginnings = beginnings(&self.evidence.train, from - LEAD);
+    }
+
+    /// A fit on the beginnings of its trials.
+    pub(crate) fn begun(&self, fit: &Fit) -> Result<Fit, FitError> {
+        fit.part(&self.evidence.train, &self.beginnings)
     }
 
     pub(crate) fn note(&mut self, effect: &EffectSpec, outcome: &str, delta_bic: f64, reason: &str) {
@@ -156,7 +172,7 @@ impl<'a> Search<'a> {
                 signatures = self.signatures(&fitted, Source::Catalogue);
                 next = self.one_more(&fitted, &signatures)?;
             }
-            fitted = next.unwrap_or(fitted);
+            fitted = self.onset(next.unwrap_or(fitted), MOST);
             if self.explained(base, &fitted) > MOST {
                 fitted = self.form_if(fitted, MOST);
             }
@@ -266,7 +282,9 @@ impl<'a> Search<'a> {
             }
             let found = next.is_some();
             let score = fitted.score;
-            fitted = self.form(next.unwrap_or(fitted));
+            // As long as more is found, times at which an effect acts may only stand for what is not found yet.
+            fitted = self.onset(next.unwrap_or(fitted), if found { MOST } else { f64::NEG_INFINITY });
+            fitted = self.form(fitted);
             if !found && fitted.score == score {
                 break;
             }
@@ -474,10 +492,16 @@ fn may_hide(gap: f64, taken: bool, chance: Option<NullTest>, something_left: imp
     gap > STRONG && (taken || chance.is_some_and(|test| test.as_strong == 0) || something_left())
 }
 
-/// The first part of a trial.
-fn beginning(trial: &Trial) -> Trial {
-    let end = trial.time.iter().take_while(|t| **t - trial.time[0] <= BEGINNING).count();
-    trial.part(0..end, trial.name.clone())
+/// The first part of each trial from some time (s) before its last part on.
+fn beginnings(trials: &[Trial], from: f64) -> Vec<Trial> {
+    let beginning = |trial: &Trial| {
+        let latest = trial.time[trial.len() - 1] - BEGINNING;
+        let from = from.min(latest).max(trial.time[0]);
+        let start = trial.time.partition_point(|t| *t < from);
+        let end = trial.time.partition_point(|t| *t - trial.time[start] <= BEGINNING);
+        trial.part(start..end, trial.name.clone())
+    };
+    trials.iter().map(beginning).collect()
 }
 
 #[cfg(test)]

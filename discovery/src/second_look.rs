@@ -72,7 +72,7 @@ impl Search<'_> {
         // All laws on the beginnings of the trials, the best of them on the whole; anew, for what is best for a beginning may
         // be a dead end.
         let trials = &self.evidence.train;
-        let begun = base.train.begun(&self.beginnings)?;
+        let begun = self.begun(&base.train)?;
         self.refine_all(&mut tried, &self.beginnings, &begun, FIRST_ROUNDS, 0.5);
         let nothing = self.score(&begun, &self.beginnings);
         tried.retain(|law| law.score() < nothing - EVIDENCE);

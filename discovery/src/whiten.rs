@@ -81,6 +81,17 @@ impl Normal {
         self.minus_two_log_likelihood += other.minus_two_log_likelihood;
     }
 
+    /// Those of some columns that follow one another.
+    pub(crate) fn picked(&self, columns: std::ops::Range<usize>) -> Self {
+        let row = |r: usize| &self.gram[r * self.columns + columns.start..r * self.columns + columns.end];
+        Self {
+            columns: columns.len(),
+            gram: columns.clone().flat_map(row).copied().collect(),
+            right: self.right[columns.clone()].to_vec(),
+            ..*self
+        }
+    }
+
     /// Fall of `-2 log L` by signatures of these amplitudes.
     pub(crate) fn drop(&self, amplitudes: &[f64]) -> f64 {
         let rows = self.gram.chunks_exact(self.columns.max(1)).zip(&self.right).zip(amplitudes);

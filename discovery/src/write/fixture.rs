@@ -11,7 +11,7 @@ use cdpr::model_file::Model;
 use crate::data::{Channel, Trial};
 use crate::outcome::{
     Alternative, BeforeAfter, Block, ChannelInstrument, Compared, DetectionLimit, Discovery, Estimated, Found,
-    HorizonGap, Instruments, Latents, Located, NullTest, Remaining, SearchStep, Stability, Verdict, Whiteness,
+    HorizonGap, Instruments, Latents, Located, NullTest, Onset, Remaining, SearchStep, Stability, Verdict, Whiteness,
 };
 
 pub(super) const FORCE: f64 = 180.0;
@@ -27,6 +27,7 @@ pub(super) fn friction() -> Found {
         named: true,
         effect: spec("winch_coulomb_friction", &[FORCE, SPEED]),
         standard_error: vec![Some(1.9), None],
+        onset: Onset::default(),
         delta_bic: -812.4,
         holdout_gap_without: Some(39.5),
         alternatives: vec![
@@ -71,6 +72,7 @@ pub(super) fn term(target: &str, expression: &str) -> Found {
         named: true,
         effect: EffectSpec::expression(target, expression).unwrap(),
         standard_error: vec![Some(0.6)],
+        onset: Onset::default(),
         delta_bic: -52.0,
         holdout_gap_without: None,
         alternatives: Vec::new(),

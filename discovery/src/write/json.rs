@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::data::Channel;
 use crate::outcome::{
     Alternative, Block, ChannelInstrument, Compared, Discovery, Estimated, Found, Instruments, Located, NullTest,
-    Remaining, SearchStep, Stability, Verdict,
+    Onset, Remaining, SearchStep, Stability, Verdict,
 };
 
 use super::detection::{LimitEntry, cannot_tell, limit};
@@ -68,6 +68,18 @@ struct EstimatedEntry {
     standard_error: Option<f64>,
 }
 
+/// When an effect begins and ends (s); `null` where it was there before, or stays.
+#[derive(Serialize)]
+struct OnsetEntry {
+    from: Option<EstimatedEntry>,
+    until: Option<EstimatedEntry>,
+}
+
+fn onset(onset: Onset) -> Option<OnsetEntry> {
+    let Onset { from, until } = onset;
+    (from.is_some() || until.is_some()).then(|| OnsetEntry { from: from.map(Into::into), until: until.map(Into::into) })
+}
+
 impl From<Estimated> for EstimatedEntry {
     fn from(size: Estimated) -> Self {
         Self { value: size.value, standard_error: size.standard_error }
@@ -119,6 +131,9 @@ struct EffectEntry<'a> {
     #[serde(rename = "where")]
     place: String,
     parameters: BTreeMap<&'static str, ParameterEntry>,
+    /// Where it begins or ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    onset: Option<OnsetEntry>,
     /// Whether it may be called what is missing.
     named: bool,
     delta_bic: f64,
@@ -396,6 +411,7 @@ fn effect<'a>(found: &'a Found, trials: &[Compared]) -> EffectEntry<'a> {
         channel: found.effect.channel.as_deref(),
         place: key_of(&found.effect),
         parameters: parameters(&found.effect, &found.standard_error),
+        onset: onset(found.onset),
         named: found.named,
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,

@@ -30,9 +30,18 @@ const BEGINNINGS: [&str; 4] = ["platform ", "cable ", "anchor ", "attachment "];
 const NAMES: [&str; 2] = ["Coulomb", "Stribeck"];
 
 /// The catalogue's name of an effect for the middle of a sentence, without the place: `Coulomb friction`, `force gain
-/// error`, `mass error`.
+/// error`, `mass error since 40.0 s`.
 #[must_use]
 pub fn label(spec: &EffectSpec) -> String {
+    match (spec.from, spec.until) {
+        (None, None) => name(spec),
+        (Some(from), None) => format!("{} since {from:.1}\u{a0}s", name(spec)),
+        (None, Some(until)) => format!("{} until {until:.1}\u{a0}s", name(spec)),
+        (Some(from), Some(until)) => format!("{} from {from:.1} to {until:.1}\u{a0}s", name(spec)),
+    }
+}
+
+fn name(spec: &EffectSpec) -> String {
     let title = spec.info().map_or(spec.id.as_str(), |info| info.title);
     let mut text = title.to_owned();
     if !NAMES.iter().any(|name| text.starts_with(name)) {
@@ -133,6 +142,14 @@ mod tests {
             (spec("length_sensor_scale", Some(2), &[0.001]), "scale error in the measured unstretched length\u{a0}2"),
             (spec("tension_sensor_gain", Some(2), &[0.02]), "gain error in the measured tension\u{a0}2"),
             (spec("pose_sensor_delay", None, &[0.1]), "delay in the measured pose"),
+            (
+                spec("winch_force_gain", Some(2), &[0.03]).during(Some(40.02), None).unwrap(),
+                "force gain error since 40.0\u{a0}s on winch\u{a0}2",
+            ),
+            (
+                spec("platform_mass", None, &[50.0]).during(Some(30.0), Some(55.0)).unwrap(),
+                "mass error from 30.0 to 55.0\u{a0}s on the platform",
+            ),
             (EffectSpec::expression("platform.torque", "3*phi").unwrap(), "term on the platform's rotation"),
         ];
         for (effect, expected) in cases {

@@ -1,0 +1,229 @@
+//! An effect cut into segments of time, and the courses that it may take through them.
+
+use std::ops::Range;
+
+use cdpr::effect::EffectSpec;
+use rayon::prelude::*;
+
+use crate::candidates::Combination;
+use crate::data::Trial;
+use crate::estimate::{Fit, FitError, for_trial};
+use crate::kalman::{Keep, Randomness, filter};
+use crate::regression::{Penalty, ladder, subset};
+use crate::signature;
+use crate::whiten::{Forcing, Normal, whiten};
+
+/// Where an effect is at work: stretches between edges, each with a size of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Course {
+    pub(super) stretches: Vec<(usize, usize)>,
+    /// Amplitudes of the columns in each stretch.
+    pub(super) sizes: Vec<Vec<f64>>,
+    /// `-2 log L` with it.
+    pub(super) value: f64,
+}
+
+/// An effect's part of the normal equations, its columns by segments of time, at each size of the latent forces.
+pub(super) struct Segments {
+    /// Columns of the effect.
+    columns: usize,
+    /// Times (s) between which they lie.
+    pub(super) edges: Vec<f64>,
+    pub(super) levels: Vec<Normal>,
+}
+
+impl Segments {
+    /// The effects `at`, which are one in different stretches of time, taken out of `fit` and cut at `edges`.
+    pub(super) fn of_standing(fit: &Fit, trials: &[Trial], at: &[usize], edges: Vec<f64>) -> Result<Self, FitError> {
+        let whole = EffectSpec { from: None, until: None, ..fit.model.effects[at[0]].clone() };
+        let mut reduced = fit.model.clone();
+        let mut index = 0;
+        reduced.effects.retain(|_| {
+            index += 1;
+            !at.contains(&(index - 1))
+        });
+        let without = Fit::new(&reduced, trials, &fit.randomness, Some(fit))?;
+        Ok(Self::of(&without, trials, &whole, edges))
+    }
+
+    /// An effect that `without` lacks, cut at `edges`.
+    pub(super) fn of(without: &Fit, trials: &[Trial], effect: &EffectSpec, edges: Vec<f64>) -> Self {
+        let sizes = ladder(&without.randomness);
+        let (variations, columns) = (std::slice::from_ref(effect), [vec![(0, 1.0)]]);
+        Self::of_each(without, trials, (variations, &columns), &[0..1], &edges, &sizes).remove(0)
+    }
+
+    /// Candidates that `without` lacks, each by itself cut at `edges`, at some sizes of the latent forces. The columns of each
+    /// are combinations of variations, one range of them a candidate.
+    pub(super) fn of_each(
+        without: &Fit,
+        trials: &[Trial],
+        (variations, columns): (&[EffectSpec], &[Combination]),
+        candidates: &[Range<usize>],
+        edges: &[f64],
+        sizes: &[Randomness],
+    ) -> Vec<Self> {
+        let segments = edges.len() - 1;
+        let own = |of: &Range<usize>| of.start * segments..of.end * segments;
+        let pairs_of = |of: &Range<usize>| {
+            let own = own(of);
+            own.clone().flat_map(move |a| (own.start..=a).map(move |b| (a, b)))
+        };
+        let pairs: Vec<(usize, usize)> = candidates.iter().flat_map(pairs_of).collect();
+        let parts: Vec<Vec<Normal>> = (0..trials.len())
+            .into_par_iter()
+            .map(|t| {
+                let (trial, linear) = (&trials[t], &without.linear[t]);
+                let (base, path) = (&without.examined, &without.trajectories[t]);
+                let forcing = signature::forcing(&without.model, base, variations, columns, linear, trial, path);
+                let cut = cut(&forcing, trial, base.states(), edges);
+                let at_size = |size| {
+                    let randomness = for_trial(size, trial);
+                    let filtered = filter(linear, &randomness, Keep::Innovations);
+                    whiten(linear, &randomness, &filtered, &cut, Some(&pairs))
+                };
+                sizes.par_iter().map(at_size).collect()
+            })
+            .collect();
+        let sum = |level: usize| {
+            parts.iter().fold(Normal::empty(columns.len() * segments), |mut sum, part| {
+                sum.add(&part[level]);
+                sum
+            })
+        };
+        let levels: Vec<Normal> = (0..sizes.len()).map(sum).collect();
+        let of_candidate = |of: &Range<usize>| Self {
+            columns: of.len(),
+            levels: levels.iter().map(|level| level.picked(own(of))).collect(),
+            edges: edges.to_vec(),
+        };
+        candidates.iter().map(of_candidate).collect()
+    }
+
+    /// The best amplitudes in each of `stretches`, at the size of the latent forces that does best with them.
+    pub(super) fn along(&self, stretches: &[(usize, usize)]) -> Option<Course> {
+        let (segments, columns) = (self.edges.len() - 1, self.columns);
+        let unknowns = stretches.len() * columns;
+        // Rows of the normal equations that make an unknown.
+        let rows = |unknown: usize| {
+            let ((from, until), column) = (stretches[unknown / columns], unknown % columns);
+            column * segments + from..column * segments + until
+        };
+        let mut best: Option<Course> = None;
+        for level in &self.levels {
+            let mut small = Normal::empty(unknowns);
+            for a in 0..unknowns {
+                small.right[a] = level.right[rows(a)].iter().sum();
+                for b in 0..unknowns {
+                    let row = |r: usize| level.gram[r * level.columns..][rows(b)].iter().sum::<f64>();
+                    small.gram[a * unknowns + b] = rows(a).map(row).sum();
+                }
+            }
+            let all: Vec<usize> = (0..unknowns).collect();
+            let Some(solved) = subset(&small, &all) else { continue };
+            let value = level.minus_two_log_likelihood - solved.drop;
+            if best.as_ref().is_none_or(|best| value < best.value) {
+                let sizes = solved.amplitudes.chunks(columns).map(<[f64]>::to_vec).collect();
+                best = Some(Course { stretches: stretches.to_vec(), sizes, value });
+            }
+        }
+        best
+    }
+
+    /// The best of `courses` by `-2 log L`.
+    pub(super) fn best(&self, courses: impl IntoIterator<Item = Vec<(usize, usize)>>) -> Option<Course> {
+        let all: Vec<Vec<(usize, usize)>> = courses.into_iter().collect();
+        all.into_par_iter().filter_map(|stretches| self.along(&stretches)).min_by(|a, b| a.value.total_cmp(&b.value))
+    }
+}
+
+/// Each column cut into one for each segment of time: what acts over a step belongs where its middle is.
+fn cut(forcing: &Forcing, trial: &Trial, states: usize, edges: &[f64]) -> Forcing {
+    let segments = edges.len() - 1;
+    let segment = |time: f64| edges[1..segments].partition_point(|edge| *edge <= time);
+    let spread = |values: &[f32], width: usize, time: &dyn Fn(usize) -> f64| {
+        let mut out = vec![0.0; values.len() * segments];
+        for (row, values) in values.chunks_exact(forcing.columns).enumerate() {
+            let first = row * forcing.columns * segments + segment(time(row / width));
+            values.iter().enumerate().for_each(|(c, value)| out[first + c * segments] = *value);
+        }
+        out
+    };
+    let middle = |k: usize| 0.5 * (trial.time[k] + trial.time[k + 1]);
+    Forcing {
+        columns: forcing.columns * segments,
+        step: spread(&forcing.step, states, &middle),
+        sensor: spread(&forcing.sensor, trial.channels.len(), &|k| trial.time[k]),
+    }
+}
+
+/// First and last time of the trials together (s).
+pub(super) fn span(trials: &[Trial]) -> (f64, f64) {
+    trials.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), trial| {
+        (first.min(trial.time[0]), last.max(trial.time[trial.len() - 1]))
+    })
+}
+
+/// Edges of so many segments of the same length.
+pub(super) fn even(trials: &[Trial], segments: usize) -> Vec<f64> {
+    let (first, last) = span(trials);
+    (0..=segments).map(|k| first + (last - first) * k as f64 / segments as f64).collect()
+}
+
+/// Kinds of courses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    From,
+    Until,
+    Between,
+    Change,
+}
+
+impl Kind {
+    pub(super) const ALL: [Self; 4] = [Self::From, Self::Until, Self::Between, Self::Change];
+
+    /// All courses of the kind over so many segments.
+    pub(super) fn courses(self, segments: usize) -> Vec<Vec<(usize, usize)>> {
+        let inner = 1..segments;
+        match self {
+            Self::From => inner.map(|at| vec![(at, segments)]).collect(),
+            Self::Until => inner.map(|at| vec![(0, at)]).collect(),
+            Self::Between => {
+                inner.flat_map(|from| (from + 1..segments).map(move |until| vec![(from, until)])).collect()
+            }
+            Self::Change => inner.map(|at| vec![(0, at), (at, segments)]).collect(),
+        }
+    }
+}
+
+/// What a course costs beyond an effect of so many parameters that is always there.
+pub(super) fn price(course: &Course, segments: usize, parameters: usize, penalty: Penalty) -> f64 {
+    let inner = |edge: usize| usize::from(edge > 0 && edge < segments);
+    match &course.stretches[..] {
+        [(from, until)] => penalty.of_times(inner(*from) + inner(*until)),
+        _ => penalty.of_times(1) + penalty.of(parameters),
+    }
+}
+
+/// An effect in the stretches of a course, `sized` by its amplitudes in each.
+pub(super) fn entries(
+    course: &Course,
+    edges: &[f64],
+    sized: impl Fn(&[f64]) -> Option<EffectSpec>,
+) -> Option<Vec<EffectSpec>> {
+    let inner = |edge: usize| (edge > 0 && edge < edges.len() - 1).then(|| edges[edge]);
+    let entry = |((from, until), amplitudes): (&(usize, usize), &Vec<f64>)| {
+        sized(amplitudes)?.during(inner(*from), inner(*until)).ok()
+    };
+    course.stretches.iter().zip(&course.sizes).map(entry).collect()
+}
+
+/// `effect` multiplied in those of its parameters that are sizes, where its law allows it.
+pub(super) fn multiplied(effect: &EffectSpec, by: f64) -> EffectSpec {
+    let mut sized = EffectSpec { from: None, until: None, ..effect.clone() };
+    if let Ok(info) = effect.info() {
+        let sizes = sized.values.iter_mut().zip(info.parameters).filter(|(_, parameter)| !parameter.shape);
+        sizes.for_each(|(value, _)| *value *= by);
+    }
+    if sized.check().is_ok() { sized } else { effect.clone() }
+}
