@@ -242,6 +242,7 @@ pub(crate) fn examine(
     let instruments =
         instruments::summary(&fitted.train, &evidence.train, &evidence.noise, &delay_errors.collect::<Vec<_>>());
     remarks.extend(instruments.remarks());
+    remarks.append(&mut search.remarks);
     let (candidates, steps) = (search.tried.len(), std::mem::take(&mut search.steps));
     let horizon = search.reaches.main.horizon;
     let trials = verify::compared(&base, &fitted, &evidence, horizon, search.instruments.as_ref());

@@ -111,7 +111,7 @@ impl Search<'_> {
     }
 
     /// `fitted` with what its instruments ask for, where something is left for them and no explanation gains far more.
-    pub(crate) fn with_instruments(&self, fitted: &Fitted, gain: f64) -> Result<Option<Fitted>, FitError> {
+    pub(crate) fn with_instruments(&mut self, fitted: &Fitted, gain: f64) -> Result<Option<Fitted>, FitError> {
         let e = self.evidence;
         if !fitted.train.randomness.has_latents() && !self.something_left(&fitted.train, &e.train) {
             return Ok(None);
@@ -122,20 +122,23 @@ impl Search<'_> {
         match self.verified(Trained { fit, estimate: fitted.estimate.clone(), score }, fitted) {
             Ok(better) => Ok(Some(better)),
             // Without what the instruments took over nothing holds the held-out trajectory: they are no better.
-            Err(FitError::Diverged { .. } | FitError::Simulation(_)) => Ok(None),
+            Err(error @ (FitError::Diverged { .. } | FitError::Simulation(_))) => {
+                let remark = format!("What the instruments seem to add does not go with the held-out data: {error}.");
+                if !self.remarks.contains(&remark) {
+                    self.remarks.push(remark);
+                }
+                Ok(None)
+            }
             Err(error) => Err(error),
         }
     }
 
     /// `fitted` without what its instruments were given before its effects were known, where it is as good without: a drift
-    /// may have stood for a law that has a name now. The effects' parameters adapt.
+    /// may have stood for a law that has a name now, and a delay for what another clock or a drift does. The effects' parameters
+    /// adapt.
     pub(crate) fn without_idle_instruments(&mut self, mut fitted: Fitted) -> Fitted {
-        if self.taken.is_empty() {
-            return fitted;
-        }
         let mut kept = 0;
-        while let Some(randomness) =
-            instruments::less_by_one(&fitted.train.randomness, &self.evidence.train).into_iter().nth(kept)
+        while let Some(randomness) = instruments::less_by_one(&fitted.train, &self.evidence.train).into_iter().nth(kept)
         {
             let mut start = fitted.train.clone();
             start.randomness = randomness;

@@ -88,6 +88,8 @@ pub(crate) struct Search<'a> {
     pub(crate) given: usize,
     pub(crate) taken: Vec<Taken>,
     pub(crate) steps: Vec<SearchStep>,
+    /// What a reader should know of the way that the search went, a sentence each.
+    pub(crate) remarks: Vec<String>,
     /// The names of all candidates weighed so far.
     pub(crate) tried: HashSet<String>,
     /// What chance did in the last weighing of the catalogue.
@@ -118,6 +120,7 @@ impl<'a> Search<'a> {
             given,
             taken: Vec::new(),
             steps: Vec::new(),
+            remarks: Vec::new(),
             tried: HashSet::new(),
             null_test: None,
             weighed: None,

@@ -10,6 +10,8 @@ use crate::whiten::{Forcing, Normal, whiten};
 
 /// Moves of a clock and of the trajectory in turn.
 const CLOCK_MOVES: usize = 3;
+/// Rise of `-2 log L` without a delay from which it is not asked whether something else may do what it does.
+const CERTAIN: f64 = 400.0;
 
 /// Devices whose delays are estimated, each a parameter like those of effects.
 pub(crate) struct Clocks {
@@ -57,6 +59,18 @@ impl Clocks {
         Forcing { columns, step, sensor }
     }
 
+    /// Normal equations of the delays.
+    fn normal(&self, fit: &Fit, trials: &[Trial], randomness: &Randomness) -> Normal {
+        let mut normal = Normal::empty(self.count());
+        for (trial, linear) in trials.iter().zip(&fit.linear) {
+            let forcing = self.beside(Forcing::none(), linear, trial);
+            let randomness = for_trial(randomness, trial);
+            let filtered = filter(linear, &randomness, Keep::Innovations);
+            normal.add(&whiten(linear, &randomness, &filtered, &forcing, None));
+        }
+        normal
+    }
+
     /// Moves the delays (s).
     pub(crate) fn move_by(&self, steps: &[f64], randomness: &mut Randomness) {
         for (device, step) in self.devices.iter().zip(steps) {
@@ -64,6 +78,21 @@ impl Clocks {
             channels.for_each(|(_, late)| *late += step);
         }
     }
+}
+
+/// `randomness` less the delay of one clock, for each whose delay the likelihood may do without: the others and the parameters
+/// can only take some of what leaving it out costs where nothing else moves.
+pub(super) fn less_one_clock(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
+    let clocks = Clocks::set(&fit.randomness, trials);
+    let normal = clocks.normal(fit, trials, &fit.randomness);
+    let less = |(c, device): (usize, &Device)| {
+        let mut without = fit.randomness.clone();
+        let channels = clocks.all.iter().zip(&mut without.late).filter(|(channel, _)| Device::of(**channel) == *device);
+        let mut delay = 0.0;
+        channels.for_each(|(_, late)| delay = std::mem::take(late));
+        (delay * delay * normal.gram[c * clocks.count() + c] < CERTAIN).then_some(without)
+    };
+    clocks.devices.iter().enumerate().filter_map(less).collect()
 }
 
 impl Sizing<'_> {
@@ -96,14 +125,7 @@ impl Sizing<'_> {
     /// Normal equations of the delays of devices.
     pub(super) fn clock_normal(&self, fit: &Fit, randomness: &Randomness, devices: &[Device]) -> Normal {
         let clocks = Clocks { devices: devices.to_vec(), all: self.all.clone() };
-        let mut normal = Normal::empty(clocks.count());
-        for (trial, linear) in self.trials.iter().zip(&fit.linear) {
-            let forcing = clocks.beside(Forcing::none(), linear, trial);
-            let randomness = for_trial(randomness, trial);
-            let filtered = filter(linear, &randomness, Keep::Innovations);
-            normal.add(&whiten(linear, &randomness, &filtered, &forcing, None));
-        }
-        normal
+        clocks.normal(fit, self.trials, randomness)
     }
 
     /// Clocks as in `start`, then set by Gauss-Newton, the trajectory smoothed in between.

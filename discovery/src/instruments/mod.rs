@@ -230,8 +230,9 @@ pub(crate) fn resize(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Randomness {
 }
 
 /// `randomness` less one thing that instruments add, for each of those: noise with memory or drift of a device, the error of
-/// the recorded forces, jitter. (A late clock is taken up against all effects of delay, and stays.)
-pub(crate) fn less_by_one(randomness: &Randomness, trials: &[Trial]) -> Vec<Randomness> {
+/// the recorded forces, jitter; and the delay of a clock that is not certain.
+pub(crate) fn less_by_one(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
+    let randomness = &fit.randomness;
     let all = Channel::all(trials.first().map_or(0, Trial::cables));
     let mut less = Vec::new();
     for device in Device::ALL {
@@ -244,6 +245,7 @@ pub(crate) fn less_by_one(randomness: &Randomness, trials: &[Trial]) -> Vec<Rand
     }
     less.extend((randomness.white_input() > 0.0).then(|| Randomness { input: 0.0, ..randomness.clone() }));
     less.extend((randomness.jitter > 0.0).then(|| Randomness { jitter: 0.0, ..randomness.clone() }));
+    less.extend(clock::less_one_clock(fit, trials));
     less
 }
 

@@ -114,16 +114,31 @@ fn no_device_is_early_by_itself() {
 #[test]
 fn what_instruments_add_is_taken_away_one_thing_at_a_time() {
     let trials = recordings(|_, _| {});
-    let mut randomness = fitted(&[], &trials).randomness;
-    assert!(less_by_one(&randomness, &trials).is_empty());
+    let mut fit = fitted(&[], &trials);
+    assert!(less_by_one(&fit, &trials).is_empty());
+    let randomness = &mut fit.randomness;
     randomness.noise[0] = f64::NAN;
     (randomness.input, randomness.jitter) = (50.0, 1e-3);
     let memory = |channel, drift| Memory { channel, deviation: 0.01, time: 1.0, drift };
     randomness.memory = vec![memory(0, true), memory(1, true), memory(0, false), memory(4, true)];
     let counts = |r: &Randomness| (r.memory.len(), r.input > 0.0, r.jitter > 0.0);
-    let less: Vec<_> = less_by_one(&randomness, &trials).iter().map(counts).collect();
+    let less: Vec<_> = less_by_one(&fit, &trials).iter().map(counts).collect();
     let expected = [(2, true, true), (3, true, true), (3, true, true), (4, false, true), (4, true, false)];
     assert_eq!(less, expected);
+}
+
+/// A right model reported lengths that are 0.04 ms late, with an error of 0.03 ms.
+#[test]
+fn a_delay_that_is_less_than_its_error_may_be_given_back_and_a_certain_one_not() {
+    let late_ones = |late: f64| {
+        let trials = late_recordings(3, usize::MAX, late);
+        let mut fit = fitted(&[], &trials);
+        let lengths = Channel::all(4).iter().map(|c| matches!(c, Channel::UnstretchedLength(_))).collect::<Vec<_>>();
+        fit.randomness.late = lengths.iter().map(|of_lengths| if *of_lengths { late.max(2e-5) } else { 0.0 }).collect();
+        less_by_one(&fit, &trials).iter().map(|less| less.late.iter().all(|late| *late == 0.0)).collect::<Vec<_>>()
+    };
+    assert_eq!(late_ones(0.0), [true]);
+    assert_eq!(late_ones(0.02), [false; 0]);
 }
 
 /// Lengths in centimetres came out with 3 µm of white noise, stamps that jitter by half an interval, and no effect.

@@ -71,12 +71,12 @@ fn what_is_always_there_gets_no_times() {
     assert_eq!(course_of(&drag, std::slice::from_ref(&drag)), None);
 }
 
-/// A wind of a few seconds in a minute explains nothing as a wind that is always there.
+/// A bias of a few seconds in a minute explains nothing as a bias that is always there.
 #[test]
 fn a_candidate_is_weighed_in_a_part_of_the_time() {
-    let gust = during(&effect("steady_wind", None, &[60.0, 30.0, 0.0]), Some(24.0), Some(30.0));
+    let bias = during(&effect("winch_force_bias", Some(2), &[150.0]), Some(24.0), Some(30.0));
     let (train, holdout) =
-        (vec![record(std::slice::from_ref(&gust), 60.0, 33)], vec![record(std::slice::from_ref(&gust), 50.0, 34)]);
+        (vec![record(std::slice::from_ref(&bias), 60.0, 33)], vec![record(std::slice::from_ref(&bias), 50.0, 34)]);
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
     let evidence = Evidence { train, holdout, noise, instruments: None };
     let mut search = Search::new(&evidence, 0, &|_, _| {});
@@ -88,7 +88,7 @@ fn a_candidate_is_weighed_in_a_part_of_the_time() {
     let ranked = crate::regression::rank(&signatures.library, &levels, search.penalty);
     let proposed = search.weighed_in_time(&base.train, &signatures.library, &ranked);
     let (score, best) = &proposed[0];
-    assert_eq!(best.id, "steady_wind");
+    assert_eq!(best.cable, Some(2), "{best:?}");
     assert!((best.from.expect("it begins") - 24.0).abs() < 2.0, "{best:?}");
     assert!((best.until.expect("it ends") - 30.0).abs() < 2.0, "{best:?}");
     assert!(*score < base.score - EVIDENCE);
