@@ -1,6 +1,7 @@
 //! An effect cut into segments of time, and the courses that it may take through them.
 
 use std::ops::Range;
+use std::slice;
 
 use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
@@ -49,8 +50,8 @@ impl Segments {
     /// An effect that `without` lacks, cut at `edges`.
     pub(super) fn of(without: &Fit, trials: &[Trial], effect: &EffectSpec, edges: Vec<f64>) -> Self {
         let sizes = ladder(&without.randomness);
-        let (variations, columns) = (std::slice::from_ref(effect), [vec![(0, 1.0)]]);
-        Self::of_each(without, trials, (variations, &columns), &[0..1], &edges, &sizes).remove(0)
+        let (variations, columns, alone) = (slice::from_ref(effect), [vec![(0, 1.0)]], 0..1);
+        Self::of_each(without, trials, (variations, &columns), slice::from_ref(&alone), &edges, &sizes).remove(0)
     }
 
     /// Candidates that `without` lacks, each by itself cut at `edges`, at some sizes of the latent forces. The columns of each

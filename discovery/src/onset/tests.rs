@@ -18,9 +18,12 @@ fn during(effect: &EffectSpec, from: Option<f64>, until: Option<f64>) -> EffectS
     effect.clone().during(from, until).expect("an effect that can begin and end")
 }
 
+/// Errors of the times at which an effect begins and ends.
+type Times = [Option<f64>; 2];
+
 /// The effects found in the place of `standing`, which is always at work, where `hidden` ones act; and the errors of
 /// their times.
-fn course_of(standing: &EffectSpec, hidden: &[EffectSpec]) -> Option<(Vec<EffectSpec>, Vec<[Option<f64>; 2]>)> {
+fn course_of(standing: &EffectSpec, hidden: &[EffectSpec]) -> Option<(Vec<EffectSpec>, Vec<Times>)> {
     let (train, holdout) = (vec![record(hidden, 60.0, 31)], vec![record(hidden, 50.0, 32)]);
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
     let evidence = Evidence { train, holdout, noise, instruments: None };
