@@ -270,10 +270,9 @@ fn summary(discovery: &Discovery, report: &Report, json: &Path) -> String {
 }
 
 fn found_text(found: &Found) -> String {
-    let parameters = write::parameters(&found.effect, &found.standard_error);
     let text = match &found.effect.expression {
         Some(term) => format!("on {}: {}", write::place(&found.effect), report::term(term, &write::errors(found))),
-        None => sized(&found.effect, &parameters),
+        None => sized(&found.effect, &write::sizes(found)),
     };
     format!("{text}  (ΔBIC {})", signed(found.delta_bic))
 }

@@ -4,7 +4,7 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
 use super::SEGMENTS;
-use super::segments::{Segments, span};
+use super::segments::{Course, Segments, span};
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError};
 
@@ -80,20 +80,20 @@ fn locate_one(
             effects.map(|e| (end(e.from, first), end(e.until, last))).collect()
         };
         let segments = Segments::of_standing(fit, trials, at, edges.clone())?;
-        let spread = segments.levels[0].total / segments.levels[0].count.max(1) as f64;
-        let values: Vec<(f64, f64)> =
-            fine.iter().filter_map(|edge| Some((*edge, segments.along(&course(*edge))?.value))).collect();
+        let courses: Vec<(f64, Course)> =
+            fine.iter().filter_map(|edge| Some((*edge, segments.along(&course(*edge))?))).collect();
+        let values: Vec<(f64, f64)> = courses.iter().map(|(edge, course)| (*edge, course.value)).collect();
         let Some(best) = (0..values.len()).min_by(|a, b| values[*a].1.total_cmp(&values[*b].1)) else {
             return Ok(None);
         };
-        let (vertex, error) = vertex(&values, best, spread.max(1.0));
+        let (vertex, error) = vertex(&values, best, courses[best].1.left.max(1.0));
         now = vertex;
-        // Down to where its error is some segments wide, or less than a sample is left to look at.
-        if error.is_some_and(|error| error > 1.5 * step) || step <= 0.5 * shortest {
+        // Down to where its error is some segments wide, or a sample is left to look at.
+        if error.is_some_and(|error| error > 1.5 * step) || step <= shortest {
             let error = error.unwrap_or(f64::INFINITY).max(shortest / 12.0_f64.sqrt());
             return Ok(error.is_finite().then_some(Located { time: now, error }));
         }
-        step /= 4.0;
+        step = (step / 4.0).max(shortest);
     }
 }
 

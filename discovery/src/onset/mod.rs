@@ -26,7 +26,7 @@ const SEGMENTS: usize = 40;
 /// Most times that an estimate is located anew.
 const MOST_LOCATIONS: usize = 6;
 /// Moves of a time, in its standard errors, below which it has been located.
-const LOCATED: f64 = 0.2;
+const LOCATED: f64 = 0.5;
 
 impl Search<'_> {
     /// `fitted` with the times between which its effects are at work, where that explains more than this share of the

@@ -22,6 +22,8 @@ pub(super) struct Course {
     pub(super) sizes: Vec<Vec<f64>>,
     /// `-2 log L` with it.
     pub(super) value: f64,
+    /// Mean square of the whitened innovations that are left with it: one where they are white.
+    pub(super) left: f64,
 }
 
 /// An effect's part of the normal equations, its columns by segments of time, at each size of the latent forces.
@@ -125,7 +127,8 @@ impl Segments {
             let value = level.minus_two_log_likelihood - solved.drop;
             if best.as_ref().is_none_or(|best| value < best.value) {
                 let sizes = solved.amplitudes.chunks(columns).map(<[f64]>::to_vec).collect();
-                best = Some(Course { stretches: stretches.to_vec(), sizes, value });
+                let left = (level.total - solved.drop) / level.count.max(1) as f64;
+                best = Some(Course { stretches: stretches.to_vec(), sizes, value, left });
             }
         }
         best

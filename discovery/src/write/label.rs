@@ -2,7 +2,7 @@
 
 use cdpr::effect::EffectSpec;
 
-use crate::outcome::Found;
+use crate::outcome::{Estimated, Found};
 use crate::report;
 
 /// The ends of catalogue titles that a place says better, and what takes their stead in front.
@@ -100,6 +100,17 @@ pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<repo
             unit: unit(parameter.unit),
         })
         .collect()
+}
+
+/// What was found in numbers: the parameters of the effect, and when it begins and ends.
+#[must_use]
+pub fn sizes(found: &Found) -> Vec<report::Parameter> {
+    let time = |name: &str, time: Option<Estimated>| {
+        let Estimated { value, standard_error } = time?;
+        Some(report::Parameter { name: name.to_owned(), value, standard_error, unit: "s".to_owned() })
+    };
+    let times = [time("from", found.onset.from), time("until", found.onset.until)];
+    parameters(&found.effect, &found.standard_error).into_iter().chain(times.into_iter().flatten()).collect()
 }
 
 /// A unit as printed: `N.s2/m2` of FMI is `N s²/m²`.

@@ -12,7 +12,7 @@ mod signature;
 mod table;
 
 pub use json::discovery_json;
-pub use label::{errors, label, law, parameters, place};
+pub use label::{errors, label, law, parameters, place, sizes};
 pub use report::{About, report};
 pub use table::{COLUMNS, gap_csv};
 

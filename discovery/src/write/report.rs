@@ -4,8 +4,8 @@ use std::path::Path;
 
 use crate::data::Channel;
 use crate::outcome::{
-    Alternative, BeforeAfter, Block, Compared, Discovery, Estimated, Found, Instruments, Located, NullTest, Onset,
-    SearchStep, Stability, Verdict,
+    Alternative, BeforeAfter, Block, Compared, Discovery, Estimated, Found, Instruments, Located, NullTest, SearchStep,
+    Stability, Verdict,
 };
 use crate::report::{
     self, ChannelGap, FileUsed, Gap, HorizonGap, Method, Remainder, Report, Robot, Setting, Span, Step, Term, Whiteness,
@@ -13,7 +13,7 @@ use crate::report::{
 
 use super::detection::rows;
 use super::json::training_trials;
-use super::label::{errors, label, law, parameters, place};
+use super::label::{errors, label, law, parameters, place, sizes};
 use super::series::trial;
 use super::signature::signatures;
 
@@ -178,21 +178,12 @@ fn effect(found: &Found, trials: &[Compared]) -> report::Effect {
         cable: found.effect.cable,
         named: found.named,
         equation: law(&found.effect),
-        parameters: [parameters(&found.effect, &found.standard_error), times(&found.onset)].concat(),
+        parameters: sizes(found),
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,
         alternatives: found.alternatives.iter().map(alternative).collect(),
         stability: found.stability.as_ref().map(|s| stability(s, trials)),
     }
-}
-
-/// When an effect begins and ends, as numbers found beside its parameters.
-fn times(onset: &Onset) -> Vec<report::Parameter> {
-    let parameter = |name: &str, time: Option<Estimated>| {
-        let Estimated { value, standard_error } = time?;
-        Some(report::Parameter { name: name.to_owned(), value, standard_error, unit: "s".to_owned() })
-    };
-    [parameter("from", onset.from), parameter("until", onset.until)].into_iter().flatten().collect()
 }
 
 fn alternative(other: &Alternative) -> report::Alternative {

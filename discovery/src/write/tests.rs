@@ -47,6 +47,22 @@ fn the_json_keeps_the_contract() {
 }
 
 #[test]
+fn when_an_effect_begins_stands_beside_its_size() {
+    let mut begun = discovery();
+    assert!(json(&begun)["effects"][0].get("onset").is_none());
+    let found = &mut begun.effects[0];
+    found.effect = found.effect.clone().during(Some(40.02), None).unwrap();
+    found.onset.from = Some(crate::outcome::Estimated { value: 40.02, standard_error: Some(0.006) });
+    let names: Vec<String> = sizes(found).into_iter().map(|size| size.name).collect();
+    assert_eq!(names, ["force", "transition_speed", "from"]);
+    let onset = &json(&begun)["effects"][0]["onset"];
+    assert_eq!((&onset["from"]["value"], &onset["from"]["standard_error"]), (&40.02.into(), &0.006.into()));
+    assert!(onset["until"].is_null());
+    let page = report(&begun, &About::default());
+    assert!(summary(&page).headline.contains("since 40.0\u{a0}s"), "{}", summary(&page).headline);
+}
+
+#[test]
 fn what_would_have_shown_stands_in_the_json_and_folded_in_the_report() {
     let document = json(&discovery());
     let limits = document["detection_limits"].as_array().unwrap();
