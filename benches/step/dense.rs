@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use cdpr::dynamics::Inputs;
-use cdpr::integrator::{Complex64, System};
+use cdpr::integrator::{Complex64, DenseFactors, System};
 use cdpr::plant::Plant;
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use nalgebra::DMatrix;
 use num_dual::Dual64;
 
 /// A taut plant, its Jacobian and factors as dense matrices.
@@ -14,14 +14,13 @@ pub(crate) struct DenseSystem {
     plant: Arc<Plant>,
     pub(crate) inputs: Inputs,
     jacobian: DMatrix<f64>,
-    real: Option<LU<f64, Dyn, Dyn>>,
-    complex: Option<LU<Complex64, Dyn, Dyn>>,
+    factors: DenseFactors,
 }
 
 impl DenseSystem {
     pub(crate) fn new(plant: Arc<Plant>) -> Self {
         let n = plant.dimension();
-        Self { plant, inputs: Inputs::none(4), jacobian: DMatrix::zeros(n, n), real: None, complex: None }
+        Self { plant, inputs: Inputs::none(4), jacobian: DMatrix::zeros(n, n), factors: DenseFactors::default() }
     }
 }
 
@@ -54,22 +53,14 @@ impl System for DenseSystem {
     }
 
     fn factor(&mut self, real: f64, complex: Complex64) {
-        let n = self.jacobian.nrows();
-        self.real = Some((DMatrix::identity(n, n) * real - &self.jacobian).lu());
-        self.complex = Some((DMatrix::identity(n, n) * complex - self.jacobian.map(|v| Complex64::new(v, 0.0))).lu());
+        self.factors.factor(&self.jacobian, real, complex);
     }
 
     fn solve_real(&mut self, b: &mut [f64]) {
-        let mut x = DVector::from_column_slice(b);
-        self.real.as_ref().expect("factored").solve_mut(&mut x);
-        b.copy_from_slice(x.as_slice());
+        self.factors.solve_real(b);
     }
 
     fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
-        let mut x = DVector::from_fn(re.len(), |k, _| Complex64::new(re[k], im[k]));
-        self.complex.as_ref().expect("factored").solve_mut(&mut x);
-        for (k, value) in x.iter().enumerate() {
-            (re[k], im[k]) = (value.re, value.im);
-        }
+        self.factors.solve_complex(re, im);
     }
 }

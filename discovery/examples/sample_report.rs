@@ -107,7 +107,7 @@ fn adapt(report: &mut Report) {
                 holdout_gap_without: Some(report.gap.train.before),
                 stability: Some(stability([0.74, 0.81, 0.93, 1.05, 1.19, 1.28])),
             }];
-            report.method.null_test = Some(NullTest { runs: 99, exceeded: Some(3), followed: Some(1) });
+            report.method.null_test = Some(NullTest { runs: 99, allowed: 1, exceeded: Some(3), followed: Some(1) });
             report.located[0].place = "platform.force_x".to_owned();
             report.located[0].depends_on = vec!["position".to_owned()];
             report.signatures.clear();
@@ -116,7 +116,7 @@ fn adapt(report: &mut Report) {
             report.effects.clear();
             report.located.clear();
             report.signatures.clear();
-            report.method.null_test = Some(NullTest { runs: 99, exceeded: Some(42), followed: Some(0) });
+            report.method.null_test = Some(NullTest { runs: 99, allowed: 1, exceeded: Some(42), followed: Some(0) });
             report.method.steps.retain(|s| s.outcome == "refused");
             report.remainder = Remainder { force: 0.8, torque: 5.2, force_before: Some(0.8), torque_before: Some(5.2) };
         }
@@ -460,7 +460,7 @@ fn method() -> Method {
         trials: 2,
         samples: 110_000,
         seconds: 14.2,
-        null_test: Some(NullTest { runs: 99, exceeded: Some(0), followed: Some(0) }),
+        null_test: Some(NullTest { runs: 99, allowed: 1, exceeded: Some(0), followed: Some(0) }),
         steps: vec![
             step("Coulomb friction on winch 3", "added", -812.4, "largest gain"),
             step("drum inertia on winch 3", "refused", -3.1, "no gain on held-out data"),

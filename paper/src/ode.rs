@@ -1,20 +1,19 @@
 //! Small initial value problems on the library's integrator, with a numerical Jacobian; and Runge-Kutta beside it.
 
-use cdpr::integrator::{Complex64, IntegrationError, Integrator, System};
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use cdpr::integrator::{Complex64, DenseFactors, IntegrationError, Integrator, System};
+use nalgebra::DMatrix;
 
 /// `ẏ = f(t, y)` with a dense numerical Jacobian.
 pub(crate) struct Dense<F> {
     rates: F,
     dimension: usize,
     jacobian: DMatrix<f64>,
-    real: Option<LU<f64, Dyn, Dyn>>,
-    complex: Option<LU<Complex64, Dyn, Dyn>>,
+    factors: DenseFactors,
 }
 
 impl<F: FnMut(f64, &[f64], &mut [f64])> Dense<F> {
     pub(crate) fn new(dimension: usize, rates: F) -> Self {
-        Self { rates, dimension, jacobian: DMatrix::zeros(dimension, dimension), real: None, complex: None }
+        Self { rates, dimension, jacobian: DMatrix::zeros(dimension, dimension), factors: DenseFactors::default() }
     }
 }
 
@@ -49,29 +48,15 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> System for Dense<F> {
     }
 
     fn factor(&mut self, real: f64, complex: Complex64) {
-        let n = self.dimension;
-        self.real = Some((DMatrix::identity(n, n) * real - &self.jacobian).lu());
-        let jacobian = self.jacobian.map(|v| Complex64::new(v, 0.0));
-        self.complex = Some((DMatrix::from_diagonal_element(n, n, complex) - jacobian).lu());
+        self.factors.factor(&self.jacobian, real, complex);
     }
 
     fn solve_real(&mut self, b: &mut [f64]) {
-        let mut v = DVector::from_column_slice(b);
-        let solved = self.real.as_ref().is_some_and(|lu| lu.solve_mut(&mut v));
-        b.copy_from_slice(v.as_slice());
-        if !solved {
-            b.fill(f64::NAN);
-        }
+        self.factors.solve_real(b);
     }
 
     fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
-        let mut v = DVector::from_fn(re.len(), |k, _| Complex64::new(re[k], im[k]));
-        if !self.complex.as_ref().is_some_and(|lu| lu.solve_mut(&mut v)) {
-            v.fill(Complex64::new(f64::NAN, f64::NAN));
-        }
-        for (k, value) in v.iter().enumerate() {
-            (re[k], im[k]) = (value.re, value.im);
-        }
+        self.factors.solve_complex(re, im);
     }
 }
 

@@ -4,30 +4,25 @@
 //! An effect acts at one [`Stage`] of the plant. The order of the stages along the winch is fixed:
 //! command → delay → saturation → lag → gain → bias → power limit → added force → losses → cable.
 
+mod context;
+mod entry;
 mod presliding;
 mod site;
 mod spec;
 
+pub use context::{PlatformContext, StrainContext, SwingContext, WinchContext};
+pub use entry::{EffectInfo, Law, LookAlike, ParameterInfo, Scope, TextInfo};
 pub use site::{Axis, DependsOn, Place, Site};
 pub use spec::{EffectSpec, SpecError};
 
+use entry::{parameter, signed};
 use num_dual::Dual64;
 
 use crate::dynamics::PlantData;
-use crate::geometry::Geometry;
 use crate::length_sensor::EccentricDrum;
 use crate::per_cable::PerCable;
 use crate::pose_sensor::PoseSensor;
 use crate::scalar::Real;
-
-/// What an effect may act on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scope {
-    /// One cable (`cable = 1..n`), or all of them when `cable` is absent.
-    EachCable,
-    /// The platform, or all cables at once; takes no `cable`.
-    Whole,
-}
 
 /// Where on the plant an effect acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,145 +47,6 @@ pub enum Stage {
     PlatformWrench,
     /// Changes what the sensors show.
     Sensor,
-}
-
-/// One parameter of an effect.
-#[derive(Clone, Copy, Debug)]
-pub struct ParameterInfo {
-    /// Key in `model.toml` and last part of the FMU variable's name.
-    pub name: &'static str,
-    /// SI unit as FMI writes it (`N.s/m`), `1` for a pure number.
-    pub unit: &'static str,
-    /// What it is.
-    pub description: &'static str,
-    /// Value when the key is absent; `None` means the key is required.
-    pub default: Option<f64>,
-    /// Smallest value allowed.
-    pub min: f64,
-    /// Largest value allowed.
-    pub max: f64,
-    /// Range met in practice.
-    pub typical: (f64, f64),
-    /// Whether it only gives the law its shape: the effect is absent where the other parameters are zero, whatever this
-    /// one is.
-    pub shape: bool,
-    /// Whether it extends the law by something that is absent at its default.
-    pub extension: bool,
-    /// A parameter of the same effect beside which this one does nothing, where that one is not zero.
-    pub idle_beside: Option<&'static str>,
-    /// A parameter of the same effect with which this one enters the law as a product alone: data show the product of the two.
-    pub in_product_with: Option<&'static str>,
-}
-
-/// A parameter of an effect that is a text.
-#[derive(Clone, Copy, Debug)]
-pub struct TextInfo {
-    /// Key in `model.toml`.
-    pub name: &'static str,
-    /// What may stand there, and what it is when the key is absent, if it may be.
-    pub description: &'static str,
-}
-
-/// Another effect that ordinary data can hardly tell from this one.
-#[derive(Clone, Copy, Debug)]
-pub struct LookAlike {
-    /// The other effect's id.
-    pub id: &'static str,
-    /// The experiment that separates the two.
-    pub separate_by: &'static str,
-}
-
-/// An effect's entry in the catalogue.
-#[derive(Clone, Copy, Debug)]
-pub struct EffectInfo {
-    /// The id in `model.toml`.
-    pub id: &'static str,
-    /// A short name for people.
-    pub title: &'static str,
-    /// The equation added to the plant.
-    pub equation: &'static str,
-    /// The same with numbers in place of the parameters, without what they leave out.
-    pub law: Law,
-    /// One cable or the whole.
-    pub scope: Scope,
-    /// Where it acts; see [`EffectSpec::places`].
-    pub site: Site,
-    /// What it depends on; see [`EffectSpec::depends_on`].
-    pub depends_on: &'static [DependsOn],
-    /// Its parameters, in order.
-    pub parameters: &'static [ParameterInfo],
-    /// Those that are texts.
-    pub texts: &'static [TextInfo],
-    /// Where in data it shows.
-    pub shows_in: &'static str,
-    /// The textbook source.
-    pub source: &'static str,
-    /// When the law holds.
-    pub validity: &'static str,
-    /// Effects it is easily mistaken for.
-    pub look_alikes: &'static [LookAlike],
-}
-
-/// Writes a law with the values of its parameters, in SI units and the order of the catalogue entry; `number` writes a number.
-pub type Law = fn(values: &[f64], number: &dyn Fn(f64) -> String) -> String;
-
-/// A number with its sign before it, as what follows in a sum: `+ 0.05`, `- 0.05`.
-fn signed(value: f64, number: &dyn Fn(f64) -> String) -> String {
-    format!("{} {}", if value < 0.0 { '-' } else { '+' }, number(value.abs()))
-}
-
-/// What a winch-side effect sees of its cable. Lengths in m, speeds in m/s.
-#[derive(Clone, Copy, Debug)]
-pub struct WinchContext<S> {
-    /// Time (s).
-    pub time: S,
-    /// Speed at which cable leaves the winch (m/s), positive when paying out: `l̇`, or `L̇` in cable models without a
-    /// winch-side mass.
-    pub speed: S,
-}
-
-/// What a cable's elastic law sees of its cable as its own states move on.
-#[derive(Clone, Copy, Debug)]
-pub struct StrainContext<S> {
-    /// Tension (N), zero where the cable is slack.
-    pub tension: S,
-    /// Rate of the strain `(L - l)/l` (1/s), zero where the cable is slack.
-    pub strain_rate: S,
-}
-
-/// What an effect that swings across its cable sees of it.
-#[derive(Clone, Copy, Debug)]
-pub struct SwingContext<S> {
-    /// Geometric length (m).
-    pub length: S,
-    /// Angular rate of the chord (rad/s).
-    pub angular_rate: S,
-    /// Tension (N), zero where the cable is slack; the winch's pull in cable models whose tension depends on the
-    /// acceleration.
-    pub tension: S,
-}
-
-/// What a platform-side effect sees.
-#[derive(Clone, Copy, Debug)]
-pub struct PlatformContext<'a, S> {
-    /// Time (s).
-    pub time: S,
-    /// Anchors and attachment points.
-    pub geometry: &'a Geometry,
-    /// `[x, y, φ]` (m, rad).
-    pub pose: &'a [S; 3],
-    /// `[vx, vy, φ̇]` (m/s, rad/s).
-    pub twist: &'a [S; 3],
-    /// Winch forces as commanded (N) and disturbances (N, N m).
-    pub inputs: &'a crate::dynamics::Inputs<S>,
-    /// Geometric cable lengths (m).
-    pub cable_length: &'a [S],
-    /// Rates of the geometric lengths (m/s).
-    pub cable_speed: &'a [S],
-    /// Unstretched lengths (m).
-    pub unstretched_length: &'a [S],
-    /// Rates of the unstretched lengths (m/s).
-    pub unstretched_rate: &'a [S],
 }
 
 /// What an effect is: its catalogue entry, and what it does at its stage. Every hook has a neutral default.
@@ -596,77 +452,6 @@ pub fn find(id: &str) -> Option<&'static EffectInfo> {
 /// For each cable, whether a spec for `cable` acts on each.
 pub(crate) fn acts_on(cable: Option<usize>, cables: usize) -> PerCable<bool> {
     PerCable::from_fn(cables, |i| cable.is_none_or(|c| c == i + 1))
-}
-
-/// A parameter's catalogue entry without a default, unbounded.
-const fn parameter(
-    name: &'static str,
-    unit: &'static str,
-    description: &'static str,
-    typical: (f64, f64),
-) -> ParameterInfo {
-    ParameterInfo {
-        name,
-        unit,
-        description,
-        default: None,
-        min: f64::NEG_INFINITY,
-        max: f64::INFINITY,
-        typical,
-        shape: false,
-        extension: false,
-        idle_beside: None,
-        in_product_with: None,
-    }
-}
-
-impl ParameterInfo {
-    /// With a smallest value.
-    const fn at_least(mut self, min: f64) -> Self {
-        self.min = min;
-        self
-    }
-
-    /// With a largest value.
-    const fn at_most(mut self, max: f64) -> Self {
-        self.max = max;
-        self
-    }
-
-    /// With a value for an absent key.
-    const fn or(mut self, default: f64) -> Self {
-        self.default = Some(default);
-        self
-    }
-
-    /// A parameter that only gives the law its shape.
-    const fn shape(mut self) -> Self {
-        self.shape = true;
-        self
-    }
-
-    /// A parameter that extends the law by something that is absent at its default.
-    const fn extension(mut self) -> Self {
-        self.extension = true;
-        self
-    }
-
-    /// A parameter that does nothing where `other` is not zero.
-    const fn idle_beside(mut self, other: &'static str) -> Self {
-        self.idle_beside = Some(other);
-        self
-    }
-
-    /// A parameter that only enters as a product with `other`.
-    const fn in_product_with(mut self, other: &'static str) -> Self {
-        self.in_product_with = Some(other);
-        self
-    }
-
-    /// Whether `value` leaves out the extension of the law that this parameter stands for.
-    pub fn leaves_out(&self, value: f64) -> bool {
-        self.extension && self.default == Some(value)
-    }
 }
 
 #[cfg(test)]

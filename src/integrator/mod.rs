@@ -9,6 +9,7 @@
 mod advance;
 mod allowance;
 mod choice;
+mod dense;
 mod dormand_prince;
 mod outcome;
 mod radau;
@@ -18,6 +19,7 @@ mod vector;
 
 pub use advance::{Integrator, Memory};
 pub use choice::{Choice, Cost};
+pub use dense::DenseFactors;
 pub use num_complex::Complex64;
 pub use outcome::{IntegrationError, Statistics};
 use serde::Deserialize;

@@ -1,12 +1,12 @@
 //! What elastic cables remember: paid-out lengths behind a damper, and the states of elastic laws.
 
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use nalgebra::DMatrix;
 use num_dual::Dual64;
 
 use super::{InverseDynamics, InverseError, Jet};
 use crate::dynamics::{CableData, MAX_EFFECT_STATES, elastic_tension, unstretched_length};
 use crate::effect::StrainContext;
-use crate::integrator::{Complex64, System};
+use crate::integrator::{Complex64, DenseFactors, System};
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
@@ -213,8 +213,7 @@ impl Layout {
 pub(super) struct InternalSystem<'a> {
     problem: &'a InverseDynamics<'a>,
     jacobian: DMatrix<f64>,
-    real: Option<LU<f64, Dyn, Dyn>>,
-    complex: Option<LU<Complex64, Dyn, Dyn>>,
+    factors: DenseFactors,
     failure: Option<InverseError>,
     nominal: Vec<f64>,
 }
@@ -224,7 +223,7 @@ impl<'a> InternalSystem<'a> {
         let n = problem.layout.dimension();
         // Lengths to the metre, strains to their own size.
         let nominal = internal.iter().map(|v| if *v == 0.0 { 1e-3 } else { v.abs().min(1.0) }).collect();
-        Self { problem, jacobian: DMatrix::zeros(n, n), real: None, complex: None, failure: None, nominal }
+        Self { problem, jacobian: DMatrix::zeros(n, n), factors: DenseFactors::default(), failure: None, nominal }
     }
 
     /// The error that made the rates undefined, if any.
@@ -259,28 +258,14 @@ impl System for InternalSystem<'_> {
     }
 
     fn factor(&mut self, real: f64, complex: Complex64) {
-        let n = self.jacobian.nrows();
-        self.real = Some((DMatrix::identity(n, n) * real - &self.jacobian).lu());
-        let jacobian = self.jacobian.map(|v| Complex64::new(v, 0.0));
-        self.complex = Some((DMatrix::from_diagonal_element(n, n, complex) - jacobian).lu());
+        self.factors.factor(&self.jacobian, real, complex);
     }
 
     fn solve_real(&mut self, b: &mut [f64]) {
-        let mut v = DVector::from_column_slice(b);
-        if self.real.as_ref().is_some_and(|lu| lu.solve_mut(&mut v)) {
-            b.copy_from_slice(v.as_slice());
-        } else {
-            b.fill(f64::NAN);
-        }
+        self.factors.solve_real(b);
     }
 
     fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
-        let mut v = DVector::from_fn(re.len(), |k, _| Complex64::new(re[k], im[k]));
-        if !self.complex.as_ref().is_some_and(|lu| lu.solve_mut(&mut v)) {
-            v.fill(Complex64::new(f64::NAN, f64::NAN));
-        }
-        for (k, value) in v.iter().enumerate() {
-            (re[k], im[k]) = (value.re, value.im);
-        }
+        self.factors.solve_complex(re, im);
     }
 }

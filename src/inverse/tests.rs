@@ -1,10 +1,10 @@
 use super::distribution::{Bounds, Distribution, Objective};
 use super::*;
 use crate::effect::EffectSpec;
-use crate::integrator::{Complex64, System};
+use crate::integrator::{Complex64, DenseFactors, System};
 use crate::parameters::{CableInertia, CableParameters, Parameters};
 use crate::per_cable::PerCable;
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use nalgebra::DMatrix;
 
 /// A smooth motion in closed form: each coordinate a sum of two sines.
 struct Sines {
@@ -170,8 +170,7 @@ struct FeedForward<'a> {
     problem: &'a InverseDynamics<'a>,
     plant: &'a Plant,
     jacobian: DMatrix<f64>,
-    real: Option<LU<f64, Dyn, Dyn>>,
-    complex: Option<LU<Complex64, Dyn, Dyn>>,
+    factors: DenseFactors,
 }
 
 impl System for FeedForward<'_> {
@@ -211,24 +210,15 @@ impl System for FeedForward<'_> {
     }
 
     fn factor(&mut self, real: f64, complex: Complex64) {
-        let n = self.dimension();
-        self.real = Some((DMatrix::identity(n, n) * real - &self.jacobian).lu());
-        let jacobian = self.jacobian.map(|v| Complex64::new(v, 0.0));
-        self.complex = Some((DMatrix::from_diagonal_element(n, n, complex) - jacobian).lu());
+        self.factors.factor(&self.jacobian, real, complex);
     }
 
     fn solve_real(&mut self, b: &mut [f64]) {
-        let mut v = DVector::from_column_slice(b);
-        self.real.as_ref().unwrap().solve_mut(&mut v);
-        b.copy_from_slice(v.as_slice());
+        self.factors.solve_real(b);
     }
 
     fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
-        let mut v = DVector::from_fn(re.len(), |k, _| Complex64::new(re[k], im[k]));
-        self.complex.as_ref().unwrap().solve_mut(&mut v);
-        for (k, value) in v.iter().enumerate() {
-            (re[k], im[k]) = (value.re, value.im);
-        }
+        self.factors.solve_complex(re, im);
     }
 }
 
@@ -240,7 +230,7 @@ fn miss(plant: &Arc<Plant>, duration: f64, tolerance: f64) -> f64 {
     let mut y = problem.at(0.0, &internal).unwrap().states;
     y.extend(internal);
     let mut system =
-        FeedForward { problem: &problem, plant, jacobian: DMatrix::zeros(0, 0), real: None, complex: None };
+        FeedForward { problem: &problem, plant, jacobian: DMatrix::zeros(0, 0), factors: DenseFactors::default() };
     let mut integrator = Integrator::new(y.len(), 0, tolerance);
     integrator.advance(&mut system, 0.0, &mut y, duration).unwrap();
     let asked = trajectory.motion(duration).derivative(0);

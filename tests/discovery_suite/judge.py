@@ -35,8 +35,7 @@ def listed(answer, truth):
     """Whether every true effect stands in an `ambiguous` answer, each in a place of its own."""
     options = []
     for item in causes(answer, truth):
-        rivals = item.get("indistinguishable_from", [])
-        options.append({(e["id"], e.get("cable")) for e in [item, *rivals]})
+        options.append(_options(item))
     wanted = sorted(names(truth["effects"], truth["cables"]), key=str)
     if len(options) != len(wanted):
         return False
@@ -107,18 +106,34 @@ def _times(item):
     return tuple(item.get(key) for key in ("from", "until"))
 
 
+def _options(found):
+    """What an effect of an answer may be as well as itself, as (id, cable)."""
+    rivals = found.get("indistinguishable_from", [])
+    return {(one["id"], one.get("cable")) for one in [found, *rivals]}
+
+
+def _same_kind_of_times(found, item):
+    """Whether an effect of an answer begins, or not, and ends, or not, as a hidden one does."""
+    kinds = [[time is None for time in _times(one)] for one in (found, item)]
+    return kinds[0] == kinds[1]
+
+
 def _alike(found, item):
     """Whether an effect of an answer has id, cable and kind of times of a hidden one."""
-    kinds = [[time is None for time in _times(one)] for one in (found, item)]
     same = (found["id"], found.get("cable")) == (item["id"], item["cable"])
-    return same and kinds[0] == kinds[1]
+    return same and _same_kind_of_times(found, item)
 
 
 def onset_errors(answer, truth):
     """Errors (s) of all times at which hidden effects begin and end; None where none was found."""
     errors = []
     for item in truth["effects"]:
-        alike = [found for found in answer["effects"] if _alike(found, item)]
+        name = (item["id"], item["cable"])
+        alike = [
+            found
+            for found in answer["effects"]
+            if name in _options(found) and _same_kind_of_times(found, item)
+        ]
         for which, time in enumerate(_times(item)):
             if time is not None:
                 errors.append(_times(alike[0])[which] - time if alike else None)
@@ -149,7 +164,7 @@ def judge(answer, truth, seconds):
     alone = names(causes(answer, truth), truth["cables"])
     exact = alone == wanted and bool(terms) == bool(truth["terms"])
     exact = exact and same_numbers and same_times
-    correct = exact or (verdict == "ambiguous" and listed(answer, truth))
+    correct = exact or (verdict == "ambiguous" and same_times and listed(answer, truth))
     gap = answer["gap"]["holdout"]
     row = {
         "case": truth["case"],

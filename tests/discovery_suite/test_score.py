@@ -101,6 +101,10 @@ def test_an_effect_that_begins_must_be_found_with_its_time():
     assert not always["correct"]
     assert always["onsets"] == [None]
     assert not row(dict(TRUTH, imperfections={}), "named", since(40.0))["correct"]
+    rival = {"id": "platform_mass", "cable": None}
+    rivalled = dict(since(40.1), id="cable_axial_mass", indistinguishable_from=[rival])
+    assert row(begun, "ambiguous", rivalled)["correct"]
+    assert not row(begun, "ambiguous", dict(rivalled, onset=since(44.0)["onset"]))["correct"]
     score = summary([right, always])
     assert score["onset_within_1_s"] == {"n": 2, "rate": 0.5}
     assert score["correct_onset"] == {"n": 2, "rate": 0.5}

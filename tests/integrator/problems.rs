@@ -1,7 +1,7 @@
 //! Test problems with known answers, with dense exact Jacobians: shared by all tests of the integrator.
 
-use cdpr::integrator::{Complex64, System};
-use nalgebra::{DMatrix, DVector, Dyn, LU};
+use cdpr::integrator::{Complex64, DenseFactors, System};
+use nalgebra::DMatrix;
 
 /// A test problem: equations, Jacobian, and what an error in each component weighs.
 pub(crate) trait Problem {
@@ -32,14 +32,13 @@ pub(crate) fn assert_order(errors: &[f64], expected: f64) {
 pub(crate) struct Dense<P> {
     pub(crate) problem: P,
     jacobian: DMatrix<f64>,
-    real: Option<LU<f64, Dyn, Dyn>>,
-    complex: Option<LU<Complex64, Dyn, Dyn>>,
+    factors: DenseFactors,
 }
 
 impl<P: Problem> Dense<P> {
     pub(crate) fn new(problem: P) -> Self {
         let n = problem.dimension();
-        Self { problem, jacobian: DMatrix::zeros(n, n), real: None, complex: None }
+        Self { problem, jacobian: DMatrix::zeros(n, n), factors: DenseFactors::default() }
     }
 }
 
@@ -57,21 +56,13 @@ impl<P: Problem> System for Dense<P> {
         self.problem.jacobian(time, y, &mut self.jacobian);
     }
     fn factor(&mut self, real: f64, complex: Complex64) {
-        let n = self.problem.dimension();
-        self.real = Some((DMatrix::identity(n, n) * real - &self.jacobian).lu());
-        self.complex = Some((DMatrix::identity(n, n) * complex - self.jacobian.map(Complex64::from)).lu());
+        self.factors.factor(&self.jacobian, real, complex);
     }
     fn solve_real(&mut self, b: &mut [f64]) {
-        let mut x = DVector::from_column_slice(b);
-        assert!(self.real.as_ref().unwrap().solve_mut(&mut x));
-        b.copy_from_slice(x.as_slice());
+        assert!(self.factors.solve_real(b));
     }
     fn solve_complex(&mut self, re: &mut [f64], im: &mut [f64]) {
-        let mut x = DVector::from_fn(re.len(), |k, _| Complex64::new(re[k], im[k]));
-        assert!(self.complex.as_ref().unwrap().solve_mut(&mut x));
-        for (k, value) in x.iter().enumerate() {
-            (re[k], im[k]) = (value.re, value.im);
-        }
+        assert!(self.factors.solve_complex(re, im));
     }
     fn switches(&self) -> usize {
         self.problem.switches()

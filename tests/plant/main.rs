@@ -1,6 +1,7 @@
 //! The plant and its simulation, seen from outside.
 
 mod any_cables;
+mod cable_motion;
 mod catalogue;
 mod dry_friction;
 mod effects;

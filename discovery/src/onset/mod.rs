@@ -148,14 +148,19 @@ impl Search<'_> {
             if others.is_empty() {
                 let mut model = fitted.train.model.clone();
                 (model.effects[*at].from, model.effects[*at].until) = (None, None);
-                if let Ok(always) = self.fit_without(&model, &fitted, ROUNDS)
-                    && always.score < fitted.score + EVIDENCE
-                {
-                    let change = always.score - fitted.score;
-                    self.note(&always.train.model.effects[*at].clone(), "simplified", change, "always at work");
-                    self.taken.iter_mut().for_each(Taken::changed);
-                    fitted = always;
-                    continue;
+                match self.fit_without(&model, &fitted, ROUNDS) {
+                    Ok(always) if always.score < fitted.score + EVIDENCE => {
+                        let change = always.score - fitted.score;
+                        self.note(&always.train.model.effects[*at].clone(), "simplified", change, "always at work");
+                        self.taken.iter_mut().for_each(Taken::changed);
+                        fitted = always;
+                        continue;
+                    }
+                    Ok(_) => {}
+                    Err(error) => {
+                        let reason = format!("always at work it cannot be simulated: {error}");
+                        self.note(&model.effects[*at], "refused", f64::NAN, &reason);
+                    }
                 }
             }
             match self.located(fitted.clone(), &group) {

@@ -446,6 +446,8 @@ pub struct Method {
 pub struct NullTest {
     /// Shifts.
     pub runs: usize,
+    /// Shifts in which chance may explain as much for an effect to be let in.
+    pub allowed: usize,
     /// Shifts in which chance explained as much as what was found, the weakest where there is more than one; as much as
     /// the best explanation tried where nothing was found. `None` where the test does not apply to what was found.
     pub exceeded: Option<usize>,

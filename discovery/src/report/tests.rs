@@ -82,7 +82,7 @@ fn report() -> Report {
             trials: 1,
             samples: 200,
             seconds: 3.5,
-            null_test: Some(NullTest { runs: 99, exceeded: Some(0), followed: Some(0) }),
+            null_test: Some(NullTest { runs: 99, allowed: 1, exceeded: Some(0), followed: Some(0) }),
             steps: vec![Step {
                 label: "Coulomb friction on winch 3".to_owned(),
                 outcome: "added".to_owned(),
@@ -356,7 +356,7 @@ fn a_law_on_some_cable_is_said_of_any() {
 fn control_runs_say_how_often_chance_did_as_well() {
     let mut report = report();
     let mut said = |exceeded, followed| {
-        report.method.null_test = Some(NullTest { runs: 99, exceeded, followed });
+        report.method.null_test = Some(NullTest { runs: 99, allowed: 1, exceeded, followed });
         let method = super::words::control_method(&report).expect("a check");
         (super::control_runs(&report).unwrap_or_default(), method)
     };
@@ -371,7 +371,7 @@ fn control_runs_say_how_often_chance_did_as_well() {
     report.verdict = Verdict::NoMissingEffect;
     report.effects.clear();
     report.located.clear();
-    report.method.null_test = Some(NullTest { runs: 99, exceeded: Some(40), followed: Some(0) });
+    report.method.null_test = Some(NullTest { runs: 99, allowed: 1, exceeded: Some(40), followed: Some(0) });
     let text = top(&report).1;
     assert!(
         text.contains("In 40 of 99 control runs on data shifted in time and frequency, chance explains as much"),

@@ -349,7 +349,7 @@ pub fn control_runs(report: &Report) -> Option<String> {
     let test = report.method.null_test?;
     let (n, runs) = (test.exceeded?, test.runs);
     Some(if report.effects.is_empty() && report.terms.is_empty() {
-        let refused = if n * 50 <= runs {
+        let refused = if n <= test.allowed {
             " It was refused for another reason: fitted in full it explains too little, or not what was held out."
         } else {
             ""

@@ -10,6 +10,7 @@ use crate::outcome::{
 use crate::report::{
     self, ChannelGap, FileUsed, Gap, HorizonGap, Method, Remainder, Report, Robot, Setting, Span, Step, Term, Whiteness,
 };
+use crate::verdict::POLICY;
 
 use super::detection::rows;
 use super::json::training_trials;
@@ -240,7 +241,8 @@ fn null_test(discovery: &Discovery) -> Option<report::NullTest> {
         None
     };
     let runs = tests.iter().copied().chain(last).next()?.shifts;
-    Some(report::NullTest { runs, exceeded, followed: last.map(|test| test.over_threshold) })
+    let followed = last.map(|test| test.over_threshold);
+    Some(report::NullTest { runs, allowed: POLICY.by_chance, exceeded, followed })
 }
 
 fn located(located: &Located, trials: &[Compared]) -> report::Located {
