@@ -70,9 +70,9 @@ pub struct EffectInfo {
     pub law: Law,
     /// One cable or the whole.
     pub scope: Scope,
-    /// Where it acts; see [`EffectSpec::places`].
+    /// Where it acts; see [`EffectSpec::places`](crate::effect::EffectSpec::places).
     pub site: Site,
-    /// What it depends on; see [`EffectSpec::depends_on`].
+    /// What it depends on; see [`EffectSpec::depends_on`](crate::effect::EffectSpec::depends_on).
     pub depends_on: &'static [DependsOn],
     /// Its parameters, in order.
     pub parameters: &'static [ParameterInfo],
