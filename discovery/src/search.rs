@@ -286,7 +286,7 @@ impl<'a> Search<'a> {
             let found = next.is_some();
             let score = fitted.score;
             // As long as more is found, times at which an effect acts may only stand for what is not found yet.
-            fitted = self.onset(next.unwrap_or(fitted), if found { MOST } else { f64::NEG_INFINITY });
+            fitted = next.map_or(fitted, |next| self.onset(next, MOST));
             fitted = self.form(fitted);
             if !found && fitted.score == score {
                 break;

@@ -21,8 +21,8 @@ const WEIGHED: usize = 30;
 const FINALISTS: usize = 3;
 
 impl Search<'_> {
-    /// `fitted` with a candidate that is at work for a part of the time only, if one explains more than `gain` and what
-    /// counts: what always is at work may explain nothing where this one explains all.
+    /// `fitted` with what stands at work for a part of the time only, or else a candidate, if one explains more than `gain` and
+    /// what counts: what always is at work may explain nothing where this one explains all.
     pub(crate) fn for_a_while(
         &mut self,
         fitted: &Fitted,
@@ -30,6 +30,11 @@ impl Search<'_> {
         ranked: &[Scored],
         gain: f64,
     ) -> Result<Option<Fitted>, FitError> {
+        // What stands may begin or end itself; another effect that does would only make up for that.
+        let standing = self.onset(fitted.clone(), f64::NEG_INFINITY);
+        if standing.score < fitted.score {
+            return Ok(Some(standing));
+        }
         (self.progress)("looking for what begins or ends", 0.2);
         let mut proposed = self.weighed_in_time(&fitted.train, library, ranked);
         proposed.retain(|(score, _)| *score < fitted.score - gain - EVIDENCE);
