@@ -88,16 +88,32 @@ def fmu_copy(fmu, tmp_path) -> Callable[[str], Path]:
     return copy
 
 
+def packed_controller(path: Path, *arguments) -> Path:
+    """The winch controller's FMU, as its example packs it with these arguments."""
+    cargo = [os.environ.get("CARGO", "cargo"), "run", "--quiet", "--release"]
+    subprocess.run(
+        [*cargo, "--package", "winch-controller", "--example", "pack", "--", *arguments, path],
+        cwd=ROOT,
+        check=True,
+    )
+    return path
+
+
 @pytest.fixture(scope="session")
 def controller_fmu(tmp_path_factory) -> Path:
     """The winch controller's FMU: named by CDPR_CONTROLLER_FMU, else packed by its example."""
     if named := os.environ.get("CDPR_CONTROLLER_FMU"):
         return Path(named).resolve()
-    path = tmp_path_factory.mktemp("controller") / "WinchController.fmu"
-    cargo = [os.environ.get("CARGO", "cargo"), "run", "--quiet", "--release"]
-    subprocess.run(
-        [*cargo, "--package", "winch-controller", "--example", "pack", "--", path],
-        cwd=ROOT,
-        check=True,
-    )
-    return path
+    return packed_controller(tmp_path_factory.mktemp("controller") / "WinchController.fmu")
+
+
+@pytest.fixture
+def controller_of(tmp_path) -> Callable[[str], Path]:
+    """The winch controller's FMU for the robot of a model (TOML text)."""
+
+    def make(model: str) -> Path:
+        file = tmp_path / "robot.toml"
+        file.write_text(model)
+        return packed_controller(tmp_path / "WinchController.fmu", "--model", file)
+
+    return make

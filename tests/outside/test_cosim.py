@@ -123,3 +123,60 @@ def test_defaults_fit_in_a_master_that_passes_nothing_at_initialisation(
             largest = max(largest, np.abs(plant.get(indexed("tension")) - pulls).max())
         assert plant.get(indexed("tension")).min() > 19_000.0
     assert largest < 100.0
+
+
+SMALL = """
+platform_mass = 10.0
+platform_inertia = 0.5
+gravity = [0.0, -9.81]
+cable_density = 0.01
+youngs_modulus = 1e9
+cable_area = 1e-5
+cable_damping = 40.0
+"""
+THREE = (((2.0, 3.0), (0.2, -0.1)), ((-2.5, -1.0), (-0.2, -0.1)), ((1.0, 3.0), (-0.2, 0.1)))
+
+
+def around(cables):
+    """Cables from all around, every other one turning the platform the other way."""
+    turns = 2 * np.pi * (np.arange(cables) + 0.5) / cables
+    ends = turns + 2 * np.pi * np.where(np.arange(cables) % 2, -0.4, 0.4) / cables
+    at = [np.c_[size * np.cos(a), size * np.sin(a)] for size, a in ((3.0, turns), (0.3, ends))]
+    return np.stack(at, axis=1).tolist()
+
+
+@pytest.mark.parametrize("ends", [THREE, around(8)], ids=["3 cables", "8 cables"])
+def test_the_controller_drives_a_robot_of_any_cables(pack, controller_of, tmp_path, ends):
+    tables = (f"[[cable]]\nanchor = {list(a)}\nattachment = {list(b)}\n" for a, b in ends)
+    model = SMALL + "".join(tables)
+    path = controller_of(model)
+    assert validate_fmu(str(path)) == []
+    controller = Fmu.unpack(path, tmp_path / "controller")
+    measured = [*POSE, *TWIST]
+    forces = [f"winch_force[{i + 1}]" for i in range(len(ends))]
+    wanted = ["reference_x", "reference_y", "reference_phi"]
+    settings = {
+        "circle_radius": 0.1,
+        "circle_period": 20.0,
+        "ramp_time": 5.0,
+        "position_bandwidth": 2.0,
+        "orientation_bandwidth": 2.0,
+        "filter_time": 0.05,
+    }
+    farthest = 0.0
+    with (
+        pack(model).instance(start=False) as plant,
+        controller.instance("winch controller", settings) as winches,
+    ):
+        plant.initialise(dict(zip(forces, winches.get(forces), strict=True)))
+        for k in range(round(40.0 / 0.01)):
+            pulls, motion = winches.get(forces), plant.get(measured)
+            if k > 1000:
+                farthest = max(farthest, np.abs(winches.get(wanted) - motion[:3]).max())
+            winches.set(dict(zip(measured, motion, strict=True)))
+            winches.step(0.01)
+            plant.set(dict(zip(forces, pulls, strict=True)))
+            plant.step(0.01)
+            assert winches.value("feasible")
+    # One step late, 0.3 mm of the way, pretension pulls a little beside.
+    assert farthest < 4e-3

@@ -2,8 +2,12 @@
 //!
 //! ```text
 //! cargo run --release -p winch-controller --example pack -- WinchController.fmu
+//! cargo run --release -p winch-controller --example pack -- --model model.toml WinchController.fmu
 //! ```
+//!
+//! The second is for the robot of that model file, the one that the plant's FMU was packed with.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -12,12 +16,23 @@ use cdpr_fmu_build::{Binary, Fmu, PackError, Platform};
 use winch_controller::WinchController;
 
 fn main() -> ExitCode {
-    let mut arguments = std::env::args_os().skip(1);
-    let (Some(path), None) = (arguments.next(), arguments.next()) else {
-        eprintln!("expected one argument: the file to write, such as WinchController.fmu");
-        return ExitCode::from(2);
+    let arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
+    let (model, path) = match &arguments[..] {
+        [path] => (None, path),
+        [flag, model, path] if flag == "--model" => (Some(model), path),
+        _ => {
+            eprintln!("expected `[--model MODEL.toml] FILE.fmu`: the file to write, such as WinchController.fmu");
+            return ExitCode::from(2);
+        }
     };
-    match pack(Path::new(&path)) {
+    let resources = match model.map(|model| std::fs::read(model).map_err(|error| (model, error))).transpose() {
+        Ok(text) => text.map(|text| ("model.toml", text)),
+        Err((model, error)) => {
+            eprintln!("{}: {error}", model.display());
+            return ExitCode::from(2);
+        }
+    };
+    match pack(resources, Path::new(path)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("{error}");
@@ -26,11 +41,10 @@ fn main() -> ExitCode {
     }
 }
 
-fn pack(path: &Path) -> Result<(), PackError> {
+fn pack(resources: Option<(&str, Vec<u8>)>, path: &Path) -> Result<(), PackError> {
     let platform = Platform::host().expect("FMI 2.0 has a folder for this machine");
-    let no_resources: [(&str, &str); 0] = [];
     // The controller is built with some of the libraries of the plant, so the plant's notices cover it.
-    Fmu::of::<WinchController>(no_resources)?
+    Fmu::of::<WinchController>(resources)?
         .section("What it is", include_str!("pack.html"))
         .licence("LICENSE-APACHE.txt", include_str!("../../../LICENSE-APACHE"))?
         .licence("LICENSE-MIT.txt", include_str!("../../../LICENSE-MIT"))?

@@ -1,13 +1,14 @@
-//! The law: feed-forward of the reference, feedback of the pose, and the inertia of platform and cables.
+//! The law: feed-forward of the reference, feedback of the pose, and the inertia and weight of the robot.
 
-use cdpr::geometry::Geometry;
-use cdpr::kinematics::{CableKinematics, cables};
-use cdpr::parameters::Parameters;
-use nalgebra::{Matrix3x4, Vector3};
+use cdpr::dynamics::Inputs;
+use cdpr::inverse::distribution::{self, Distribution, DistributionError, Objective, structure_matrix};
+use cdpr::parameters::{CableModel, Parameters};
+use cdpr::per_cable::PerCable;
+use cdpr::plant::{Plant, PlantError};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::reference::Motion;
-use crate::settings::Settings;
-use crate::tension::{Bounds, Distribution, distribute};
+use crate::settings::{Bounds, Settings};
 
 /// The measured motion of the platform.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,41 +34,79 @@ pub fn feedback(settings: &Settings, wanted: &Motion, measured: &Measurement) ->
     })
 }
 
-/// Winch forces (N) within `bounds` under which the robot, taken with rigid cables, has this acceleration; `None` where
-/// the cables cannot give three independent wrenches.
-#[must_use]
-pub fn winch_forces(
-    settings: &Settings,
-    bounds: &Bounds,
-    measured: &Measurement,
-    acceleration: &[f64; 3],
-) -> Option<Distribution> {
-    let geometry: Geometry = settings.geometry();
-    let cables = cables(&geometry, &measured.pose, &measured.twist);
-    // A pull on the cable acts against the direction in which it lengthens.
-    let structure = Matrix3x4::from_fn(|row, i| -cables[i].jacobian_row()[row]);
-    let wrench = wrench(&settings.robot, &cables, measured.twist[2], acceleration);
-    distribute(&structure, &wrench, bounds)
+/// The robot as the controller believes it to be: the plant with rigid cables and without effects.
+#[derive(Debug)]
+pub struct Robot {
+    plant: Plant,
 }
 
-/// The wrench (N, N, N m) of the winch forces that this acceleration takes: equations (26)-(28) with (23) for the
-/// cables' mass along and (20) across, solved for `-Σ u S`.
-fn wrench(robot: &Parameters, cables: &[CableKinematics], omega: f64, acceleration: &[f64; 3]) -> Vector3<f64> {
-    let mass = Vector3::new(robot.platform_mass, robot.platform_mass, robot.platform_inertia);
-    let acceleration = Vector3::from(*acceleration);
-    let mut wrench = mass.component_mul(&acceleration);
-    for cable in cables {
-        let along = Vector3::from(cable.jacobian_row());
-        let across = Vector3::from(cable.normal_row());
-        let length = cable.length;
-        let lengthening = along.dot(&acceleration) + cable.length_acceleration_bias(omega);
-        let swing = across.dot(&acceleration) + cable.normal_acceleration_bias(omega);
-        let sweep = length * cable.angular_rate;
-        let axial = 0.5 * robot.cable_density * (length * lengthening - sweep * sweep + cable.speed * cable.speed);
-        let transverse = robot.cable_density / 3.0 * (length * swing + 3.0 * cable.speed * sweep);
-        wrench += along * axial + across * transverse;
+/// What the winches are told.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pull {
+    /// Forces within the bounds (N).
+    pub force: PerCable<f64>,
+    /// Do they give the wanted acceleration? Where no forces within the bounds do, these come nearest.
+    pub feasible: bool,
+}
+
+impl Robot {
+    /// The robot with these parameters.
+    ///
+    /// # Errors
+    /// Parameters that no plant can have.
+    pub fn new(parameters: &Parameters) -> Result<Self, PlantError> {
+        let rigid = Parameters { cable_model: CableModel::Rigid, ..parameters.clone() };
+        Plant::new(rigid, vec![]).map(|plant| Self { plant })
     }
-    wrench
+
+    /// Winch forces within `bounds` nearest to their mean under which the robot has this acceleration (m/s², rad/s²).
+    ///
+    /// # Errors
+    /// Fewer than three cables, or cables that cannot give three independent wrenches at the measured pose.
+    pub fn winch_forces(
+        &self,
+        bounds: &Bounds,
+        measured: &Measurement,
+        acceleration: &[f64; 3],
+    ) -> Result<Pull, DistributionError> {
+        let structure = structure_matrix(self.plant.geometry(), &measured.pose);
+        let within = distribution::Bounds::new(bounds.min, bounds.max)
+            .map_err(|error| DistributionError::NotSolved(error.to_string()))?;
+        let nearest = Distribution { objective: Objective::Near(bounds.mean), bounds: within };
+        match nearest.tensions(&structure, &self.wrench(measured, acceleration).into()) {
+            Ok(force) => Ok(Pull { force, feasible: true }),
+            Err(DistributionError::Infeasible(found)) => Ok(Pull { force: found.nearest_tension, feasible: false }),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The wrench (N, N, N m) of the winch forces that this acceleration takes.
+    ///
+    /// The plant's accelerations are `a = a₀ + M⁻¹ w`, `a₀` those without forces, `M` the inertia of platform and cables at this
+    /// pose: the plant is asked for both, so that whatever it has (weight, centre of mass, cables' inertia) is in it.
+    fn wrench(&self, measured: &Measurement, acceleration: &[f64; 3]) -> Vector3<f64> {
+        let robot = self.plant.parameters();
+        let free = self.acceleration(measured, [0.0; 3]);
+        let mass = [robot.platform_mass, robot.platform_mass, robot.platform_inertia];
+        let inverse = Matrix3::from_columns(&std::array::from_fn::<_, 3, _>(|k| {
+            let mut wrench = [0.0; 3];
+            wrench[k] = mass[k];
+            (self.acceleration(measured, wrench) - free) / mass[k]
+        }));
+        let missing = Vector3::from(*acceleration) - free;
+        // A mass matrix is positive definite, so it has an inverse.
+        inverse.lu().solve(&missing).unwrap_or_else(|| Vector3::from(mass).component_mul(&missing))
+    }
+
+    /// Acceleration of the platform under this wrench alone.
+    fn acceleration(&self, measured: &Measurement, wrench: [f64; 3]) -> Vector3<f64> {
+        let cables = self.plant.cables();
+        let (states, inputs) =
+            ([measured.pose, measured.twist].concat(), Inputs { disturbance: wrench, ..Inputs::none(cables) });
+        let mut rates = [0.0; 6];
+        self.plant.rates(0.0, &states, &inputs, &PerCable::filled(cables, false), &mut rates);
+        Vector3::new(rates[3], rates[4], rates[5])
+    }
 }
 
 /// A first-order low pass for sampled values.
@@ -92,37 +131,87 @@ impl LowPass {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
+    use std::f64::consts::TAU;
 
-    use cdpr::dynamics::Inputs;
-    use cdpr::parameters::CableModel;
-    use cdpr::plant::Plant;
-    use cdpr::simulation::Simulation;
+    use cdpr::parameters::CableParameters;
 
     use super::*;
 
+    /// Cables all around a platform of 0.3 m, in light gravity, each with a density of its own.
+    fn around(cables: usize) -> Parameters {
+        let at = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin()];
+        let cable = |i: usize| CableParameters {
+            density: Some(0.01 * (1.0 + i as f64)),
+            ..CableParameters::between(
+                at(3.0, TAU * (i as f64 + 0.4) / cables as f64),
+                at(0.3, TAU * (i as f64 + [1.9, -1.1][i % 2]) / cables as f64),
+            )
+        };
+        Parameters {
+            platform_mass: 10.0,
+            platform_inertia: 0.5,
+            centre_of_mass: [0.02, -0.01],
+            gravity: [0.1, -0.5],
+            cable: (0..cables).map(cable).collect(),
+            ..Parameters::default()
+        }
+    }
+
     /// The plant's own equations, asked what acceleration comes of the forces.
-    #[test]
-    fn the_forces_give_the_acceleration_in_the_plant() {
-        let robot = Parameters { cable_model: CableModel::Rigid, ..Parameters::default() };
-        let plant = Arc::new(Plant::new(robot, vec![]).unwrap());
-        let settings = Settings::default();
-        for (pose, twist, acceleration) in [
-            ([0.0; 3], [0.0; 3], [0.0; 3]),
-            ([3.0, -4.0, 0.02], [0.5, -0.3, 0.01], [0.05, 0.02, -0.003]),
-            ([-80.0, 120.0, 0.2], [4.0, 3.0, -0.1], [-0.6, 0.4, 0.02]),
-        ] {
-            let measured = Measurement { pose, twist };
-            let found = winch_forces(&settings, &settings.bounds, &measured, &acceleration).unwrap();
-            assert!(found.feasible);
-            let inputs = Inputs { winch_force: found.force.into(), ..Inputs::none(4) };
-            let y = [pose, twist].concat();
-            let rates = Simulation::from_states(Arc::clone(&plant), 0.0, y, inputs, 1e-9).rates();
+    fn check(robot: Parameters, bounds: &Bounds, motions: &[[[f64; 3]; 3]]) {
+        let cables = robot.cables();
+        let plant = Plant::new(Parameters { cable_model: CableModel::Rigid, ..robot.clone() }, vec![]).unwrap();
+        let robot = Robot::new(&robot).unwrap();
+        for &[pose, twist, acceleration] in motions {
+            let found = robot.winch_forces(bounds, &Measurement { pose, twist }, &acceleration).unwrap();
+            assert!(found.feasible, "{cables} cables at {pose:?}");
+            assert!(found.force.iter().all(|force| (bounds.min - 1e-9..=bounds.max + 1e-9).contains(force)));
+            let inputs = Inputs { winch_force: found.force, ..Inputs::none(cables) };
+            let mut rates = [0.0; 6];
+            plant.rates(0.0, &[pose, twist].concat(), &inputs, &PerCable::filled(cables, false), &mut rates);
             for k in 0..3 {
                 let error = rates[3 + k] - acceleration[k];
-                assert!(error.abs() < 1e-12, "{k}: {} for {}", rates[3 + k], acceleration[k]);
+                assert!(error.abs() < 1e-12, "{cables} cables, {k}: {} for {}", rates[3 + k], acceleration[k]);
             }
         }
+    }
+
+    #[test]
+    fn the_forces_give_the_acceleration_in_the_plant() {
+        let settings = Settings::default();
+        let motions = [
+            [[0.0; 3], [0.0; 3], [0.0; 3]],
+            [[3.0, -4.0, 0.02], [0.5, -0.3, 0.01], [0.05, 0.02, -0.003]],
+            [[-80.0, 120.0, 0.2], [4.0, 3.0, -0.1], [-0.6, 0.4, 0.02]],
+        ];
+        check(settings.robot, &settings.bounds, &motions);
+    }
+
+    #[test]
+    fn the_forces_give_the_acceleration_whatever_the_number_of_cables() {
+        let bounds = Bounds { min: 1.0, mean: 50.0, max: 400.0 };
+        let motions = [[[0.0; 3], [0.0; 3], [0.0; 3]], [[0.1, -0.2, 0.05], [0.2, 0.1, -0.3], [0.3, -0.2, 0.1]]];
+        for cables in 4..=12 {
+            check(around(cables), &bounds, &motions);
+        }
+    }
+
+    #[test]
+    fn an_impossible_wrench_is_given_as_near_as_the_bounds_let_it_and_said_so() {
+        let settings = Settings::default();
+        let robot = Robot::new(&settings.robot).unwrap();
+        let measured = Measurement { pose: [-400.0, 0.0, 0.0], twist: [0.0; 3] };
+        let found = robot.winch_forces(&settings.bounds, &measured, &[60.0, 0.0, 0.0]).unwrap();
+        assert!(!found.feasible);
+        assert!(found.force.iter().all(|f| (settings.bounds.min..=settings.bounds.max).contains(f)));
+    }
+
+    #[test]
+    fn two_cables_are_too_few_and_told_so() {
+        let robot = Robot::new(&around(2)).unwrap();
+        let bounds = Bounds { min: 1.0, mean: 50.0, max: 400.0 };
+        let error = robot.winch_forces(&bounds, &Measurement::default(), &[0.0; 3]).unwrap_err();
+        assert_eq!(error, DistributionError::TooFewCables { found: 2 });
     }
 
     #[test]

@@ -5,9 +5,8 @@ mod model;
 pub mod reference;
 mod settings;
 mod table;
-pub mod tension;
 
 pub use model::WinchController;
-pub use settings::Settings;
+pub use settings::{Bounds, Settings};
 
 fmi2_export::export!(WinchController);

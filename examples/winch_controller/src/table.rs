@@ -4,46 +4,47 @@ use fmi2_export::description::{
     DefaultExperiment, Dependency, LogCategory, ModelDescription, Unit, Variability, Variable,
 };
 
-use crate::settings::{SETTINGS, Settings};
+use crate::control::Measurement;
+use crate::settings::{Entry, Settings};
 
 /// Messages of the controller itself.
 pub(crate) const LOG_CATEGORY: &str = "logController";
 
 /// What a place in the table stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) enum Place {
     Pose(usize),
     Twist(usize),
     Force(usize),
     Reference(usize),
     Feasible,
-    Setting(usize),
+    Setting(Entry),
 }
 
 const POSE: [(&str, &str); 3] = [("x", "m"), ("y", "m"), ("phi", "rad")];
 const TWIST: [(&str, &str); 3] = [("vx", "m/s"), ("vy", "m/s"), ("omega", "rad/s")];
-/// Value reference of the first setting; a gap leaves room for more inputs and outputs.
+/// Settings have the value reference of their place and this, so that none is another's whatever comes before.
 const FIRST_SETTING: u32 = 100;
 
 /// Every place, in the table's order.
-pub(crate) fn places() -> Vec<Place> {
+pub(crate) fn places(settings: &Settings) -> Vec<Place> {
     (0..3)
         .map(Place::Pose)
         .chain((0..3).map(Place::Twist))
-        .chain((0..4).map(Place::Force))
+        .chain((0..settings.robot.cables()).map(Place::Force))
         .chain((0..3).map(Place::Reference))
         .chain([Place::Feasible])
-        .chain((0..SETTINGS.len()).map(Place::Setting))
+        .chain(settings.entries().into_iter().map(Place::Setting))
         .collect()
 }
 
-/// The table that goes with [`places`].
-pub(crate) fn table() -> ModelDescription {
+/// The table that goes with [`places`], for a controller that begins with these settings and this measurement.
+pub(crate) fn table(settings: &Settings, measured: &Measurement) -> ModelDescription {
     let mut table = ModelDescription::new("WinchController", "WinchController");
-    table.description = Some(
-        "Sampled pose controller for a planar robot on four cables: feed-forward, PD feedback, bounded winch forces"
-            .into(),
-    );
+    table.description = Some(format!(
+        "Sampled pose controller for a planar robot on {} cables: feed-forward, PD feedback, bounded winch forces",
+        settings.robot.cables()
+    ));
     table.version = Some(env!("CARGO_PKG_VERSION").into());
     table.license = Some(env!("CARGO_PKG_LICENSE").into());
     // Its outputs change at samples only, so there is nothing to take derivatives of.
@@ -61,8 +62,11 @@ pub(crate) fn table() -> ModelDescription {
         tolerance: None,
         step_size: Some(0.02),
     });
-    for (index, place) in places().into_iter().enumerate() {
-        table.add(variable(place, index));
+    let places = places(settings);
+    let mut settings = settings.clone();
+    let known = initial_knowns(&places);
+    for (index, place) in places.into_iter().enumerate() {
+        table.add(variable(place, index as u32, &mut settings, measured, &known));
     }
     table
 }
@@ -76,6 +80,7 @@ fn units() -> Vec<Unit> {
         Unit::mechanical("kg.m2", 1, 2, 0, 0),
         Unit::mechanical("m", 0, 1, 0, 0),
         Unit::mechanical("m/s", 0, 1, -1, 0),
+        Unit::mechanical("m/s2", 0, 1, -2, 0),
         Unit::mechanical("N", 1, 1, -2, 0).display("kN", 1e-3),
         Unit::mechanical("rad", 0, 0, 0, 1).display("deg", degrees),
         Unit::mechanical("rad/s", 0, 0, -1, 1).display("deg/s", degrees),
@@ -83,23 +88,29 @@ fn units() -> Vec<Unit> {
     ]
 }
 
-fn variable(place: Place, index: usize) -> Variable {
-    let reference = index as u32;
+/// `known`: what the outputs depend on at first.
+fn variable(
+    place: Place,
+    reference: u32,
+    settings: &mut Settings,
+    measured: &Measurement,
+    known: &[Dependency],
+) -> Variable {
     match place {
         Place::Pose(k) => {
             let (name, unit) = POSE[k];
-            shown_in_degrees(Variable::real(name, reference).input().unit(unit).start(0.0), unit)
+            shown_in_degrees(Variable::real(name, reference).input().unit(unit).start(measured.pose[k]), unit)
                 .described(format!("Measured {name} of the platform"))
         }
         Place::Twist(k) => {
             let (name, unit) = TWIST[k];
-            shown_in_degrees(Variable::real(name, reference).input().unit(unit).start(0.0), unit)
+            shown_in_degrees(Variable::real(name, reference).input().unit(unit).start(measured.twist[k]), unit)
                 .described(format!("Measured rate of {}", POSE[k].0))
         }
         Place::Force(i) => sampled(Variable::real(format!("winch_force[{}]", i + 1), reference))
             .unit("N")
-            .nominal(2e4)
-            .initially_depends_on(initial_knowns())
+            .nominal(settings.bounds.mean)
+            .initially_depends_on(known.to_vec())
             .described(format!("Force of winch {}, positive when it pulls", i + 1)),
         Place::Reference(k) => {
             let (name, unit) = POSE[k];
@@ -107,16 +118,15 @@ fn variable(place: Place, index: usize) -> Variable {
             shown_in_degrees(variable, unit).described(format!("Where {name} should be"))
         }
         Place::Feasible => sampled(Variable::boolean("feasible", 0))
-            .initially_depends_on(initial_knowns())
+            .initially_depends_on(known.to_vec())
             .described("Do the winch forces give the wanted wrench within their bounds?"),
-        Place::Setting(k) => setting(k),
+        Place::Setting(entry) => setting(entry, FIRST_SETTING + reference, settings),
     }
 }
 
-fn setting(k: usize) -> Variable {
-    let setting = &SETTINGS[k];
-    let start = *(setting.place)(&mut Settings::default());
-    let variable = Variable::real(setting.name, FIRST_SETTING + k as u32).unit(setting.unit).start(start);
+fn setting(entry: Entry, reference: u32, settings: &mut Settings) -> Variable {
+    let setting = entry.setting;
+    let variable = Variable::real(entry.name(), reference).unit(setting.unit).start(*entry.place(settings));
     let variable = if setting.tunable { variable.tunable_parameter() } else { variable.parameter() };
     let variable = match setting.min {
         Some(min) => variable.min(min),
@@ -131,12 +141,12 @@ fn sampled(variable: Variable) -> Variable {
 }
 
 /// In initialisation mode the first sample follows the inputs and all parameters.
-fn initial_knowns() -> Vec<Dependency> {
-    let known = |(index, place): (usize, Place)| match place {
+fn initial_knowns(places: &[Place]) -> Vec<Dependency> {
+    let known = |(index, place): (usize, &Place)| match place {
         Place::Pose(_) | Place::Twist(_) | Place::Setting(_) => Some(Dependency::on(index)),
-        _ => None,
+        Place::Force(_) | Place::Reference(_) | Place::Feasible => None,
     };
-    places().into_iter().enumerate().filter_map(known).collect()
+    places.iter().enumerate().filter_map(known).collect()
 }
 
 fn shown_in_degrees(variable: Variable, unit: &str) -> Variable {

@@ -1,5 +1,8 @@
 //! The controller under the rules of the FMI layer.
 
+use std::fs;
+use std::path::Path;
+
 use fmi2_export::description::Causality;
 use fmi2_export::{Experiment, Model, Value};
 use winch_controller::WinchController;
@@ -118,4 +121,27 @@ fn a_wrench_out_of_reach_is_told_once() {
     }
     assert_eq!(model.get(feasible).unwrap(), Value::Boolean(true));
     assert_eq!(model.take_log().len(), 1);
+}
+
+/// What is wrong with the controller of this model file.
+fn refused(name: &str, model: &str) -> String {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("model.toml"), model).unwrap();
+    match WinchController::instantiate(Some(&folder)) {
+        Err(error) => error.to_string(),
+        Ok(mut controller) => controller.initialise(EXPERIMENT).unwrap_err().to_string(),
+    }
+}
+
+#[test]
+fn robots_that_it_cannot_hold_are_refused_with_the_reason() {
+    let two = "[[cable]]\nanchor = [-3.0, 3.0]\nattachment = [-0.2, 0.1]\n\
+               [[cable]]\nanchor = [3.0, 3.0]\nattachment = [0.2, 0.1]\n";
+    let problem = refused("two", &format!("gravity = [0.0, -9.81]\n{two}"));
+    assert!(problem.contains("2 cables cannot exert every force and torque in the plane; expected 3"), "{problem}");
+    let problem = refused("torque", "[winch]\ncommand = \"torque\"\nrotor_inertia = 0.1\n");
+    assert!(problem.contains("model.toml: `command` of the winches is \"torque\""), "{problem}");
+    let problem = refused("broken", "platform_mass = -1.0\n");
+    assert!(problem.contains("model.toml: line 1") && problem.contains("platform_mass"), "{problem}");
 }
