@@ -57,3 +57,44 @@ fn four_conics_bound_the_wrench_closure_workspace() {
         assert!(closed > 20 && open > 20, "{phi}: {closed} closed, {open} open");
     }
 }
+
+/// Whether the null vector of four cables' minors has one sign: none of them zero, alternating.
+fn four_close(geometry: &Geometry, pose: &[f64; 3], cables: [usize; 4]) -> bool {
+    let structure = structure_matrix(geometry, pose);
+    let minors = [0, 1, 2, 3].map(|left_out| {
+        let kept: Vec<_> = (0..4).filter(|i| *i != left_out).map(|i| structure.column(cables[i])).collect();
+        [1.0, -1.0][left_out % 2] * Matrix3::from_columns(&kept).determinant()
+    });
+    minors.iter().all(|m| *m > 0.0) || minors.iter().all(|m| *m < 0.0)
+}
+
+/// Carathéodory (1911): where directions in three dimensions surround the origin, some four of them do, unless three lie in a
+/// plane with it. So the workspace of six or eight cables is what those of four make together.
+#[test]
+fn more_cables_close_where_some_four_of_them_do() {
+    let bounds = Bounds::new(1.0, 100.0).unwrap();
+    let none = RequiredWrenches { centre: [0.0; 3], half_width: [0.0; 3] };
+    for cables in [6, 8] {
+        let cable: Vec<_> = (0..cables)
+            .map(|i| {
+                let (s, far) = (i as f64, [3.0, 2.2][i % 2]);
+                let angle = std::f64::consts::TAU * (s + 0.3 * (1.7 * s).sin()) / f64::from(cables as u32);
+                let end = angle + 1.1 * (2.3 * s).cos();
+                let anchor = [far * angle.cos(), far * angle.sin()];
+                CableParameters::between(anchor, [0.25 * end.cos(), 0.25 * end.sin()])
+            })
+            .collect();
+        let geometry = Geometry::new(&Parameters { cable, ..Parameters::default() });
+        let (mut closed, mut open) = (0, 0);
+        for k in 0..1200 {
+            let (i, j) = (f64::from(k % 20), f64::from(k / 20 % 20));
+            let pose = [0.23 * (i - 9.4), 0.23 * (j - 9.6), [-0.9, 0.1, 0.8][k as usize / 400]];
+            let some_four = (0..cables)
+                .any(|a| (0..a).any(|b| (0..b).any(|c| (0..c).any(|d| four_close(&geometry, &pose, [a, b, c, d])))));
+            let found = feasibility(&geometry, &pose, &bounds, &none);
+            assert_eq!(found.closure, some_four, "{cables} cables at {pose:?}: balance {}", found.balance);
+            if some_four { closed += 1 } else { open += 1 }
+        }
+        assert!(closed > 100 && open > 100, "{cables} cables: {closed} closed, {open} open");
+    }
+}
