@@ -5,7 +5,7 @@ use std::ops::Range;
 use cdpr::effect::EffectSpec;
 
 use super::SEGMENTS;
-use super::segments::{Kind, Segments, entries, even, price};
+use super::segments::{self, Kind, Segments, entries, price};
 use crate::candidates::Library;
 use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError};
@@ -38,24 +38,27 @@ impl Search<'_> {
         (self.progress)("looking for what begins or ends", 0.2);
         let mut proposed = self.weighed_in_time(&fitted.train, library, ranked);
         proposed.retain(|(score, _)| *score < fitted.score - gain - EVIDENCE);
-        for k in 0..proposed.len() {
-            let effect = proposed[k].1.clone();
+        let mut fits = Vec::new();
+        for (k, (_, effect)) in proposed.iter().enumerate() {
             let at = fitted.train.model.effects.len();
             let mut model = fitted.train.model.clone();
             model.effects.push(effect.clone());
-            let next = self.fit(&model, fitted, ROUNDS).and_then(|next| self.located(next, &[at]));
-            let next = match next {
-                Ok(next) => next,
-                Err(error) => {
-                    self.note(&effect, "refused", f64::NAN, &format!("it cannot be simulated: {error}"));
-                    continue;
+            match self.fit(&model, fitted, ROUNDS).and_then(|next| self.located(next, &[at])) {
+                Ok(next) if next.score < fitted.score - gain - EVIDENCE && Self::helps(fitted, &next) => {
+                    fits.push((k, next));
                 }
-            };
-            let change = next.score - fitted.score;
-            if change > -gain - EVIDENCE || !Self::helps(fitted, &next) {
-                self.note(&effect, "refused", change, "at work for a while only, it does not explain enough");
-                continue;
+                Ok(next) => {
+                    let change = next.score - fitted.score;
+                    self.note(effect, "refused", change, "at work for a while only, it does not explain enough");
+                }
+                Err(error) => {
+                    self.note(effect, "refused", f64::NAN, &format!("it cannot be simulated: {error}"));
+                }
             }
+        }
+        // What latent forces leave alike is told apart by the fits.
+        fits.sort_by(|(_, a), (_, b)| a.score.total_cmp(&b.score));
+        for (k, next) in fits {
             let others = proposed.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, (_, effect))| effect);
             let rivals = others.cloned().collect();
             if self.enter(fitted, &next, vec![rivals], Source::Catalogue, "begins or ends")? == Answer::Enters {
@@ -86,7 +89,8 @@ impl Search<'_> {
         sizes: &[Randomness],
     ) -> Vec<Weighed> {
         let trials = &self.evidence.train;
-        let edges = even(trials, count);
+        let edges = segments::edges(fit, trials, count);
+        let count = edges.len() - 1;
         // What the effects of the fit cost, and what the instruments do, is in its score and in theirs.
         let standing = self.score(fit, trials) - fit.minus_two_log_likelihood(trials, &fit.randomness);
         let of = |at: &usize| &library.candidates[*at];

@@ -13,7 +13,7 @@ mod segments;
 mod tests;
 
 use self::locate::{locate, switched};
-use self::segments::{Course, Kind, Segments, entries, even, multiplied, price};
+use self::segments::{Course, Kind, Segments, entries, multiplied, price};
 use crate::estimate::FitError;
 use crate::extension::count_in_use;
 use crate::fitted::Fitted;
@@ -70,12 +70,14 @@ impl Search<'_> {
     /// The model with effect `at` in the best course of time, if it is better by what counts.
     fn in_time(&self, fitted: &Fitted, at: usize) -> Result<Option<Fitted>, FitError> {
         let trials = &self.evidence.train;
-        let segments = Segments::of_standing(&fitted.train, trials, &[at], even(trials, SEGMENTS))?;
+        let edges = segments::edges(&fitted.train, trials, SEGMENTS);
+        let count = edges.len() - 1;
+        let segments = Segments::of_standing(&fitted.train, trials, &[at], edges)?;
         let parameters = count_in_use(&fitted.train.model.effects[at]).max(1);
-        let Some(always) = segments.along(&[(0, SEGMENTS)]) else { return Ok(None) };
+        let Some(always) = segments.along(&[(0, count)]) else { return Ok(None) };
         // A course is chosen among those of its kind by the likelihood, and among the kinds by what they cost.
-        let priced = |course: Course| (course.value + price(&course, SEGMENTS, parameters, self.penalty), course);
-        let best = Kind::ALL.into_iter().filter_map(|kind| segments.best(kind.courses(SEGMENTS)));
+        let priced = |course: Course| (course.value + price(&course, count, parameters, self.penalty), course);
+        let best = Kind::ALL.into_iter().filter_map(|kind| segments.best(kind.courses(count)));
         let mut found: Vec<(f64, Course)> = best.map(priced).collect();
         found.retain(|(score, _)| *score < always.value - EVIDENCE);
         found.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -5,6 +5,7 @@ use std::slice;
 
 use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::candidates::Combination;
 use crate::data::Trial;
@@ -13,6 +14,12 @@ use crate::kalman::{Keep, Randomness, filter};
 use crate::regression::{Penalty, ladder, subset};
 use crate::signature;
 use crate::whiten::{Forcing, Normal, whiten};
+
+/// Chance, over a whole recording, below which a sample of innovations is sudden; how many such times are looked at, and how
+/// many samples they are apart.
+const SUDDEN: f64 = 1e-3;
+const MOST_SUDDEN: usize = 3;
+const APART: usize = 20;
 
 /// Where an effect is at work: stretches between edges, each with a size of its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -172,6 +179,54 @@ pub(super) fn span(trials: &[Trial]) -> (f64, f64) {
 pub(super) fn even(trials: &[Trial], segments: usize) -> Vec<f64> {
     let (first, last) = span(trials);
     (0..=segments).map(|k| first + (last - first) * k as f64 / segments as f64).collect()
+}
+
+/// Edges of so many segments of the same length, and those times in between at which something is sudden: what changes
+/// where a thing is, as an anchor that slips, is known by that instant, for a steady force at random follows it before and after.
+pub(super) fn edges(fit: &Fit, trials: &[Trial], segments: usize) -> Vec<f64> {
+    let mut edges = even(trials, segments);
+    edges.extend(sudden(fit, trials));
+    edges.sort_by(f64::total_cmp);
+    edges.dedup();
+    edges
+}
+
+/// The last samples before the innovations of all trials together are more than chance has in a recording, the most unlikely
+/// ones first.
+fn sudden(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
+    let filtered = fit.filter(trials, &fit.randomness, Keep::Innovations);
+    let (_, last) = span(trials);
+    let longest = trials.iter().max_by_key(|trial| trial.len()).map_or(&[][..], |trial| &trial.time);
+    let samples = longest.len() as f64;
+    let half: Vec<f64> = trials.iter().map(|trial| 0.5 * trial.interval()).collect();
+    // A sample of each trial, those at the same time together.
+    let at = |time: f64| {
+        let (mut power, mut count) = (0.0, 0);
+        for ((trial, filtered), half) in trials.iter().zip(&filtered).zip(&half) {
+            let k = trial.time.partition_point(|t| *t < time - half);
+            let channels = trial.channels.len();
+            let Some(row) = filtered.whitened.get(k * channels..(k + 1) * channels) else { continue };
+            for value in row.iter().filter(|value| value.is_finite()) {
+                power += value * value;
+                count += 1;
+            }
+        }
+        ChiSquared::new(f64::from(count)).map_or(1.0, |chi| chi.sf(power))
+    };
+    // The first tenth is the filter's own transient.
+    let from = longest.len() / 10;
+    let unlikely: Vec<(f64, usize)> = (from.max(1)..longest.len())
+        .into_par_iter()
+        .map(|k| (at(longest[k]), k))
+        .filter(|(chance, _)| chance * samples < SUDDEN)
+        .collect();
+    // What is sudden shakes the plant for a while: of samples that lie close together it is the first.
+    let shaken = unlikely.chunk_by(|(_, a), (_, b)| b - a <= APART);
+    let least = |shaken: &[(f64, usize)]| shaken.iter().fold(f64::INFINITY, |least, (chance, _)| least.min(*chance));
+    let mut found: Vec<(f64, usize)> = shaken.map(|shaken| (least(shaken), shaken[0].1)).collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.truncate(MOST_SUDDEN);
+    found.into_iter().map(|(_, k)| longest[k - 1]).filter(|time| *time < last).collect()
 }
 
 /// Kinds of courses.

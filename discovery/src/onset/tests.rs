@@ -128,8 +128,23 @@ fn segments_add_up_to_the_whole() {
     let trials = [record(&[], 30.0, 35)];
     let fit = fitted(&[], &trials);
     let wind = effect("steady_wind", None, &[10.0, 0.0, 0.0]);
-    let [one, ten] = [1, 10].map(|count| Segments::of(&fit, &trials, &wind, even(&trials, count)).along(&[(0, count)]));
+    let [one, ten] =
+        [1, 10].map(|count| Segments::of(&fit, &trials, &wind, segments::even(&trials, count)).along(&[(0, count)]));
     let (one, ten) = (one.expect("a course"), ten.expect("a course"));
     assert!((one.value - ten.value).abs() < 1e-6 * one.value.abs() && (one.sizes[0][0] - ten.sizes[0][0]).abs() < 1e-6);
     assert_eq!(Kind::Between.courses(4), [vec![(1, 2)], vec![(1, 3)], vec![(2, 3)]]);
+}
+
+/// An anchor that slips shows at one instant and is followed by forces at random before and after.
+#[test]
+fn what_is_sudden_is_an_edge() {
+    let slip = during(&effect("anchor_offset", Some(1), &[0.08, -0.05]), Some(17.31), None);
+    let [quiet, slipped] = [vec![], vec![slip]].map(|effects| {
+        let trials = [record(&effects, 30.0, 36), record(&effects, 30.0, 37)];
+        let fit = fitted(&[], &trials);
+        (segments::even(&trials, 10), segments::edges(&fit, &trials, 10))
+    });
+    assert_eq!(quiet.0, quiet.1);
+    let nearest = slipped.1.iter().map(|edge| (edge - 17.31).abs()).fold(f64::INFINITY, f64::min);
+    assert!(nearest <= 2.0 * record(&[], 1.0, 36).interval(), "{:?}", slipped.1);
 }
