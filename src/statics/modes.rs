@@ -24,6 +24,12 @@ pub struct Mode {
 }
 
 impl Mode {
+    /// Whether it neither grows nor decays but stays where it is put: winches that follow a speed keep any length. Its
+    /// eigenvalue is zero, and it has no damping ratio and no time constant.
+    pub fn is_neutral(&self) -> bool {
+        self.eigenvalue == Complex64::ZERO
+    }
+
     /// Whether it oscillates.
     pub fn oscillates(&self) -> bool {
         self.eigenvalue.im > 0.0
@@ -64,18 +70,42 @@ pub fn modes_of(a: &DMatrix<f64>, size: &[f64]) -> Result<Vec<Mode>, StaticsErro
     let scaled = DMatrix::from_fn(n, n, |r, c| a[(r, c)] * size[c] / size[r]);
     let mut balanced = scaled.clone();
     nalgebra::linalg::balancing::balance_parlett_reinsch(&mut balanced);
-    let values =
-        Schur::try_new(balanced, f64::EPSILON, 10_000).ok_or(StaticsError::NoEigenvalues)?.complex_eigenvalues();
+    let size = balanced.norm();
+    let values = eigenvalues(balanced)?;
     let mut modes: Vec<Mode> = values
         .iter()
-        .filter(|v| v.im >= 0.0)
         .map(|value| {
-            let value = Complex64::new(value.re, value.im);
-            Mode { eigenvalue: value, shape: eigenvector(&scaled, value) }
+            let rounding = |part: f64| part.abs() <= ZERO * size;
+            // Equal real eigenvalues may come as a pair a hair apart.
+            let im = if rounding(value.im) { 0.0 } else { value.im };
+            if rounding(value.norm()) { Complex64::ZERO } else { Complex64::new(value.re, im) }
         })
+        .filter(|value| value.im >= 0.0)
+        .map(|value| Mode { eigenvalue: value, shape: eigenvector(&scaled, value) })
         .collect();
     modes.sort_by(|a, b| a.natural_frequency().total_cmp(&b.natural_frequency()));
     Ok(modes)
+}
+
+/// What rounding leaves of an eigenvalue or an imaginary part that is zero, as a part of the matrix's norm.
+const ZERO: f64 = 1e-12;
+
+/// The eigenvalues of a balanced matrix, complex ones in pairs.
+///
+/// The iteration compares what is left below the diagonal with the diagonal beside it, and may not end where that is zero, as
+/// winches that follow a speed have it. Then the matrix is moved away from zero by its norm, and its eigenvalues back: they are
+/// good to rounding of the norm, as without.
+fn eigenvalues(a: DMatrix<f64>) -> Result<Vec<Complex64>, StaticsError> {
+    let (n, away) = (a.nrows(), a.norm());
+    let schur = |a: DMatrix<f64>| Schur::try_new(a, f64::EPSILON, 10_000);
+    let (found, moved) = match schur(a.clone()) {
+        Some(found) => (found, 0.0),
+        None => {
+            let moved = a + DMatrix::from_diagonal_element(n, n, away);
+            (schur(moved).ok_or(StaticsError::NoEigenvalues)?, away)
+        }
+    };
+    Ok(found.complex_eigenvalues().iter().map(|value| Complex64::new(value.re - moved, value.im)).collect())
 }
 
 /// Inverse iteration, normalised to a largest component of 1.

@@ -92,6 +92,48 @@ fn force_controlled_periods_are_those_of_the_closed_forms() {
     }
 }
 
+/// Eight such winches left the eigenvalues unfound, and four had modes that grew in 1e16 s: what rounding left of zeros.
+#[test]
+fn winches_that_follow_a_speed_leave_a_length_where_it_is() {
+    use crate::parameters::CableParameters;
+    use crate::winch::{WinchCommand, WinchParameters};
+    let around = |cables: usize| {
+        let at = |radius: f64, turn: f64| {
+            let angle = std::f64::consts::TAU * turn / cables as f64;
+            [radius * angle.cos(), radius * angle.sin()]
+        };
+        let cable = |i: usize| CableParameters::between(at(1.8, i as f64), at(0.12, i as f64 + [0.7, -0.7][i % 2]));
+        (0..cables).map(cable).collect::<Vec<_>>()
+    };
+    for cables in [4, 6, 8, 12] {
+        let winch = WinchParameters { command: WinchCommand::Speed, rotor_inertia: Some(1e-4), ..Default::default() };
+        let parameters = Parameters {
+            cable: around(cables),
+            platform_mass: 3.0,
+            platform_inertia: 0.04,
+            youngs_modulus: 5e9,
+            cable_area: 2e-6,
+            cable_damping: 3.0,
+            winch,
+            ..Parameters::default()
+        };
+        let plant = Arc::new(Plant::new(parameters, Vec::new()).unwrap());
+        let mut y = vec![0.0; plant.dimension()];
+        for i in 0..cables {
+            y[plant.unstretched_index(i).unwrap()] =
+                0.99 * crate::kinematics::cable_lengths(plant.geometry(), &[0.0; 3])[i];
+        }
+        let simulation = Simulation::from_states(plant.clone(), 0.0, y, Inputs::none(cables), 1e-10);
+        let modes = force_controlled_modes(&plant, &LinearModel::of(&simulation)).unwrap();
+        assert_eq!(modes.iter().filter(|mode| mode.is_neutral()).count(), cables, "{modes:?}");
+        assert!(modes.iter().all(|mode| !mode.is_unstable()), "{modes:?}");
+        // The servos' own poles, and three oscillations of the platform as on locked winches.
+        let servo = modes.iter().filter(|mode| (mode.eigenvalue + 20.0).norm() < 1e-3 && !mode.oscillates());
+        assert_eq!(servo.count(), cables, "{modes:?}");
+        assert_eq!(modes.iter().filter(|mode| mode.oscillates()).count(), 3);
+    }
+}
+
 /// With the area as printed the paper's damper (33) feeds the slow oscillation along x; a damper of the strain's rate takes
 /// from it.
 #[test]

@@ -154,6 +154,8 @@ impl Text {
         for mode in modes {
             let first = if mode.oscillates() {
                 row([mode.period(), to_a_millionth(mode.damping_ratio())])
+            } else if mode.is_neutral() {
+                format!("{:>28}", "stays where it is put")
             } else {
                 let way = if mode.is_unstable() { "grows" } else { "decays" };
                 format!("{:>28}", format!("{way} in {} s", number(mode.time_constant())))
