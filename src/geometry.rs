@@ -66,6 +66,11 @@ impl Geometry {
             Err(ParameterError::new("pose", format!("[{}, {}, {}]", pose[0], pose[1], pose[2]), expected))
         };
         let points = self.attachment_points(pose);
+        if self.between_anchors && !spread(&self.anchor) {
+            return fail(
+                "anchors around it: they lie on one line, and without gravity nothing else holds it".to_owned(),
+            );
+        }
         if let Some(i) = points.iter().position(|p| self.between_anchors && !inside(&self.anchor, *p)) {
             let [x, y] = points[i];
             return fail(format!(
@@ -122,10 +127,14 @@ fn inside(points: &[[f64; 2]], p: [f64; 2]) -> bool {
             turn > 0.0 || turn == 0.0 && qx * rx + qy * ry > 0.0
         })
     };
+    spread(points) && !points.iter().any(|q| rightmost(*q))
+}
+
+/// Whether the points do not all lie on one line.
+fn spread(points: &[[f64; 2]]) -> bool {
     let first = points[0];
-    let spread = points.iter().find(|q| **q != first);
-    let has_inside = spread.is_some_and(|second| points.iter().any(|r| cross(first, *second, *r) != 0.0));
-    has_inside && !points.iter().any(|q| rightmost(*q))
+    let other = points.iter().find(|q| **q != first);
+    other.is_some_and(|second| points.iter().any(|r| cross(first, *second, *r) != 0.0))
 }
 
 #[cfg(test)]

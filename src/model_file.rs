@@ -163,7 +163,8 @@ impl Model {
         };
         let cables = parameters.cables();
         if !(2..=MAX_CABLES).contains(&cables) {
-            let message = format!("{cables} cables, expected 2 to {MAX_CABLES}");
+            let plural = if cables == 1 { "" } else { "s" };
+            let message = format!("{cables} cable{plural}, expected 2 to {MAX_CABLES}");
             return Err(ModelFileError { line: line_of_key(text, "cable"), message });
         }
         let start = Start::pulling(cables);
@@ -237,7 +238,12 @@ impl Model {
                 ModelError::Plant(PlantError::Twice { id, .. }) => line_of_effect(&model, &lines, id),
                 ModelError::Plant(PlantError::TooManyStates { .. }) | ModelError::Start(_) => None,
             },
-            message: error.to_string(),
+            message: match &error {
+                ModelError::Value(e) if e.key == "pose" => {
+                    format!("{error}; `x`, `y` and `phi` under [start] say where it begins")
+                }
+                _ => error.to_string(),
+            },
         })?;
         Ok((model, plant))
     }
@@ -499,6 +505,9 @@ fn line_at(text: &str, byte: usize) -> usize {
 
 /// Line of a key at the top or under `[start]`; `key` may carry an index.
 fn line_of_key(text: &str, key: &str) -> Option<usize> {
+    if let Some((index, field)) = key.strip_prefix("cable[").and_then(|rest| rest.split_once("].")) {
+        return line_in_cable(text, index.parse().ok()?, field);
+    }
     let key = key.split('[').next()?;
     let top: BTreeMap<Spanned<String>, toml::Value> = toml::from_str(text).ok()?;
     if let Some(found) = top.keys().find(|k| k.get_ref() == key) {
@@ -515,6 +524,17 @@ fn line_of_key(text: &str, key: &str) -> Option<usize> {
     let wanted = if key == "pose" { ["x", "y", "phi"].as_slice() } else { &[key] };
     let lines = inner.start.keys().chain(inner.winch.keys()).filter(|k| wanted.contains(&k.get_ref().as_str()));
     lines.map(|k| line_at(text, k.span().start)).min()
+}
+
+/// The line of a key of the cable of this number, from 1.
+fn line_in_cable(text: &str, number: usize, key: &str) -> Option<usize> {
+    #[derive(Deserialize)]
+    struct Tables {
+        cable: Vec<BTreeMap<Spanned<String>, toml::Value>>,
+    }
+    let tables: Tables = toml::from_str(text).ok()?;
+    let mut keys = tables.cable.get(number.checked_sub(1)?)?.keys();
+    keys.find(|k| k.get_ref() == key).map(|k| line_at(text, k.span().start))
 }
 
 fn line_of_effect(model: &Model, lines: &[usize], id: &str) -> Option<usize> {
@@ -554,6 +574,22 @@ mod tests {
         }
     }
 
+    /// A model of three cables to one point, the third from this anchor and with this said beside it.
+    fn three(anchor: &str, more: &str) -> String {
+        let cable = |anchor: &str| format!("[[cable]]\nanchor = {anchor}\nattachment = [0.0, 1.0]\n");
+        format!("\n{}{}{}{more}", cable("[-1.0, 1.0]"), cable("[1.0, 1.0]"), cable(anchor))
+    }
+
+    /// A winch of 400 N was to hold the 1 kN that each cable had at the start, and paid out until it could.
+    #[test]
+    fn a_servo_starts_with_no_more_than_it_can_hold() {
+        let model = Model::from_toml("[winch]\ncommand = \"speed\"\nforce_limit = 400.0").unwrap();
+        let mut simulation = model.simulation().unwrap();
+        simulation.advance(1.0).unwrap();
+        let tension = simulation.outputs().tension;
+        assert!(tension.iter().all(|t| (t - 200.0).abs() < 1e-3), "{tension:?}");
+    }
+
     #[test]
     fn errors_name_line_and_key() {
         for (text, line, part) in [
@@ -569,7 +605,7 @@ mod tests {
             ("anchor_angle = [0.0, 1.0]", Some(1), "`anchor_angle` is 2 angles, expected 4"),
             ("attachment_angle = [0.0, 1.0, 2.0]", Some(1), "`anchor_angle` is 4 angles, expected 3"),
             ("[start]\nwinch_force = [1.0, 2.0]", Some(2), "`winch_force` has 2 entries, expected 4"),
-            ("[[cable]]\nanchor = [0.0, 1.0]\nattachment = [0.0, 0.0]", Some(1), "1 cables, expected 2 to 12"),
+            ("[[cable]]\nanchor = [0.0, 1.0]\nattachment = [0.0, 0.0]", Some(1), "1 cable, expected 2 to 12"),
             ("[start]\nwinch_force = [1.0, 1.0, 1.0, 1.0, 1.0]", Some(2), "`winch_force` has 5 entries, expected 4"),
             ("[start]\nunstretched_length = []", Some(2), "`unstretched_length`"),
             ("\ngravity = [0.0, -9.81, 0.0]", Some(2), "`gravity`: invalid length 3, expected two numbers"),
@@ -586,6 +622,10 @@ mod tests {
             ("initialization = \"static_equilibrium\"\n[winch]\ncommand = \"speed\"", Some(1), "from_states"),
             ("cable_inertia = \"none\"\n[winch]\ncommand = \"speed\"", None, "rotor_inertia of winch 1"),
             ("platform_mass = ", Some(1), ""),
+            (&three("[-1.0, -1.0]", "area = -1.0"), Some(11), "`cable[3].area` is -1, expected"),
+            (&three("[1.0, 1.0]", ""), Some(9), "two cables in one place are one"),
+            (&three("[-1.0, -1.0]", "[start]\nx = 7.0"), Some(12), "`x`, `y` and `phi` under [start] say where"),
+            (&three("[3.0, 1.0]", ""), None, "they lie on one line, and without gravity nothing else holds it"),
         ] {
             let error = Model::from_toml(text).unwrap_err();
             assert_eq!(error.line, line, "{text:?}: {error}");

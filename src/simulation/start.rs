@@ -106,7 +106,7 @@ impl Start {
 
     /// This start with commands and lengths in place of those that are left out (`None`), as the sensors show them: forces of
     /// 1 kN and torques that make them, a speed of zero, and for winches that follow a speed or a length what they have
-    /// paid out when each cable carries 1 kN.
+    /// paid out when each cable carries 1 kN, or half of their limit where that is less.
     ///
     /// # Errors
     /// No such lengths, a pose that is impossible.
@@ -116,17 +116,20 @@ impl Start {
         [command, lengths]: [Option<PerCable<f64>>; 2],
     ) -> Result<Self, StartError> {
         let plant = plant.at(self.time);
-        let kind = plant.parameters().winch.command;
+        let winches = &plant.parameters().winch;
+        let kind = winches.command;
+        // A servo keeps what it can pull with: half its limit leaves as much to either side.
+        let pull = if kind.is_servo() { START_PULL.min(0.5 * winches.force_limit) } else { START_PULL };
         let at_rest = if kind.is_servo() && (lengths.is_none() || command.is_none()) {
             let pose = self.behind_sensors(plant).pose;
             plant.geometry().check_pose(&pose)?;
             let mut shown = PerCable::filled(plant.cables(), 0.0);
             for (i, cable) in kinematics::cables(plant.geometry(), &pose, &[0.0; 3]).iter().enumerate() {
                 let mut states = [0.0; MAX_EFFECT_STATES];
-                plant.start_effect_states(i, START_PULL, START_PULL, &mut states);
-                let length = plant.unstretched_length_for(i, self.time, cable.length, START_PULL, &states);
+                plant.start_effect_states(i, pull, pull, &mut states);
+                let length = plant.unstretched_length_for(i, self.time, cable.length, pull, &states);
                 if !(length.is_finite() && length > 0.0) {
-                    return Err(StartError::NoLength { cable: i + 1, pull: START_PULL, found: length });
+                    return Err(StartError::NoLength { cable: i + 1, pull, found: length });
                 }
                 shown[i] = plant.cable[i].unstretched_sensor.shown(length);
             }
@@ -139,7 +142,7 @@ impl Start {
         self.unstretched_length = lengths.or(at_rest).unwrap_or(none);
         self.inputs.winch_force = command.unwrap_or_else(|| match kind {
             WinchCommand::Force | WinchCommand::Torque => {
-                PerCable::from_fn(plant.cables(), |i| START_PULL / winch(i).force_per_command())
+                PerCable::from_fn(plant.cables(), |i| pull / winch(i).force_per_command())
             }
             WinchCommand::Speed => none,
             WinchCommand::Length => at_rest.unwrap_or(none),

@@ -205,7 +205,7 @@ fn a_model_of_six_cables_reads_back_and_runs() {
 fn what_no_robot_can_have_is_told() {
     let cable = |extra: &str| format!("[[cable]]\nanchor = [0.0, 1.0]\nattachment = [0.0, 0.0]\n{extra}");
     for (text, part) in [
-        (cable(""), "1 cables, expected 2 to 12"),
+        (cable(""), "1 cable, expected 2 to 12"),
         (cable("") + &cable(""), "two cables in one place are one"),
         ("anchor_radius = 5.0\n".to_owned() + &cable(""), "expected one of the two"),
         (cable("colour = 3"), "unknown field `colour`"),
