@@ -137,7 +137,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         ("--plot", arguments.plot.as_ref()),
     ])?;
     let (_, mut model) = model::read(arguments.model.as_deref())?;
-    let (distribution, redundancy) = arguments.choice.resolve(arguments.pretension)?;
+    let (distribution, redundancy) = arguments.choice.resolve(&model.parameters, arguments.pretension)?;
     // The robot as it is at the start: effects may begin or end later.
     let plant = Arc::new(model.plant()?.at(model.start.time).clone());
     plant.geometry().check_pose(&arguments.pose).map_err(|error| BadInput(format!("--pose: {error}")))?;
@@ -215,12 +215,12 @@ fn analyse_held(text: &mut Text, model: &Model, plant: &Arc<Plant>, held: &Insta
     let simulation =
         Simulation::from_states(plant.clone(), 0.0, held.states.clone(), held.inputs(), model.relative_tolerance);
     let linear = LinearModel::of(&simulation);
-    text.held(held);
+    let command = plant.parameters().winch.command;
+    text.held(held, command);
     let geometric = statics::geometric_stiffness(plant.geometry(), &pose, &held.tension);
     let stiffness =
         inverse::elastic(plant).then(|| statics::stiffness(plant, 0.0, &pose, &held.tension)).transpose()?;
     text.stiffness(&geometric, stiffness.as_ref());
-    let command = plant.parameters().winch.command;
     let follow = format!("winches following their {}", command.name());
     let held_by = if command.is_servo() { &follow } else { "winches holding their forces" };
     text.modes(held_by, &statics::force_controlled_modes(plant, &linear)?, &linear.state_names);

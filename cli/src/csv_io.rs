@@ -28,6 +28,14 @@ pub(crate) fn read_inputs(path: &Path, steady: &Inputs, command: WinchCommand) -
     for (i, place) in winch_force.iter_mut().enumerate() {
         *place = table.need(&indexed(command.input(), i))?;
     }
+    let cables = winch_force.len();
+    let beyond = |name: &&String| {
+        let index = name.strip_prefix(command.input())?.strip_prefix('[')?.strip_suffix(']')?;
+        index.parse().ok().filter(|i: &usize| !(1..=cables).contains(i))
+    };
+    if let Some(name) = table.names().iter().find(|name| beyond(name).is_some()) {
+        return Err(table.bad(format!("line 1: column `{name}`, but the robot has {cables} cables")));
+    }
     let disturbance = Disturbances::find(&table, steady.disturbance)?;
     let mut rows: Vec<(f64, Inputs)> = Vec::new();
     while table.next_row()? {

@@ -70,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (_, mut model) = model::read(arguments.model.as_deref())?;
     let motion = trajectory_csv::read(&arguments.trajectory, model.start.inputs.disturbance)?;
     let trajectory_csv::Motion { samples, lines } = motion;
-    let (_, redundancy) = arguments.choice.resolve(None)?;
+    let (_, redundancy) = arguments.choice.resolve(&model.parameters, None)?;
     let ends = match arguments.ends {
         EndChoice::Natural => Ends::Natural,
         EndChoice::Rest => Ends::Rest,

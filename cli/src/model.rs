@@ -1,10 +1,14 @@
 //! `cdpr model`: the default model as a file, the check of one; and the model that any command works on.
 
+use std::f64::consts::TAU;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 use cdpr::model_file::Model;
+use cdpr::parameters::{CableParameters, Parameters};
+use cdpr::per_cable::MAX_CABLES;
+use cdpr::simulation::Start;
 
 use crate::failure::BadInput;
 use crate::{simulate, terminal};
@@ -16,19 +20,41 @@ const LARGEST: u64 = 1 << 24;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  \
     cdpr model > model.toml\n  \
+    cdpr model --cables 6 > model.toml\n  \
     cdpr model --check model.toml\n\n\
-    Every key may be left out and then has the value printed here; unknown keys are errors. Effects follow as \
+    Every key may be left out and then has the value printed here; unknown keys are errors. A robot of one's own has a \
+    [[cable]] table for each cable, as --cables prints them. Effects follow as \
     [[effect]] tables; cdpr effects lists them. A check reads the file, builds the plant and finds its start.")]
 pub(crate) struct Arguments {
     /// Check this model file instead
     #[arg(long, value_name = "FILE.toml")]
     check: Option<PathBuf>,
+    /// Print the default platform on so many cables instead, each a table to write a robot of one's own into
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(3..=MAX_CABLES as i64),
+        conflicts_with = "check")]
+    cables: Option<u8>,
+}
+
+/// The default robot on `cables` cables by coordinates, to the millimetre: anchors all around, and neighbours' attachments
+/// exchanged two by two, as in Table I, so that cables turn the platform either way.
+fn around(cables: usize) -> Model {
+    let default = Parameters::default();
+    let point = |radius: f64, i: usize| {
+        let angle = TAU * ((i as f64 + 0.5) / cables as f64 - 0.5);
+        [radius * angle.cos(), radius * angle.sin()].map(|v| (1e3 * v).round() / 1e3)
+    };
+    let partner = |i: usize| if (i ^ 1) < cables { i ^ 1 } else { i };
+    let cable =
+        |i| CableParameters::between(point(default.anchor_radius, i), point(default.attachment_radius, partner(i)));
+    let cable = (0..cables).map(cable).collect();
+    Model { parameters: Parameters { cable, ..default }, start: Start::pulling(cables), ..Model::default() }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut out = terminal::out();
     let Some(path) = &arguments.check else {
-        write!(out, "{}", Model::default().to_toml())?;
+        let model = arguments.cables.map_or_else(Model::default, |cables| around(cables.into()));
+        write!(out, "{}", model.to_toml())?;
         writeln!(out, "\n# Effects, each as a table; cdpr effects lists them with their parameters:")?;
         writeln!(out, "# [[effect]]\n# id = \"winch_coulomb_friction\"\n# cable = 3\n# force = 250.0")?;
         return Ok(out.flush()?);

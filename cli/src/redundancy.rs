@@ -1,6 +1,7 @@
 //! How the command line chooses tensions.
 
 use cdpr::inverse::distribution::{Bounds, Distribution, Objective, Redundancy};
+use cdpr::parameters::Parameters;
 use cdpr_tension_qp::QuadraticProgramme;
 use clap::ValueEnum;
 
@@ -10,12 +11,12 @@ use crate::number;
 /// Bounds, objective and solver of the tension distribution.
 #[derive(clap::Args)]
 pub(crate) struct Choice {
-    /// Smallest tension of a cable in N
-    #[arg(long, value_name = "N", default_value = "1000", value_parser = number::finite, allow_negative_numbers = true)]
-    tension_min: f64,
-    /// Largest tension of a cable in N
-    #[arg(long, value_name = "N", default_value = "50000", value_parser = number::finite, allow_negative_numbers = true)]
-    tension_max: f64,
+    /// Smallest tension of a cable in N; by default 0.4 N for each kg of the platform, 1000 N for the default model's
+    #[arg(long, value_name = "N", value_parser = number::finite, allow_negative_numbers = true)]
+    tension_min: Option<f64>,
+    /// Largest tension of a cable in N; by default 20 N for each kg of the platform, 50000 N for the default model's
+    #[arg(long, value_name = "N", value_parser = number::finite, allow_negative_numbers = true)]
+    tension_max: Option<f64>,
     /// What is made smallest within the bounds
     #[arg(long, value_enum, default_value_t = Goal::MidTension)]
     objective: Goal,
@@ -59,12 +60,23 @@ fn exponent(text: &str) -> Result<f64, String> {
 
 impl Choice {
     /// The distribution, and whatever solves it; nearest to `pretension` (N) where there is one, whatever the objective.
-    pub(crate) fn resolve(&self, pretension: Option<f64>) -> Result<(Distribution, Box<dyn Redundancy>), BadInput> {
-        let bounds = Bounds::new(self.tension_min, self.tension_max).map_err(|error| {
+    pub(crate) fn resolve(
+        &self,
+        robot: &Parameters,
+        pretension: Option<f64>,
+    ) -> Result<(Distribution, Box<dyn Redundancy>), BadInput> {
+        let usual = Bounds::of_mass(robot.platform_mass);
+        let [lower, upper] = [self.tension_min.unwrap_or(usual.lower()), self.tension_max.unwrap_or(usual.upper())];
+        let bounds = Bounds::new(lower, upper).map_err(|error| {
             BadInput(
                 error.to_string().replace("`tension_min`", "--tension-min").replace("`tension_max`", "--tension-max"),
             )
         })?;
+        if let Some(pretension) = pretension.filter(|pretension| !(lower..=upper).contains(pretension)) {
+            return Err(BadInput(format!(
+                "--pretension is {pretension}, expected from {lower} to {upper} N; --tension-min and --tension-max set these bounds"
+            )));
+        }
         let own = match self.objective {
             Goal::MinimumNorm => self.smooth.map_or(Objective::MinimumNorm, Objective::SmoothNorm),
             _ if self.smooth.is_some() => {

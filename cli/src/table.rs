@@ -65,6 +65,11 @@ impl Table {
         self.line
     }
 
+    /// Names of the columns.
+    pub(crate) fn names(&self) -> &[String] {
+        &self.names
+    }
+
     /// Where a column stands, if there is one of that name.
     pub(crate) fn find(&self, name: &str) -> Result<Option<usize>, BadInput> {
         let mut places = self.names.iter().enumerate().filter(|(_, n)| *n == name).map(|(k, _)| k);

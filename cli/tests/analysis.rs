@@ -324,6 +324,33 @@ fn a_hanging_load_is_feasible_where_both_cables_can_carry_it() {
     assert!(held > 100 && dropped > 100, "{held} {dropped}");
 }
 
+/// A platform of 4 kg was held by 1 kN and more, which pulled its cables to twice their length, whatever --pretension said.
+#[test]
+fn a_small_robot_is_held_by_small_tensions() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let cable = |x: f64, y: f64| {
+        format!("[[cable]]\nanchor = [{x:?}, {y:?}]\nattachment = [{:?}, {:?}]\n", 0.1 * x.signum(), -0.05 * y.signum())
+    };
+    let cables: String = [(-1.0, 0.7), (1.0, 0.7), (1.0, -0.7), (-1.0, -0.7)].map(|(x, y)| cable(x, y)).concat();
+    let head = "platform_mass = 4.0\nplatform_inertia = 0.05\nyoungs_modulus = 2e9\ncable_area = 3e-6\n";
+    let winch = "[winch]\ncommand = \"torque\"\ndrum_radius = 0.02\ngear_ratio = 5.0\nrotor_inertia = 1e-5\n";
+    std::fs::write(at.join("small.toml"), format!("{head}{winch}{cables}")).unwrap();
+    let analyse = ["analyse", "--model", "small.toml", "--pose", "0,0,0"];
+    assert!(done(&cdpr(at, &analyse)).contains("tensions 1.6 to 80 N"));
+    let held = done(&cdpr(at, &[&analyse[..], &["--pretension", "40"]].concat()));
+    assert!(held.contains("unstretched (m)   winch_torque (N.m)"), "{held}");
+    let first = held.lines().skip_while(|line| !line.starts_with("held")).nth(2).unwrap();
+    let values: Vec<f64> = first.split_whitespace().map(|v| v.parse().unwrap()).collect();
+    for (found, expected) in [(values[1], 40.0), (values[2], 40.0), (values[4], 40.0 * 0.02 / 5.0)] {
+        assert!((found - expected).abs() < 1e-4 * expected, "{first}");
+    }
+    let refused = cdpr(at, &[&analyse[..], &["--pretension", "400"]].concat());
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("--pretension is 400, expected from 1.6 to 80 N; --tension-min"));
+    done(&cdpr(at, &[&analyse[..], &["--pretension", "400", "--tension-max", "500"]].concat()));
+}
+
 /// The table `run` of a simulation or inverse dynamics as rows of columns by name.
 fn columns(text: &str, names: &[&str]) -> Vec<Vec<f64>> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());

@@ -179,6 +179,42 @@ fn the_default_model_is_printed_whole_and_passes_its_check() {
     assert!(real::done(folder.path(), &["model", "--check", "model.toml"]).contains("1 effect;"));
 }
 
+/// Whatever their number, the cables printed make a robot that every wrench can be asked of.
+#[test]
+fn a_robot_of_so_many_cables_is_printed_to_begin_with() {
+    for cables in [3, 4, 6, 7, 12] {
+        let count = cables.to_string();
+        let printed = String::from_utf8(cdpr(Path::new("."), &["model", "--cables", &count]).stdout).unwrap();
+        assert_eq!(printed.matches("[[cable]]").count(), cables, "{printed}");
+        let folder = folder(&[("model.toml", &printed)]);
+        let checked = real::done(folder.path(), &["model", "--check", "model.toml"]);
+        assert_eq!(
+            checked,
+            format!("model.toml: a model with {cables} cables and 0 effects; nothing is wrong with it\n")
+        );
+        if cables > 3 {
+            let held = real::done(folder.path(), &["analyse", "--model", "model.toml", "--pose", "10,5,0.1"]);
+            assert!(held.contains("yes: any wrench can be made"), "{cables} cables: {held}");
+        }
+    }
+    fails(&[], &["model", "--cables", "2"], 2, &["--cables", "3..=12"]);
+    fails(&[("m.toml", "")], &["model", "--cables", "6", "--check", "m.toml"], 2, &["cannot be used with"]);
+}
+
+/// Its fifth column was left unread.
+#[test]
+fn a_table_for_more_cables_than_the_robot_has_is_refused() {
+    let table =
+        "time,winch_force[1],winch_force[2],winch_force[3],winch_force[4],winch_force[5]\n0,1,1,1,1,1\n1,1,1,1,1,1\n";
+    let arguments = ["simulate", "--input", "in.csv", "-o", "out.csv"];
+    fails(
+        &[("in.csv", table)],
+        &arguments,
+        2,
+        &["in.csv: line 1: column `winch_force[5]`, but the robot has 4 cables"],
+    );
+}
+
 #[test]
 fn errors_say_a_thing_once() {
     let folder = folder(&[]);

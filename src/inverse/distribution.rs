@@ -55,6 +55,12 @@ impl Bounds {
         }
     }
 
+    /// Tensions that suit a platform of this mass (kg) where nothing is said of them: from 0.4 to 20 N for each kilogram, which
+    /// is 1 to 50 kN for that of Table I. So a small robot's cables are not strained by what a large one takes.
+    pub fn of_mass(mass: f64) -> Self {
+        Self { lower: 0.4 * mass, upper: 20.0 * mass }
+    }
+
     /// Smallest tension (N).
     pub fn lower(&self) -> f64 {
         self.lower

@@ -11,6 +11,7 @@ use cdpr::model_file::Model;
 use cdpr::plant::Plant;
 use cdpr::statics::workspace::{RequiredWrenches, feasibility};
 use cdpr::statics::{self, Mode, Stiffness};
+use cdpr::winch::WinchCommand;
 use nalgebra::Matrix3;
 
 use super::map::Map;
@@ -104,11 +105,17 @@ impl Text {
         ));
     }
 
-    pub(super) fn held(&mut self, held: &Instant) {
+    pub(super) fn held(&mut self, held: &Instant, command: WinchCommand) {
         self.section("held at rest");
-        self.line("cable     tension (N)  winch force   unstretched (m)");
+        let told = (command != WinchCommand::Force).then(|| format!("   {} ({})", command.input(), command.unit()));
+        self.line(format!(
+            "cable     tension (N)  winch force   unstretched (m){}",
+            told.as_deref().unwrap_or_default()
+        ));
         for i in 0..held.tension.len() {
-            self.line(format!("{}    {}", i + 1, row([held.tension[i], held.winch_force[i], held.unstretched[i]])));
+            let told = told.as_ref().map(|_| held.command[i]);
+            let values = [held.tension[i], held.winch_force[i], held.unstretched[i]].into_iter().chain(told);
+            self.line(format!("{}    {}", i + 1, row(values)));
         }
     }
 

@@ -1,6 +1,7 @@
 //! Everything that can be set, with names, units and bounds in one list.
 
 use cdpr::geometry::Geometry;
+use cdpr::inverse::distribution;
 use cdpr::model_file::Model;
 use cdpr::parameters::Parameters;
 
@@ -42,8 +43,9 @@ pub struct Bounds {
     pub max: f64,
 }
 
-/// Winch forces by default, for each kilogram of the platform (N/kg): 1, 20 and 60 kN for that of Table I.
-const PULL_PER_MASS: Bounds = Bounds { min: 0.4, mean: 8.0, max: 24.0 };
+/// Mean and largest winch force by default, for each kilogram of the platform (N/kg): 20 and 60 kN for that of Table I.
+const MEAN_PULL: f64 = 8.0;
+const MOST_PULL: f64 = 24.0;
 /// Radius of the circle by default, as a part of the farthest anchor's distance: 5 m in 900 m.
 const CIRCLE_PER_SIZE: f64 = 1.0 / 180.0;
 
@@ -59,9 +61,9 @@ impl Settings {
     #[must_use]
     pub fn of(model: &Model) -> Self {
         let robot = model.parameters.clone();
-        let pull = |per_mass: f64| per_mass * robot.platform_mass;
-        let bounds =
-            Bounds { min: pull(PULL_PER_MASS.min), mean: pull(PULL_PER_MASS.mean), max: pull(PULL_PER_MASS.max) };
+        let usual = distribution::Bounds::of_mass(robot.platform_mass);
+        let [mean, max] = [MEAN_PULL, MOST_PULL].map(|per_mass| per_mass * robot.platform_mass);
+        let bounds = Bounds { min: usual.lower(), mean, max };
         let start = &model.start.inputs.winch_force;
         // Many masters pass no values on before the first step, and a jump in the winch forces makes the cables ring.
         let start_tension = start.iter().sum::<f64>() / start.len() as f64;
