@@ -11,6 +11,8 @@ use std::ops::Range;
 
 use crate::per_cable::MAX_CABLES;
 use crate::scalar::{Real, tanh};
+use crate::signal::{DISTURBANCES, Signal, indexed};
+use crate::winch::WinchCommand;
 
 /// What a formula is made of, in a few words.
 pub const GRAMMAR: &str = "numbers, + - * / ^ (to a number), parentheses, functions sin cos tan tanh exp log sqrt abs \
@@ -49,24 +51,56 @@ pub enum Variable {
 
 impl Variable {
     fn read(name: &str, index: Option<usize>) -> Option<Self> {
-        Some(match (name, index) {
-            ("time", None) => Self::Time,
-            ("x", None) => Self::Pose(0),
-            ("y", None) => Self::Pose(1),
-            ("phi", None) => Self::Pose(2),
-            ("vx", None) => Self::Twist(0),
-            ("vy", None) => Self::Twist(1),
-            ("omega", None) => Self::Twist(2),
-            ("disturbance_force_x", None) => Self::Disturbance(0),
-            ("disturbance_force_y", None) => Self::Disturbance(1),
-            ("disturbance_torque", None) => Self::Disturbance(2),
-            ("winch_force", Some(i)) => Self::WinchForce(i),
-            ("cable_length", Some(i)) => Self::CableLength(i),
-            ("cable_speed", Some(i)) => Self::CableSpeed(i),
-            ("unstretched_length", Some(i)) => Self::UnstretchedLength(i),
-            ("unstretched_length_rate", Some(i)) => Self::UnstretchedRate(i),
-            _ => return None,
-        })
+        const OF_AXIS: [fn(usize) -> Variable; 3] = [Variable::Pose, Variable::Twist, Variable::Disturbance];
+        const OF_CABLE: [fn(usize) -> Variable; 5] = [
+            Variable::WinchForce,
+            Variable::CableLength,
+            Variable::CableSpeed,
+            Variable::UnstretchedLength,
+            Variable::UnstretchedRate,
+        ];
+        let named = |variable: &Self| variable.facts().0 == name;
+        match index {
+            None => {
+                let of_platform = OF_AXIS.into_iter().flat_map(|of| (0..3).map(of));
+                std::iter::once(Self::Time).chain(of_platform).find(named)
+            }
+            Some(i) => OF_CABLE.into_iter().map(|of| of(i)).find(named),
+        }
+    }
+
+    /// Its name without the cable's number, and its unit as FMI writes it.
+    fn facts(self) -> (&'static str, &'static str) {
+        let of = |signal: Signal| (signal.facts().name, signal.unit());
+        match self {
+            Self::Time => ("time", "s"),
+            Self::Pose(k) => of(Signal::Pose(k)),
+            Self::Twist(k) => of(Signal::Twist(k)),
+            Self::WinchForce(_) => (WinchCommand::Force.input(), WinchCommand::Force.unit()),
+            Self::Disturbance(k) => (DISTURBANCES[k].name, DISTURBANCES[k].unit),
+            Self::CableLength(i) => of(Signal::CableLength(i)),
+            Self::CableSpeed(_) => ("cable_speed", "m/s"),
+            Self::UnstretchedLength(i) => of(Signal::UnstretchedLength(i)),
+            Self::UnstretchedRate(i) => of(Signal::UnstretchedRate(i)),
+        }
+    }
+
+    /// Its name in a formula.
+    pub fn name(self) -> String {
+        let (name, _) = self.facts();
+        match self {
+            Self::Time | Self::Pose(_) | Self::Twist(_) | Self::Disturbance(_) => name.to_owned(),
+            Self::WinchForce(i)
+            | Self::CableLength(i)
+            | Self::CableSpeed(i)
+            | Self::UnstretchedLength(i)
+            | Self::UnstretchedRate(i) => indexed(name, i),
+        }
+    }
+
+    /// Its unit as FMI writes it.
+    pub fn unit(self) -> &'static str {
+        self.facts().1
     }
 }
 

@@ -1,7 +1,7 @@
 //! Dynamics of a planar cable-driven parallel robot with elastic cables.
 //!
-//! The robot is the 4RPR manipulator after the Large Adaptive Reflector: a platform with three degrees of freedom on four
-//! crossed cables of 900 m. Data flows one way: [`parameters`] and [`effect`]s make a [`plant::Plant`], which the
+//! The robot is a platform with three degrees of freedom on two to twelve cables; by default the 4RPR manipulator after the
+//! Large Adaptive Reflector, on four crossed cables of 900 m. Data flows one way: [`parameters`] and [`effect`]s make a [`plant::Plant`], which the
 //! [`integrator`] drives forward.
 
 mod clearance;
@@ -22,6 +22,7 @@ pub mod plant;
 pub mod pose_sensor;
 pub mod release;
 pub mod scalar;
+pub mod signal;
 pub mod simulation;
 pub mod statics;
 pub mod winch;

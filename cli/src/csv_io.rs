@@ -5,19 +5,11 @@ use std::path::Path;
 
 use cdpr::dynamics::Inputs;
 use cdpr::per_cable::PerCable;
-use cdpr::simulation::Outputs;
+use cdpr::signal::{DISTURBANCES, indexed, input_names, output_names};
 use cdpr::winch::WinchCommand;
 
 use crate::failure::BadInput;
 use crate::table::Table;
-
-/// Names of the disturbance inputs, in the order of [`Inputs::disturbance`].
-pub(crate) const DISTURBANCES: [&str; 3] = ["disturbance_force_x", "disturbance_force_y", "disturbance_torque"];
-
-/// `name[i + 1]`.
-pub(crate) fn indexed(name: &str, i: usize) -> String {
-    format!("{name}[{}]", i + 1)
-}
 
 /// Reads a table of inputs: `time` (s), strictly increasing, the commands of the winches, as many as `steady` has, and any of the
 /// disturbances (N, N m); those that are missing stay as `steady` has them. Each row's inputs hold until the next. Other columns are left alone.
@@ -62,8 +54,8 @@ impl Disturbances {
     /// Looks for their columns.
     pub(crate) fn find(table: &Table, steady: [f64; 3]) -> Result<Self, BadInput> {
         let mut columns = [None; 3];
-        for (place, name) in columns.iter_mut().zip(DISTURBANCES) {
-            *place = table.find(name)?;
+        for (place, name) in columns.iter_mut().zip(&DISTURBANCES) {
+            *place = table.find(name.name)?;
         }
         Ok(Self { columns, steady })
     }
@@ -85,47 +77,7 @@ impl Disturbances {
     }
 }
 
-/// The names of the outputs in a table of results, in the order of [`output_values`].
-pub(crate) fn output_names(cables: usize) -> Vec<String> {
-    let mut names: Vec<String> = ["x", "y", "phi", "vx", "vy", "omega"].map(String::from).into();
-    for quantity in
-        ["cable_length", "unstretched_length", "unstretched_length_rate", "tension", "strain", "cable_angle"]
-    {
-        names.extend((0..cables).map(|i| indexed(quantity, i)));
-    }
-    names.extend(["ax", "ay", "alpha"].map(String::from));
-    for quantity in ["winch_angle", "winch_rate"] {
-        names.extend((0..cables).map(|i| indexed(quantity, i)));
-    }
-    names
-}
-
-/// The outputs under the names of [`output_names`].
-pub(crate) fn output_values(outputs: &Outputs) -> Vec<f64> {
-    let mut values = [outputs.pose, outputs.twist].concat();
-    for quantity in [
-        outputs.cable_length,
-        outputs.unstretched_length,
-        outputs.unstretched_length_rate,
-        outputs.tension,
-        outputs.strain,
-        outputs.cable_angles(),
-    ] {
-        values.extend(quantity);
-    }
-    values.extend(outputs.acceleration);
-    values.extend(outputs.winch_angle);
-    values.extend(outputs.winch_rate);
-    values
-}
-
-/// The names of the inputs, in the order of [`input_values`].
-pub(crate) fn input_names(cables: usize, command: WinchCommand) -> Vec<String> {
-    let commands = (0..cables).map(|i| indexed(command.input(), i));
-    commands.chain(DISTURBANCES.map(String::from)).collect()
-}
-
-/// The inputs under the names of [`input_names`].
+/// The inputs, in the order of [`input_names`].
 pub(crate) fn input_values(inputs: &Inputs) -> Vec<f64> {
     inputs.winch_force.iter().chain(&inputs.disturbance).copied().collect()
 }

@@ -6,12 +6,12 @@ use std::io::{ErrorKind, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use cdpr::signal::indexed;
 use cdpr_discovery::experiment::{Aim, Expected, Limits, Lowered, Plan, PlanError, Used, plan};
 use cdpr_discovery::report;
 use cdpr_discovery::write;
 use cdpr_fmu_build::whole_file;
 
-use crate::csv_io::indexed;
 use crate::failure::BadInput;
 use crate::progress::Progress;
 use crate::whole::WholeFile;

@@ -7,11 +7,12 @@ use cdpr::dynamics::Inputs;
 use cdpr::inverse::{Ends, Instant, InverseDynamics, InverseError, SplineTrajectory, Trajectory};
 use cdpr::model_file::Model;
 use cdpr::parameters::{CableModel, Initialization};
+use cdpr::signal::{indexed, input_names};
 use cdpr::winch::WinchCommand;
 use cdpr_fmu_build::whole_file;
 use clap::ValueEnum;
 
-use crate::csv_io::{indexed, input_names, input_values};
+use crate::csv_io::input_values;
 use crate::failure::BadInput;
 use crate::redundancy::Choice;
 use crate::whole::{self, WholeFile};

@@ -8,6 +8,7 @@ use cdpr::dynamics::Inputs;
 use cdpr::integrator::Solver;
 use cdpr::model_file::{Model, ModelError};
 use cdpr::plant::PlantError;
+use cdpr::signal::output_values;
 use cdpr::simulation::{Outputs, Simulation, StartError};
 
 use crate::csv_io::{self, ResultWriter};
@@ -99,7 +100,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
                  notice of"
             ));
         }
-        table.row(time, &csv_io::input_values(inputs), &csv_io::output_values(outputs))?;
+        table.row(time, &csv_io::input_values(inputs), &output_values(outputs))?;
         if let Some(recording) = &mut recording {
             recording.add(time, inputs, outputs);
         }

@@ -9,6 +9,7 @@ use crate::effect::Stage;
 use crate::model_file::Model;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
+use crate::signal::Signal;
 use crate::winch::WinchCommand;
 
 /// Writes the dependencies into the table.
@@ -110,34 +111,16 @@ impl Knowns {
     /// At communication points; `None` for what is no unknown.
     fn of(&self, role: Role) -> Option<Vec<Dependency>> {
         Some(match role {
-            Role::State(State::Pose(_)) if self.late_pose => Vec::new(),
-            Role::State(State::Pose(k)) => vec![constant(self.pose[k])],
-            Role::State(State::Twist(k)) => vec![constant(self.twist[k])],
-            // In rigid cables the length follows from the pose, in the others it is a state.
-            Role::State(State::UnstretchedLength(i)) => {
-                let mut list = on(&self.pose);
-                list.push(Dependency::of_kind(self.length[i], DependencyKind::Fixed));
-                list
-            }
-            Role::State(State::Effect(..)) => return None,
-            Role::CableLength(_) | Role::CableAngle(_) => on(&self.pose),
-            Role::Strain(i) | Role::WinchAngle(i) => {
-                let mut list = on(&self.pose);
-                list.push(Dependency::on(self.length[i]));
-                list
-            }
-            Role::State(State::UnstretchedRate(i))
-            | Role::Rate(State::UnstretchedLength(i) | State::UnstretchedRate(i))
-            | Role::Tension(i)
-            | Role::WinchRate(i)
-            | Role::Slack(i) => self.along_cable(i),
+            Role::State(state) => self.shown(state.signal()?),
+            Role::Output(signal) => self.shown(signal),
+            Role::Rate(State::UnstretchedLength(i) | State::UnstretchedRate(i)) | Role::Slack(i) => self.along_cable(i),
             Role::Rate(State::Pose(k)) if self.pose_in_frame && k < 2 => {
                 let mut list = on(&self.twist);
                 list.push(Dependency::on(self.pose[2]));
                 list
             }
             Role::Rate(State::Pose(k)) => vec![constant(self.twist[k])],
-            Role::Rate(State::Twist(_)) | Role::Acceleration(_) => self.everything(),
+            Role::Rate(State::Twist(_)) => self.everything(),
             Role::Rate(state @ State::Effect(i, _)) => {
                 let command = self.effects.iter().any(|e| e.state == state && e.command);
                 if command { self.along_command(i) } else { self.along_cable(i) }
@@ -149,6 +132,29 @@ impl Knowns {
             | Role::EffectParameter(..)
             | Role::Choice(_) => return None,
         })
+    }
+
+    /// What a signal depends on.
+    fn shown(&self, signal: Signal) -> Vec<Dependency> {
+        match signal {
+            Signal::Pose(_) if self.late_pose => Vec::new(),
+            Signal::Pose(k) => vec![constant(self.pose[k])],
+            Signal::Twist(k) => vec![constant(self.twist[k])],
+            // In rigid cables the length follows from the pose, in the others it is a state.
+            Signal::UnstretchedLength(i) => {
+                let mut list = on(&self.pose);
+                list.push(Dependency::of_kind(self.length[i], DependencyKind::Fixed));
+                list
+            }
+            Signal::CableLength(_) | Signal::CableAngle(_) => on(&self.pose),
+            Signal::Strain(i) | Signal::WinchAngle(i) => {
+                let mut list = on(&self.pose);
+                list.push(Dependency::on(self.length[i]));
+                list
+            }
+            Signal::UnstretchedRate(i) | Signal::Tension(i) | Signal::WinchRate(i) => self.along_cable(i),
+            Signal::Acceleration(_) => self.everything(),
+        }
     }
 
     fn everything(&self) -> Vec<Dependency> {
@@ -195,7 +201,7 @@ impl Knowns {
     fn initially(&self, role: Role) -> Option<Vec<Dependency>> {
         match role {
             Role::Rate(State::Pose(k)) => Some(on(&[self.twist[k], self.initialization])),
-            Role::CableLength(_) | Role::CableAngle(_) => {
+            Role::Output(Signal::CableLength(_) | Signal::CableAngle(_)) => {
                 let mut list = on(&self.pose);
                 list.extend(on(&self.force));
                 list.extend(on(&self.disturbance));

@@ -3,6 +3,7 @@
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
+use crate::signal::Signal;
 use crate::simulation::Shown;
 
 /// What a variable stands for. Cables count from 0; `[x, y, φ]` are the axes 0 to 2.
@@ -18,22 +19,10 @@ pub(super) enum Role {
     State(State),
     /// The time derivative of a state as shown.
     Rate(State),
-    /// Geometric length of a cable.
-    CableLength(usize),
-    /// Tension.
-    Tension(usize),
-    /// Strain.
-    Strain(usize),
-    /// Angle of a cable.
-    CableAngle(usize),
+    /// A signal that is no state.
+    Output(Signal),
     /// Whether a cable is slack.
     Slack(usize),
-    /// Acceleration of the platform, by axis.
-    Acceleration(usize),
-    /// Angle of a winch's drum.
-    WinchAngle(usize),
-    /// Its rate.
-    WinchRate(usize),
     /// A real parameter: place in [`super::parameters::REALS`] and index.
     Parameter(usize, usize),
     /// A parameter of an effect: the effect and the parameter within it.
@@ -55,6 +44,37 @@ pub(super) enum State {
     UnstretchedRate(usize),
     /// A state of an effect: cable, and index among the effect states of that cable.
     Effect(usize, usize),
+}
+
+impl State {
+    /// The signal that shows it; effects' own states have none.
+    pub(super) fn signal(self) -> Option<Signal> {
+        Some(match self {
+            Self::Pose(k) => Signal::Pose(k),
+            Self::Twist(k) => Signal::Twist(k),
+            Self::UnstretchedLength(i) => Signal::UnstretchedLength(i),
+            Self::UnstretchedRate(i) => Signal::UnstretchedRate(i),
+            Self::Effect(..) => return None,
+        })
+    }
+}
+
+impl From<Signal> for Role {
+    fn from(signal: Signal) -> Self {
+        match signal {
+            Signal::Pose(k) => Self::State(State::Pose(k)),
+            Signal::Twist(k) => Self::State(State::Twist(k)),
+            Signal::UnstretchedLength(i) => Self::State(State::UnstretchedLength(i)),
+            Signal::UnstretchedRate(i) => Self::State(State::UnstretchedRate(i)),
+            Signal::CableLength(_)
+            | Signal::Tension(_)
+            | Signal::Strain(_)
+            | Signal::CableAngle(_)
+            | Signal::Acceleration(_)
+            | Signal::WinchAngle(_)
+            | Signal::WinchRate(_) => Self::Output(signal),
+        }
+    }
 }
 
 /// A parameter with named values.
@@ -93,6 +113,7 @@ impl<S: Real> Instant<'_, S> {
     pub(super) fn real(&self, role: Role) -> Option<S> {
         let shown = &self.shown;
         Some(match role {
+            Role::Output(signal) => signal.of(shown),
             Role::State(State::Pose(k)) => shown.pose(k),
             Role::State(State::Twist(k)) => shown.twist(k),
             Role::State(State::UnstretchedLength(i)) => shown.unstretched_length(i),
@@ -110,13 +131,6 @@ impl<S: Real> Instant<'_, S> {
                 self.plant.cable[i].unstretched_sensor.shown_acceleration(now.0, now.1, self.acceleration?[i])
             }
             Role::Rate(State::Effect(i, k)) => self.rates[self.plant.effect_states(i).start + k],
-            Role::CableLength(i) => shown.cable_length(i),
-            Role::Tension(i) => shown.tension(i),
-            Role::Strain(i) => shown.strain(i),
-            Role::CableAngle(i) => shown.cable_angle(i),
-            Role::Acceleration(k) => shown.acceleration(k),
-            Role::WinchAngle(i) => shown.winch_angle(i),
-            Role::WinchRate(i) => shown.winch_rate(i),
             Role::Time
             | Role::WinchForce(_)
             | Role::Disturbance(_)

@@ -18,6 +18,8 @@ use super::{IDENTIFIER, dependencies, units};
 use crate::effect::{EffectSpec, Stage, acts_on};
 use crate::model_file::Model;
 use crate::plant::Plant;
+use crate::signal::{DISTURBANCES, Facts, Signal, indexed};
+use crate::simulation::Start;
 use crate::winch::WinchCommand;
 
 /// Category of the integrator's statistics.
@@ -45,7 +47,7 @@ impl Table {
         table.effect_states(model, plant);
         table.parameters(model);
         table.effect_parameters(model);
-        table.winches(model);
+        table.later_outputs(model);
         table.choice(Choice::Solver, model);
         table.units();
         dependencies::declare(&mut table, model, plant);
@@ -71,90 +73,20 @@ impl Table {
             let variable = command(model.parameters.winch.command, i).input().start(start.winch_force[i]);
             self.add(Role::WinchForce(i), variable);
         }
-        let disturbances = [
-            ("disturbance_force_x", "N", "Force", 1e2, "Force on the platform from outside, along x"),
-            ("disturbance_force_y", "N", "Force", 1e2, "Force on the platform from outside, along y"),
-            ("disturbance_torque", "N.m", "Torque", 1e3, "Torque on the platform from outside"),
-        ];
-        for (k, (name, unit, quantity, nominal, text)) in disturbances.into_iter().enumerate() {
-            let variable =
-                real(name, 5 + k as u32, unit, quantity, nominal).input().start(start.disturbance[k]).described(text);
-            self.add(Role::Disturbance(k), variable);
+        for (k, facts) in DISTURBANCES.iter().enumerate() {
+            let variable = of_facts(facts, facts.name, 5 + k as u32).input().start(start.disturbance[k]);
+            self.add(Role::Disturbance(k), variable.described(facts.description));
         }
     }
 
     fn outputs(&mut self, model: &Model) {
-        let start = &model.start;
-        let motion = [
-            ("x", "m", "Length", 1.0, "Position of the platform along x"),
-            ("y", "m", "Length", 1.0, "Position of the platform along y"),
-            ("phi", "rad", "Angle", 0.1, "Orientation of the platform"),
-            ("vx", "m/s", "Velocity", 1.0, "Velocity of the platform along x"),
-            ("vy", "m/s", "Velocity", 1.0, "Velocity of the platform along y"),
-            ("omega", "rad/s", "AngularVelocity", 0.1, "Angular velocity of the platform"),
-        ];
-        for (k, (name, unit, quantity, nominal, text)) in motion.into_iter().enumerate() {
-            let (state, value) =
-                if k < 3 { (State::Pose(k), start.pose[k]) } else { (State::Twist(k - 3), start.twist[k - 3]) };
-            let variable = real(name, 10 + k as u32, unit, quantity, nominal)
-                .output()
-                .initial(Initial::Exact)
-                .start(value)
-                .described(text);
-            self.add(Role::State(state), variable);
+        let cables = model.parameters.cables();
+        for signal in Signal::all(cables).into_iter().filter(|signal| !came_later(*signal)) {
+            self.add(signal.into(), output(signal, &model.start));
         }
-        self.per_cable(model, Role::CableLength, |i| {
-            real(&indexed("cable_length", i), reference(20, i), "m", "Length", 1e3)
-                .min(0.0)
-                .described(format!("Distance from anchor to attachment point of cable {}", i + 1))
-        });
-        self.per_cable(
-            model,
-            |i| Role::State(State::UnstretchedLength(i)),
-            |i| {
-                let text = format!("Unstretched, paid-out length of cable {}; its start is used by from_states", i + 1);
-                real(&indexed("unstretched_length", i), reference(24, i), "m", "Length", 1e3)
-                    .min(0.0)
-                    .initial(Initial::Approx)
-                    .start(start.unstretched_length[i])
-                    .described(text)
-            },
-        );
-        self.per_cable(
-            model,
-            |i| Role::State(State::UnstretchedRate(i)),
-            |i| {
-                let text = format!("Rate at which cable {} is paid out; its start is used by from_states", i + 1);
-                real(&indexed("unstretched_length_rate", i), reference(28, i), "m/s", "Velocity", 1.0)
-                    .initial(Initial::Approx)
-                    .start(start.unstretched_length_rate[i])
-                    .described(text)
-            },
-        );
-        self.per_cable(model, Role::Tension, |i| {
-            real(&indexed("tension", i), reference(32, i), "N", "Force", 1e3)
-                .described(format!("Tension of cable {}, zero where it is slack", i + 1))
-        });
-        self.per_cable(model, Role::Strain, |i| {
-            real(&indexed("strain", i), reference(36, i), "1", "Strain", 1e-4)
-                .min(-1.0)
-                .described(format!("Strain of cable {}: elongation over unstretched length", i + 1))
-        });
-        self.per_cable(model, Role::CableAngle, |i| {
-            real(&indexed("cable_angle", i), reference(40, i), "rad", "Angle", 1.0)
-                .min(-std::f64::consts::PI)
-                .max(std::f64::consts::PI)
-                .described(format!("Angle of cable {} from anchor to attachment point against the x axis", i + 1))
-        });
-        self.per_cable(model, Role::Slack, |i| {
-            Variable::boolean(indexed("slack", i), reference(0, i))
-                .described(format!("Cable {} carries nothing", i + 1))
-        });
-    }
-
-    fn per_cable(&mut self, model: &Model, role: impl Fn(usize) -> Role, variable: impl Fn(usize) -> Variable) {
-        for i in 0..model.parameters.cables() {
-            self.add(role(i), variable(i).output());
+        for i in 0..cables {
+            let variable = Variable::boolean(indexed("slack", i), reference(0, i)).output();
+            self.add(Role::Slack(i), variable.described(format!("Cable {} carries nothing", i + 1)));
         }
     }
 
@@ -284,24 +216,11 @@ impl Table {
     }
 
     /// What was added later, behind all else, so that the variables before keep their places.
-    fn winches(&mut self, model: &Model) {
-        let accelerations = [
-            ("ax", "m/s2", "Acceleration", 1e-2, "Acceleration of the platform along x"),
-            ("ay", "m/s2", "Acceleration", 1e-2, "Acceleration of the platform along y"),
-            ("alpha", "rad/s2", "AngularAcceleration", 1e-3, "Angular acceleration of the platform"),
-        ];
-        for (k, (name, unit, quantity, nominal, text)) in accelerations.into_iter().enumerate() {
-            let variable = real(name, 44 + k as u32, unit, quantity, nominal).output().described(text);
-            self.add(Role::Acceleration(k), variable);
+    fn later_outputs(&mut self, model: &Model) {
+        let all = Signal::all(model.parameters.cables());
+        for signal in all.into_iter().filter(|signal| came_later(*signal)) {
+            self.add(signal.into(), output(signal, &model.start));
         }
-        self.per_cable(model, Role::WinchAngle, |i| {
-            let text = format!("Angle of drum {}, zero with nothing paid out, growing as it pays out", i + 1);
-            real(&indexed("winch_angle", i), reference(64, i), "rad", "Angle", 1e3).described(text)
-        });
-        self.per_cable(model, Role::WinchRate, |i| {
-            real(&indexed("winch_rate", i), reference(68, i), "rad/s", "AngularVelocity", 1.0)
-                .described(format!("Angular rate of drum {}, positive when paying out", i + 1))
-        });
     }
 
     /// The variable of an effect's parameter; with the channel in it where one sensor effect has both channels, and with its
@@ -432,8 +351,46 @@ fn enumerations() -> [Enumeration; 4] {
     ]
 }
 
-fn indexed(name: &str, i: usize) -> String {
-    format!("{name}[{}]", i + 1)
+/// Whether its variable stands behind all else in the table.
+fn came_later(signal: Signal) -> bool {
+    matches!(signal, Signal::Acceleration(_) | Signal::WinchAngle(_) | Signal::WinchRate(_))
+}
+
+/// The variable that shows a signal.
+fn output(signal: Signal, start: &Start) -> Variable {
+    let first = match signal {
+        Signal::Pose(_) => 10,
+        Signal::Twist(_) => 13,
+        Signal::CableLength(_) => 20,
+        Signal::UnstretchedLength(_) => 24,
+        Signal::UnstretchedRate(_) => 28,
+        Signal::Tension(_) => 32,
+        Signal::Strain(_) => 36,
+        Signal::CableAngle(_) => 40,
+        Signal::Acceleration(_) => 44,
+        Signal::WinchAngle(_) => 64,
+        Signal::WinchRate(_) => 68,
+    };
+    let variable = |number: usize| of_facts(signal.facts(), &signal.name(), reference(first, number)).output();
+    let variable = match signal {
+        Signal::Pose(k) => variable(k).initial(Initial::Exact).start(start.pose[k]),
+        Signal::Twist(k) => variable(k).initial(Initial::Exact).start(start.twist[k]),
+        Signal::CableLength(i) => variable(i).min(0.0),
+        Signal::UnstretchedLength(i) => {
+            variable(i).min(0.0).initial(Initial::Approx).start(start.unstretched_length[i])
+        }
+        Signal::UnstretchedRate(i) => variable(i).initial(Initial::Approx).start(start.unstretched_length_rate[i]),
+        Signal::Strain(i) => variable(i).min(-1.0),
+        Signal::CableAngle(i) => variable(i).min(-std::f64::consts::PI).max(std::f64::consts::PI),
+        Signal::Acceleration(k) => variable(k),
+        Signal::Tension(i) | Signal::WinchAngle(i) | Signal::WinchRate(i) => variable(i),
+    };
+    let number = signal.cable().map_or_else(String::new, |i| (i + 1).to_string());
+    variable.described(signal.facts().description.replace("{}", &number))
+}
+
+fn of_facts(facts: &Facts, name: &str, reference: u32) -> Variable {
+    real(name, reference, facts.unit, facts.quantity, facts.nominal)
 }
 
 fn real(name: &str, reference: u32, unit: &str, quantity: &str, nominal: f64) -> Variable {

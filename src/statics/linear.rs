@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 
 use crate::dynamics::Inputs;
 use crate::plant::Plant;
-use crate::scalar::Real;
-use crate::simulation::{Direction, Outputs, Simulation};
+use crate::signal::{Signal, input_names, output_names, output_values};
+use crate::simulation::{Direction, Simulation};
 
 /// A plant linearised about an instant, exact by dual numbers, with each cable slack or taut as it is.
 ///
@@ -40,22 +40,19 @@ pub struct LinearModel {
     pub d: DMatrix<f64>,
 }
 
-fn indexed(name: &str, cables: usize) -> impl Iterator<Item = String> + '_ {
-    (1..=cables).map(move |i| format!("{name}[{i}]"))
-}
-
 /// Names of a plant's states, those of the FMU.
 pub(crate) fn state_names(plant: &Plant) -> Vec<String> {
     let mut names = vec![String::new(); plant.dimension()];
-    for (name, slot) in ["x", "y", "phi", "vx", "vy", "omega"].iter().zip(&mut names) {
-        *slot = (*name).to_owned();
+    for k in 0..3 {
+        names[k] = Signal::Pose(k).name();
+        names[3 + k] = Signal::Twist(k).name();
     }
     for i in 0..plant.cables() {
         if let Some(at) = plant.unstretched_index(i) {
-            names[at] = format!("unstretched_length[{}]", i + 1);
+            names[at] = Signal::UnstretchedLength(i).name();
         }
         if let Some(at) = plant.rate_index(i) {
-            names[at] = format!("unstretched_length_rate[{}]", i + 1);
+            names[at] = Signal::UnstretchedRate(i).name();
         }
     }
     for place in plant.states_of_effects() {
@@ -71,30 +68,6 @@ pub(crate) fn state_names(plant: &Plant) -> Vec<String> {
     names
 }
 
-fn output_names(cables: usize) -> Vec<String> {
-    let mut names: Vec<String> = ["x", "y", "phi", "vx", "vy", "omega"].map(str::to_owned).into();
-    for name in ["cable_length", "unstretched_length", "unstretched_length_rate", "tension", "strain", "cable_angle"] {
-        names.extend(indexed(name, cables));
-    }
-    names.extend(["ax", "ay", "alpha"].map(str::to_owned));
-    for name in ["winch_angle", "winch_rate"] {
-        names.extend(indexed(name, cables));
-    }
-    names
-}
-
-fn flat<S: Real>(o: &Outputs<S>) -> Vec<S> {
-    let mut values = [o.pose, o.twist].concat();
-    for row in [o.cable_length, o.unstretched_length, o.unstretched_length_rate, o.tension, o.strain, o.cable_angles()]
-    {
-        values.extend(row);
-    }
-    values.extend(o.acceleration);
-    values.extend(o.winch_angle);
-    values.extend(o.winch_rate);
-    values
-}
-
 impl LinearModel {
     /// Linearises a simulation where it stands: (29) or (41) about its state.
     pub fn of(simulation: &Simulation) -> Self {
@@ -107,9 +80,7 @@ impl LinearModel {
         let mut model = Self {
             time: simulation.time(),
             state_names: state_names(plant),
-            input_names: indexed(plant.parameters().winch.command.input(), cables)
-                .chain(["disturbance_force_x", "disturbance_force_y", "disturbance_torque"].map(str::to_owned))
-                .collect(),
+            input_names: input_names(cables, plant.parameters().winch.command),
             a: DMatrix::zeros(n, n),
             b: DMatrix::zeros(n, inputs),
             c: DMatrix::zeros(outputs.len(), n),
@@ -118,7 +89,7 @@ impl LinearModel {
             state: simulation.states().to_vec(),
             rate: simulation.rates(),
             input: [&simulation.inputs().winch_force[..], &simulation.inputs().disturbance[..]].concat(),
-            output: flat(&simulation.outputs()),
+            output: output_values(&simulation.outputs()),
         };
         for column in 0..n {
             let mut states = still.clone();
@@ -128,7 +99,7 @@ impl LinearModel {
             for (row, rate) in tangent.rates.iter().enumerate() {
                 model.a[(row, column)] = rate.eps;
             }
-            for (row, output) in flat(&tangent.outputs(plant)).iter().enumerate() {
+            for (row, output) in output_values(&tangent.outputs(plant)).iter().enumerate() {
                 model.c[(row, column)] = output.eps;
             }
         }
@@ -143,7 +114,7 @@ impl LinearModel {
             for (row, rate) in tangent.rates.iter().enumerate() {
                 model.b[(row, column)] = rate.eps;
             }
-            for (row, output) in flat(&tangent.outputs(plant)).iter().enumerate() {
+            for (row, output) in output_values(&tangent.outputs(plant)).iter().enumerate() {
                 model.d[(row, column)] = output.eps;
             }
         }

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use cdpr::model_file::Model;
+use cdpr::signal::{input_names, output_names, output_values};
 
 use super::importer::Fmu;
-use crate::csv_io::{self, ResultWriter};
+use crate::csv_io::ResultWriter;
 use crate::plot::Recording;
 use crate::progress::Progress;
 use crate::simulate;
@@ -44,7 +45,7 @@ pub(super) fn drive(
     let mut in_process = simulate::begin_simulation(model)?;
     let mut run = Run { recording: Recording::new(cables), in_process: 0.0, variables: slave.variables() };
     let mut progress = Progress::new("driving the FMU");
-    let (inputs, outputs) = (csv_io::input_names(cables, command), csv_io::output_names(cables));
+    let (inputs, outputs) = (input_names(cables, command), output_names(cables));
     for k in 0..=steps {
         if k > 0 {
             let begin = f64::from(k - 1) * STEP;
@@ -55,7 +56,7 @@ pub(super) fn drive(
         let shown = slave.get_reals(&outputs)?;
         table.row(time, &slave.get_reals(&inputs)?, &shown)?;
         run.recording.add(time, &in_process.inputs(), &in_process.outputs());
-        let own = csv_io::output_values(&in_process.outputs());
+        let own = output_values(&in_process.outputs());
         run.in_process = shown.iter().zip(&own).map(|(a, b)| (a - b).abs()).fold(run.in_process, f64::max);
         each(time, &shown);
         progress.update(f64::from(k) / f64::from(steps));

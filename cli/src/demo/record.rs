@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use cdpr::model_file::Model;
+use cdpr::signal::indexed;
 use fastrand::Rng;
 
 use super::control::{Controller, Reference};
-use crate::csv_io::indexed;
 use crate::simulate;
 use crate::whole::WholeFile;
 

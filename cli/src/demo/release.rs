@@ -6,10 +6,10 @@ use std::path::Path;
 
 use cdpr::model_file::Model;
 use cdpr::release::{RELEASE, RELEASE_POSE, ReleaseRow};
+use cdpr::signal::{indexed, output_names};
 
 use super::Made;
 use super::drive::{Run, STEP, agreement, drive};
-use crate::csv_io;
 use crate::plot::{self, Figure, Line, Panel, Recording, Scale, Style};
 use crate::{fmu, terminal, whole};
 
@@ -52,12 +52,12 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
 
 /// Largest difference of pose, unstretched lengths and tensions from a row of the table.
 fn deviation(shown: &[f64], row: &ReleaseRow) -> [f64; 3] {
-    let by_name: BTreeMap<String, f64> = csv_io::output_names(CABLES).into_iter().zip(shown.iter().copied()).collect();
+    let by_name: BTreeMap<String, f64> = output_names(CABLES).into_iter().zip(shown.iter().copied()).collect();
     let largest = |pairs: Vec<(String, f64)>| {
         pairs.into_iter().map(|(name, value)| (by_name[&name] - value).abs()).fold(0.0, f64::max)
     };
     let cables = |name: &str, values: [f64; CABLES]| {
-        largest(values.into_iter().enumerate().map(|(i, value)| (csv_io::indexed(name, i), value)).collect())
+        largest(values.into_iter().enumerate().map(|(i, value)| (indexed(name, i), value)).collect())
     };
     [
         largest(["x", "y", "phi"].map(String::from).into_iter().zip(row.pose).collect()),

@@ -1,10 +1,10 @@
 //! The gap once more, by an FMU driven through FMI: the search's own simulation has no part in it.
 
+use cdpr::signal::indexed;
 use cdpr_discovery::data::Channel;
 use cdpr_discovery::outcome::Compared;
 
 use super::importer::{Fmu, Slave};
-use crate::csv_io::indexed;
 
 /// Root mean square of (simulated - measured)/σ over a recording: the FMU starts at every restart from the state that
 /// the search had there and runs free until the next. `states` holds that state: the search's own simulation

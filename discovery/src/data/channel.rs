@@ -1,5 +1,7 @@
 //! What can be measured.
 
+use cdpr::signal::Signal;
+
 /// A measured quantity. Cables count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Channel {
@@ -23,23 +25,24 @@ impl Channel {
         all
     }
 
+    /// The robot's signal that it is.
+    pub fn signal(self) -> Signal {
+        match self {
+            Self::Pose(k) => Signal::Pose(k),
+            Self::CableLength(i) => Signal::CableLength(i),
+            Self::UnstretchedLength(i) => Signal::UnstretchedLength(i),
+            Self::Tension(i) => Signal::Tension(i),
+        }
+    }
+
     /// The FMU's name of it.
     pub fn name(self) -> String {
-        match self {
-            Self::Pose(k) => ["x", "y", "phi"][k].to_owned(),
-            Self::CableLength(i) => format!("cable_length[{}]", i + 1),
-            Self::UnstretchedLength(i) => format!("unstretched_length[{}]", i + 1),
-            Self::Tension(i) => format!("tension[{}]", i + 1),
-        }
+        self.signal().name()
     }
 
     /// Its SI unit.
     pub fn unit(self) -> &'static str {
-        match self {
-            Self::Pose(2) => "rad",
-            Self::Tension(_) => "N",
-            _ => "m",
-        }
+        self.signal().unit()
     }
 
     /// Smallest noise assumed (in its unit), so that data without noise do not make the filter singular.
@@ -47,7 +50,7 @@ impl Channel {
         match self {
             Self::Pose(2) => 1e-8,
             Self::Tension(_) => 1e-2,
-            _ => 1e-6,
+            Self::Pose(_) | Self::CableLength(_) | Self::UnstretchedLength(_) => 1e-6,
         }
     }
 }

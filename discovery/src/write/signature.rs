@@ -319,21 +319,11 @@ fn value(m: &Moment, variable: Variable) -> f64 {
 
 /// A variable's name for people and its unit.
 fn named(variable: Variable) -> (String, &'static str) {
-    let of_cable = |name: &str, i: usize| format!("{name}[{}]", i + 1);
-    let (name, unit) = match variable {
-        Variable::Time => ("time".to_owned(), "s"),
-        Variable::Pose(k) => (["x", "y", "phi"][k].to_owned(), ["m", "m", "rad"][k]),
-        Variable::Twist(k) => (["vx", "vy", "omega"][k].to_owned(), ["m/s", "m/s", "rad/s"][k]),
-        Variable::WinchForce(i) => (of_cable("winch_force", i), "N"),
-        Variable::Disturbance(k) => {
-            (["disturbance_force_x", "disturbance_force_y", "disturbance_torque"][k].to_owned(), ["N", "N", "N m"][k])
-        }
-        Variable::CableLength(i) => (of_cable("cable_length", i), "m"),
-        Variable::CableSpeed(i) => (of_cable("cable_speed", i), "m/s"),
-        Variable::UnstretchedLength(i) => (of_cable("unstretched_length", i), "m"),
-        Variable::UnstretchedRate(i) => (of_cable("unstretched_length_rate", i), "m/s"),
+    let unit = match variable.unit() {
+        "N.m" => "N m",
+        unit => unit,
     };
-    (channel_words(&name), unit)
+    (channel_words(&variable.name()), unit)
 }
 
 fn mean(moments: &[Moment], spec: &EffectSpec, value: impl Fn(&Moment, usize) -> f64) -> f64 {
