@@ -1,12 +1,14 @@
 //! Kalman filter and smoother on the linearised model.
 
+use std::ops::Range;
+
 use cdpr::per_cable::MAX_CABLES;
 
 use crate::model::WRENCH;
 use crate::path::LinearTrial;
 use crate::randomness::ROOM;
 pub(crate) use crate::randomness::Randomness;
-use crate::vector::{BLOCK, add, add_each, block, dot, vectorised};
+use crate::vector::{BLOCK, FULL, add, add_each, block, dot, plus, plus_each, vectorised};
 
 /// Innovations, gains and what else later passes need; what was not to be kept is empty.
 #[derive(Clone, Debug)]
@@ -104,6 +106,45 @@ pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep: Keep) 
     by_width!(linear, randomness, run, linear, randomness, keep)
 }
 
+/// What one measurement shows: places among states and processes, with slopes. Loops over it stay in wide registers, which
+/// those over a chain of iterators do not.
+struct Seen<const W: usize> {
+    count: usize,
+    at: [usize; W],
+    slope: [f64; W],
+}
+
+impl<const W: usize> Seen<W> {
+    #[inline(always)]
+    fn nothing() -> Self {
+        Self { count: 0, at: [0; W], slope: [0.0; W] }
+    }
+
+    /// Takes up channel `j` at sample `k`, with the processes that it shows beside the states.
+    #[inline(always)]
+    fn take(&mut self, linear: &LinearTrial, k: usize, j: usize, processes: &Range<usize>) {
+        self.count = 0;
+        for (c, slope) in linear.shown_by(k, j) {
+            (self.at[self.count], self.slope[self.count]) = (c, slope);
+            self.count += 1;
+        }
+        for l in processes.clone() {
+            (self.at[self.count], self.slope[self.count]) = (linear.states + l, 1.0);
+            self.count += 1;
+        }
+    }
+
+    /// What is shown of a vector.
+    #[inline(always)]
+    fn of(&self, vector: &[f64; W]) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..self.count.min(W) {
+            sum += self.slope[i] * vector[self.at[i]];
+        }
+        sum
+    }
+}
+
 #[inline(always)]
 fn run<const N: usize, const W: usize, const FUSED: bool>(
     linear: &LinearTrial,
@@ -139,6 +180,7 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
         p[n + l][n + l] = randomness.deviation(l).powi(2);
     }
     let mut updates = vec![([0.0; W], [0.0; W]); m];
+    let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new());
     for k in 0..len {
         if keep >= Keep::Innovations {
             out.predicted.as_chunks_mut().0[k] = x;
@@ -154,16 +196,17 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
             if !z.is_finite() {
                 continue;
             }
-            let shown = linear.shown_by(k, j).chain(remembered[j].clone().map(|l| (n + l, 1.0)));
-            let of = |vector: &[f64; W]| shown.clone().map(|(c, hc)| hc * vector[c]).sum::<f64>();
+            seen.take(linear, k, j, &remembered[j]);
             let mut ph = [0.0; W];
-            shown.clone().for_each(|(c, hc)| add::<FUSED>(&mut ph, hc, &p[c]));
-            for (before, minus_gain) in &updates[..used] {
-                add::<FUSED>(&mut ph, of(minus_gain), before);
+            for i in 0..seen.count.min(W) {
+                ph = plus::<W, FUSED>(ph, seen.slope[i], &p[seen.at[i]]);
             }
-            let innovation = z - of(&x);
+            for (before, minus_gain) in &updates[..used] {
+                ph = plus::<W, FUSED>(ph, seen.of(minus_gain), before);
+            }
+            let innovation = z - seen.of(&x);
             let r = randomness.noise[j].powi(2) + (randomness.jitter * linear.rate[at]).powi(2);
-            let s = r + of(&ph);
+            let s = r + seen.of(&ph);
             let inverse = 1.0 / s;
             let gain = ph.map(|v| v * inverse);
             add::<FUSED>(&mut x, innovation, &gain);
@@ -189,7 +232,7 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
             out.updated.as_chunks_mut().0[k] = x;
         }
         if k + 1 < len {
-            predict::<N, W, FUSED>(linear, randomness, k, &mut x, &mut p);
+            predict::<N, W, FUSED>(linear, randomness, k, &mut x, &mut p, &mut room);
         }
     }
     out
@@ -219,6 +262,7 @@ fn spread_in<const N: usize, const W: usize, const FUSED: bool>(
     let mut sums = vec![(0.0, 0); m];
     let mut x = [0.0; W];
     let mut p = [[0.0; W]; W];
+    let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new());
     let mut running = false;
     for k in 0..linear.len {
         if restarts.binary_search(&k).is_ok() {
@@ -226,19 +270,37 @@ fn spread_in<const N: usize, const W: usize, const FUSED: bool>(
             running = true;
         } else if running {
             for j in 0..m {
-                let shown = linear.shown_by(k, j).chain(remembered[j].clone().map(|l| (n + l, 1.0)));
-                let of = |row: &[f64; W]| shown.clone().map(|(c, hc)| hc * row[c]).sum::<f64>();
-                let by_states: f64 = shown.clone().map(|(c, hc)| hc * of(&p[c])).sum();
+                seen.take(linear, k, j, &remembered[j]);
+                let mut by_states = 0.0;
+                for i in 0..seen.count.min(W) {
+                    by_states += seen.slope[i] * seen.of(&p[seen.at[i]]);
+                }
                 let jitter = (randomness.jitter * linear.rate[k * m + j]).powi(2);
                 sums[j].0 += by_states + randomness.noise[j].powi(2) + jitter;
                 sums[j].1 += 1;
             }
         }
         if running && k + 1 < linear.len {
-            predict::<N, W, FUSED>(linear, randomness, k, &mut x, &mut p);
+            predict::<N, W, FUSED>(linear, randomness, k, &mut x, &mut p, &mut room);
         }
     }
     sums
+}
+
+/// What a prediction works with, so that it is not cleared for each.
+struct Room<const N: usize, const W: usize> {
+    /// The covariance of the states after a step with all before it.
+    half: [[f64; W]; N],
+    /// The rows of the latent forces at winches without the errors of forces.
+    alone: [[f64; W]; MAX_CABLES],
+    decay: [f64; W],
+}
+
+impl<const N: usize, const W: usize> Room<N, W> {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { half: [[0.0; W]; N], alone: [[0.0; W]; MAX_CABLES], decay: [0.0; W] }
+    }
 }
 
 #[inline(always)]
@@ -248,20 +310,17 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     k: usize,
     x: &mut [f64; W],
     p: &mut [[f64; W]; W],
+    Room { half, alone, decay }: &mut Room<N, W>,
 ) {
     let (n, acting) = (linear.states, linear.width());
     let w = n + randomness.processes();
     // What each state or latent does to the states.
     let columns = &linear.transition.as_chunks::<N>().0[k * acting..(k + 1) * acting];
-    let mut decay = [0.0; W];
-    for l in n..w {
-        decay[l] = randomness.decay(l - n, linear.interval[k]);
-    }
+    randomness.decays(linear.interval[k], &mut decay[n..w]);
     // Errors of forces move the states as the latent forces at their winches do.
     let (winches, errors) = (n + WRENCH, w - randomness.force_errors()..w);
     let mut acts = *x;
     errors.clone().enumerate().for_each(|(i, at)| acts[winches + i] += x[at]);
-    let mut alone = [[0.0; W]; MAX_CABLES];
     for (i, at) in errors.clone().enumerate() {
         let error = p[at];
         alone[i] = p[winches + i];
@@ -281,7 +340,6 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
         x[l] *= decay[l];
     }
     // P = F P Fᵀ + Q: the lower triangle of the states, the states with the rest, the rest; what is left by symmetry.
-    let mut half = [[0.0; W]; N];
     for (at, half) in half.as_chunks_mut::<BLOCK>().0[..n.div_ceil(BLOCK)].iter_mut().enumerate() {
         let mut sum = [[0.0; W]; BLOCK];
         for (column, row) in columns.iter().zip(&*p) {
@@ -298,12 +356,16 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
         for row in &mut acting {
             errors.clone().enumerate().for_each(|(i, at)| row[winches + i] += row[at]);
         }
-        let half = &acting;
-        let rows = &mut p[first..n.min(first + BLOCK)];
-        match first {
-            ..8 => lower::<8, N, W, FUSED>(columns, half, rows),
-            8..16 => lower::<16, N, W, FUSED>(columns, half, rows),
-            _ => lower::<N, N, W, FUSED>(columns, half, rows),
+        for chunk in 0..=first / FULL {
+            let mut sum = [[0.0; FULL]; BLOCK];
+            for c in 0..columns.len().min(W) {
+                let column = &columns[c].as_chunks::<FULL>().0[chunk];
+                let weights = acting.each_ref().map(|row| row[c]);
+                plus_each::<FUSED>(&mut sum, &weights, column);
+            }
+            for (row, sum) in p[first..n.min(first + BLOCK)].iter_mut().zip(&sum) {
+                row.as_chunks_mut::<FULL>().0[chunk] = *sum;
+            }
         }
     }
     let input = randomness.white_input();
@@ -333,24 +395,6 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     }
 }
 
-/// The first `L` numbers of some rows of `P`: of `half` times the transposed transition.
-#[inline(always)]
-fn lower<const L: usize, const N: usize, const W: usize, const FUSED: bool>(
-    columns: &[[f64; N]],
-    half: &[[f64; W]; BLOCK],
-    rows: &mut [[f64; W]],
-) {
-    let mut sum = [[0.0; L]; BLOCK];
-    for (c, column) in columns[..columns.len().min(W)].iter().enumerate() {
-        let weights = half.each_ref().map(|half| half[c]);
-        let column: &[f64; L] = column.first_chunk().expect("a part of the lower triangle is no wider than all");
-        add_each::<L, FUSED>(&mut sum, &weights, column);
-    }
-    for (row, sum) in rows.iter_mut().zip(&sum) {
-        row[..L].copy_from_slice(sum);
-    }
-}
-
 /// Smoothed deviations from the trajectory, `width` a sample, by the modified Bryson-Frazier recursion.
 ///
 /// G. J. Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973). Needs the covariance.
@@ -367,7 +411,7 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
     let (n, acting, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
     let w = n + randomness.processes();
     let remembered = randomness.shown_by_channel(m);
-    let mut lambda = [0.0; W];
+    let (mut lambda, mut decay) = ([0.0; W], [0.0; W]);
     let mut deviation = vec![0.0; len * acting];
     for k in (0..len).rev() {
         for j in (0..m).rev() {
@@ -376,8 +420,12 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
                 continue;
             }
             let factor = filtered.whitened[at] / filtered.deviation[at] + dot::<FUSED>(filtered.gain(at), &lambda);
-            linear.shown_by(k, j).for_each(|(c, hc)| lambda[c] -= hc * factor);
-            remembered[j].clone().for_each(|l| lambda[n + l] -= factor);
+            for (c, slope) in linear.shown_by(k, j) {
+                lambda[c] -= slope * factor;
+            }
+            for l in remembered[j].clone() {
+                lambda[n + l] -= factor;
+            }
         }
         // The covariance is symmetric: its rows are its columns.
         let mut moved = filtered.predicted.as_chunks::<W>().0[k];
@@ -394,8 +442,9 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
             }
             let errors = w - randomness.force_errors()..w;
             errors.enumerate().for_each(|(i, at)| back[at] = back[n + WRENCH + i]);
+            randomness.decays(linear.interval[k - 1], &mut decay[n..w]);
             for l in n..w {
-                back[l] += randomness.decay(l - n, linear.interval[k - 1]) * lambda[l];
+                back[l] += decay[l] * lambda[l];
             }
             lambda = back;
         }

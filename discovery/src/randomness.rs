@@ -168,17 +168,35 @@ impl Randomness {
         }
     }
 
+    /// What is left of each process after an interval (s).
+    #[inline]
+    pub(crate) fn decays(&self, interval: f64, out: &mut [f64]) {
+        let (mut time, mut decay) = (f64::NAN, 0.0);
+        for (process, slot) in out.iter_mut().enumerate() {
+            let own = self.time_of(process);
+            // Most have the time constant of their neighbour.
+            if own != time {
+                (time, decay) = (own, (-interval / own).exp());
+            }
+            *slot = decay;
+        }
+    }
+
     /// What is left of a process after an interval (s).
     pub(crate) fn decay(&self, process: usize, interval: f64) -> f64 {
-        let time = match process.checked_sub(self.latents) {
+        (-interval / self.time_of(process)).exp()
+    }
+
+    /// Time constant of a process (s).
+    fn time_of(&self, process: usize) -> f64 {
+        match process.checked_sub(self.latents) {
             None => self.time,
             Some(at) => match (self.memory.get(at), &self.expected) {
                 (Some(memory), _) => memory.time,
                 (None, Some(expected)) => expected.time,
                 (None, None) => 0.0,
             },
-        };
-        (-interval / time).exp()
+        }
     }
 
     /// The processes that each of so many channels shows beside the states.

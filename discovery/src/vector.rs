@@ -68,6 +68,16 @@ pub(crate) fn dot<const FUSED: bool>(a: &[f64], b: &[f64]) -> f64 {
     sum.iter().sum()
 }
 
+/// `to + factor * row`. By whole registers, each made at once: number by number the compiler takes them apart.
+#[inline(always)]
+pub(crate) fn plus<const L: usize, const FUSED: bool>(mut to: [f64; L], factor: f64, row: &[f64; L]) -> [f64; L] {
+    const { assert!(L.is_multiple_of(FULL)) };
+    for (to, row) in to.as_chunks_mut::<FULL>().0.iter_mut().zip(row.as_chunks::<FULL>().0) {
+        *to = std::array::from_fn(|i| if FUSED { factor.mul_add(row[i], to[i]) } else { to[i] + factor * row[i] });
+    }
+    to
+}
+
 /// `to[b] += factors[b] * row` for every row of a block.
 #[inline(always)]
 pub(crate) fn add_each<const L: usize, const FUSED: bool>(
@@ -79,6 +89,14 @@ pub(crate) fn add_each<const L: usize, const FUSED: bool>(
         for i in 0..L {
             to[b][i] = if FUSED { factors[b].mul_add(row[i], to[b][i]) } else { to[b][i] + factors[b] * row[i] };
         }
+    }
+}
+
+/// The same of rows of one register.
+#[inline(always)]
+pub(crate) fn plus_each<const FUSED: bool>(to: &mut [[f64; FULL]; BLOCK], factors: &[f64; BLOCK], row: &[f64; FULL]) {
+    for b in 0..BLOCK {
+        to[b] = plus::<FULL, FUSED>(to[b], factors[b], row);
     }
 }
 

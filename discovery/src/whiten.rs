@@ -1,9 +1,11 @@
 //! Whitening: signatures sent through the Kalman filter, and the normal equations of innovations on them.
 
+use std::ops::Range;
+
 use crate::kalman::{Filtered, Randomness};
 use crate::model::WRENCH;
 use crate::path::LinearTrial;
-use crate::vector::{BLOCK, add, add_each, block, vectorised};
+use crate::vector::{BLOCK, add, block, plus, plus_each, vectorised};
 
 /// What a set of signatures does to one trial: forcing of the states at each step, and of the sensors at each sample.
 #[derive(Clone, Debug)]
@@ -112,6 +114,7 @@ impl Normal {
         }
     }
 
+    #[inline(always)]
     fn push_right(&mut self, e: &[f64], innovation: f64) {
         self.total += innovation * innovation;
         self.count += 1;
@@ -142,17 +145,48 @@ pub(crate) fn whiten(
 ) -> Normal {
     let mut normal = Normal::empty(forcing.columns);
     normal.minus_two_log_likelihood = filtered.minus_two_log_likelihood;
-    whitened_rows(linear, randomness, filtered, forcing, |at, e| match pairs {
-        Some(pairs) => {
-            normal.push_right(e, filtered.whitened[at]);
-            for &(a, b) in pairs {
-                normal.gram[a * e.len() + b] += e[a] * e[b];
+    let runs = runs(pairs.unwrap_or_default());
+    // Side by side, for the matrix is large.
+    let mut products = vec![0.0; pairs.map_or(0, <[_]>::len)];
+    whitened_rows(linear, randomness, filtered, forcing, |at, e| {
+        if pairs.is_none() {
+            return normal.push(e, filtered.whitened[at]);
+        }
+        normal.push_right(e, filtered.whitened[at]);
+        let mut rest = &mut products[..];
+        for Run { row, columns } in &runs {
+            let (own, others) = rest.split_at_mut(columns.len());
+            rest = others;
+            let factor = e[*row];
+            // Often nothing: what acts in another stretch of time.
+            if factor != 0.0 {
+                own.iter_mut().zip(&e[columns.clone()]).for_each(|(slot, value)| *slot += factor * value);
             }
         }
-        None => normal.push(e, filtered.whitened[at]),
     });
+    for (product, (a, b)) in products.iter().zip(pairs.into_iter().flatten()) {
+        normal.gram[a * forcing.columns + b] = *product;
+    }
     normal.mirror();
     normal
+}
+
+/// Neighbouring entries of one row of a matrix.
+struct Run {
+    row: usize,
+    columns: Range<usize>,
+}
+
+/// Entries of a matrix as runs of neighbours, in their order.
+fn runs(pairs: &[(usize, usize)]) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for &(row, column) in pairs {
+        match runs.last_mut() {
+            Some(run) if run.row == row && run.columns.end == column => run.columns.end += 1,
+            _ => runs.push(Run { row, columns: column..column + 1 }),
+        }
+    }
+    runs
 }
 
 /// Passes signatures through the filter: calls `visit` for every measurement in turn with its place among them (sample ·
@@ -198,6 +232,8 @@ fn rows<const FUSED: bool>(
     let mut carried = vec![0.0; m * m];
     let mut whitened = vec![[0.0; PANEL]; m * panels];
     let mut minus_e = vec![[0.0; PANEL]; m];
+    let mut begun = vec![false; panels];
+    let (mut sensor, mut step) = (vec![0.0; m * columns], vec![0.0; n * columns]);
     for k in 0..len {
         used.clear();
         used.extend((k * m..(k + 1) * m).filter(|at| filtered.whitened[*at].is_finite()));
@@ -209,15 +245,30 @@ fn rows<const FUSED: bool>(
             }
         }
         if k + 1 < len {
-            decay.iter_mut().enumerate().for_each(|(l, slot)| *slot = randomness.decay(l, linear.interval[k]));
+            randomness.decays(linear.interval[k], &mut decay);
         }
-        for (panel, s) in all.chunks_exact_mut(height).enumerate() {
+        // In one go: row by row and panel by panel each line would be waited for.
+        sensor.copy_from_slice(&forcing.sensor[k * m * columns..(k + 1) * m * columns]);
+        if k + 1 < len {
+            step.copy_from_slice(&forcing.step[k * n * columns..(k + 1) * n * columns]);
+        }
+        for (panel, (s, begun)) in all.chunks_exact_mut(height).zip(&mut begun).enumerate() {
+            // What only acts later on has done nothing yet.
+            *begun = *begun || acts(&sensor, columns, panel) || acts(&step, columns, panel);
+            if !*begun {
+                whitened.iter_mut().skip(panel).step_by(panels).for_each(|e| *e = [0.0; PANEL]);
+                continue;
+            }
             for (a, &at) in used.iter().enumerate() {
-                let mut e = taken(&forcing.sensor[at * columns..(at + 1) * columns], panel);
-                linear.shown_by(k, at - k * m).for_each(|(c, hc)| add::<FUSED>(&mut e, hc, &s[c]));
-                remembered[at - k * m].clone().for_each(|l| add::<FUSED>(&mut e, 1.0, &s[n + l]));
+                let mut e = taken(&sensor[(at - k * m) * columns..(at - k * m + 1) * columns], panel);
+                for (c, slope) in linear.shown_by(k, at - k * m) {
+                    e = plus::<PANEL, FUSED>(e, slope, &s[c]);
+                }
+                for l in remembered[at - k * m].clone() {
+                    e = plus::<PANEL, FUSED>(e, 1.0, &s[n + l]);
+                }
                 for (carried, before) in carried[a * m..].iter().zip(&minus_e[..a]) {
-                    add::<FUSED>(&mut e, *carried, before);
+                    e = plus::<PANEL, FUSED>(e, *carried, before);
                 }
                 let inverse = 1.0 / filtered.deviation[at];
                 whitened[a * panels + panel] = e.map(|value| value * inverse);
@@ -226,7 +277,7 @@ fn rows<const FUSED: bool>(
             for (at, rows) in s.as_chunks_mut().0.iter_mut().enumerate() {
                 let mut sum = *rows;
                 for (measurement, minus_e) in used.iter().zip(&minus_e) {
-                    add_each::<PANEL, FUSED>(&mut sum, block(filtered.gain(*measurement), at), minus_e);
+                    plus_each::<FUSED>(&mut sum, block(filtered.gain(*measurement), at), minus_e);
                 }
                 *rows = sum;
             }
@@ -242,10 +293,10 @@ fn rows<const FUSED: bool>(
             for first in (0..n).step_by(BLOCK) {
                 let mut sum = [[0.0; PANEL]; BLOCK];
                 for (r, sum) in (first..n).zip(&mut sum) {
-                    *sum = taken(&forcing.step[(k * n + r) * columns..(k * n + r + 1) * columns], panel);
+                    *sum = taken(&step[r * columns..(r + 1) * columns], panel);
                 }
                 for (column, row) in transition.chunks_exact(linear.padded).zip(&*s) {
-                    add_each::<PANEL, FUSED>(&mut sum, block(column, first / BLOCK), row);
+                    plus_each::<FUSED>(&mut sum, block(column, first / BLOCK), row);
                 }
                 next[first..first + BLOCK].copy_from_slice(&sum);
             }
@@ -262,14 +313,18 @@ fn rows<const FUSED: bool>(
     }
 }
 
+/// Whether any row has anything in a panel.
+fn acts(rows: &[f32], columns: usize, panel: usize) -> bool {
+    let range = panel * PANEL..columns.min((panel + 1) * PANEL);
+    rows.chunks_exact(columns).any(|row| row[range.clone()].iter().any(|value| *value != 0.0))
+}
+
 /// The numbers of a panel; zeros where there are no more.
 #[inline(always)]
 fn taken(row: &[f32], panel: usize) -> Panel {
     let rest = &row[panel * PANEL..];
-    let mut out = [0.0; PANEL];
     match rest.first_chunk::<PANEL>() {
-        Some(values) => out = values.map(f64::from),
-        None => out.iter_mut().zip(rest).for_each(|(slot, value)| *slot = f64::from(*value)),
+        Some(values) => std::array::from_fn(|i| f64::from(values[i])),
+        None => std::array::from_fn(|i| rest.get(i).map_or(0.0, |value| f64::from(*value))),
     }
-    out
 }
