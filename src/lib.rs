@@ -16,6 +16,7 @@ pub mod inverse;
 pub mod kinematics;
 pub mod length_sensor;
 pub mod model_file;
+mod parameter;
 pub mod parameters;
 pub mod per_cable;
 pub mod plant;

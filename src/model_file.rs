@@ -10,11 +10,13 @@ use toml::Spanned;
 use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
 use crate::integrator::Solver;
+use crate::parameter::comment;
 use crate::parameters::{
     CableDamper, CableInertia, CableModel, CableParameters, Initialization, ParameterError, Parameters, pair,
 };
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::{Plant, PlantError};
+use crate::signal::{DISTURBANCES, Signal};
 use crate::simulation::{DEFAULT_TOLERANCE, Simulation, Start, StartError};
 use crate::winch::{WINCH_COMMANDS, WinchCommand, WinchParameters};
 
@@ -127,7 +129,9 @@ impl Model {
         let keys: Keys = toml::from_str(text).map_err(|e| {
             let line = e.span().map(|span| line_at(text, span.start));
             // The parser says what it found and expected; the key stands on the line.
-            let key = line.and_then(|l| text.lines().nth(l - 1)?.split_once('=')).map(|(key, _)| key.trim());
+            let found = line.and_then(|l| text.lines().nth(l - 1)).unwrap_or_default();
+            let key = found.split_once('=').map(|(key, _)| key.trim());
+            let key = key.or_else(|| Some(found.trim()).filter(|table| table.starts_with('[')));
             let message = match key {
                 Some(key) if !e.message().contains(key) => format!("`{key}`: {}", e.message()),
                 _ => e.message().to_owned(),
@@ -346,23 +350,27 @@ impl Model {
         line("cable_model", name(format!("{:?}", p.cable_model)), "rigid, massless_spring or lumped_mass");
         line("cable_inertia", name(format!("{:?}", p.cable_inertia)), "paper, reeled or none");
         line("cable_damper", name(format!("{:?}", p.cable_damper)), "length_rate (as the paper has it) or strain_rate");
-        line("platform_mass", format!("{:?}", p.platform_mass), "kg");
-        line("platform_inertia", format!("{:?}", p.platform_inertia), "kg m2, about the centre of mass");
+        line("platform_mass", format!("{:?}", p.platform_mass), &comment("platform_mass"));
+        line("platform_inertia", format!("{:?}", p.platform_inertia), &comment("platform_inertia"));
         line("centre_of_mass", format!("{:?}", p.centre_of_mass), "m, body frame");
         line("gravity", format!("{:?}", p.gravity), "m/s2, on the platform");
         if p.cable.is_empty() {
-            line("anchor_radius", format!("{:?}", p.anchor_radius), "m, of the circle of anchors");
-            line("attachment_radius", format!("{:?}", p.attachment_radius), "m, of the circle of attachment points");
-            line("anchor_angle", array(p.anchor_angle), "rad, from the x axis");
-            line("attachment_angle", array(p.attachment_angle), "rad, body frame");
+            line("anchor_radius", format!("{:?}", p.anchor_radius), &comment("anchor_radius"));
+            line("attachment_radius", format!("{:?}", p.attachment_radius), &comment("attachment_radius"));
+            line("anchor_angle", array(p.anchor_angle), &comment("anchor_angle"));
+            line("attachment_angle", array(p.attachment_angle), &comment("attachment_angle"));
         }
-        line("cable_density", format!("{:?}", p.cable_density), "kg/m, of the paid-out cable");
-        line("youngs_modulus", format!("{:?}", p.youngs_modulus), "Pa, effective");
-        line("cable_area", format!("{:?}", p.cable_area), "m2, cross-section");
-        line("cable_damping", format!("{:?}", p.cable_damping), "N s, damping coefficient times length");
-        line("relative_tolerance", format!("{:?}", self.relative_tolerance), "1, of the integrator");
-        let comment = "radau (implicit), dormand_prince (explicit) or auto (the cheaper one)";
-        line("solver", name(format!("{:?}", self.solver)), comment);
+        for (key, value) in [
+            ("cable_density", p.cable_density),
+            ("youngs_modulus", p.youngs_modulus),
+            ("cable_area", p.cable_area),
+            ("cable_damping", p.cable_damping),
+            ("relative_tolerance", self.relative_tolerance),
+        ] {
+            line(key, format!("{value:?}"), &comment(key));
+        }
+        let choices = "radau (implicit), dormand_prince (explicit) or auto (the cheaper one)";
+        line("solver", name(format!("{:?}", self.solver)), choices);
         let s = &self.start;
         let initialization = name(format!("{:?}", s.initialization));
         line("initialization", initialization, "from_winch_forces, from_states or static_equilibrium");
@@ -370,15 +378,11 @@ impl Model {
         let mut line = |key: &str, value: String, comment: &str| {
             let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
         };
-        for (key, value, unit) in [
-            ("x", s.pose[0], "m"),
-            ("y", s.pose[1], "m"),
-            ("phi", s.pose[2], "rad"),
-            ("vx", s.twist[0], "m/s"),
-            ("vy", s.twist[1], "m/s"),
-            ("omega", s.twist[2], "rad/s"),
-        ] {
-            line(key, format!("{value:?}"), unit);
+        for (k, value) in s.pose.into_iter().enumerate() {
+            line(&Signal::Pose(k).name(), format!("{value:?}"), Signal::Pose(k).unit());
+        }
+        for (k, value) in s.twist.into_iter().enumerate() {
+            line(&Signal::Twist(k).name(), format!("{value:?}"), Signal::Twist(k).unit());
         }
         // Read under from_states only: elsewhere they stand as comments.
         let given = if s.initialization == Initialization::FromStates { "" } else { "# " };
@@ -388,19 +392,15 @@ impl Model {
         ] {
             line(&format!("{given}{key}"), array(values), comment);
         }
-        let comment = match p.winch.command {
+        let meaning = match p.winch.command {
             WinchCommand::Force => "N, pull-positive, held until an input says otherwise",
             WinchCommand::Torque => "N m, pull-positive, held until an input says otherwise",
             WinchCommand::Speed => "m/s, paying out, held until an input says otherwise",
             WinchCommand::Length => "m, paid out, held until an input says otherwise",
         };
-        line(p.winch.command.input(), array(s.inputs.winch_force), comment);
-        for (key, value, unit) in [
-            ("disturbance_force_x", s.inputs.disturbance[0], "N"),
-            ("disturbance_force_y", s.inputs.disturbance[1], "N"),
-            ("disturbance_torque", s.inputs.disturbance[2], "N m"),
-        ] {
-            line(key, format!("{value:?}"), unit);
+        line(p.winch.command.input(), array(s.inputs.winch_force), meaning);
+        for (facts, value) in DISTURBANCES.iter().zip(s.inputs.disturbance) {
+            line(facts.name, format!("{value:?}"), &facts.unit.replace('.', " "));
         }
         out.push_str("\n[winch]\n");
         let mut line = |key: &str, value: String, comment: &str| {
@@ -408,15 +408,15 @@ impl Model {
         };
         line("command", format!("{:?}", p.winch.command.name()), "force, torque, speed or length");
         let (given, inertia) = p.winch.rotor_inertia.map_or(("# ", 0.0), |inertia| ("", inertia));
-        line(&format!("{given}rotor_inertia"), format!("{inertia:?}"), "kg m2, about the motor's axis");
-        for (key, value, comment) in [
-            ("drum_radius", p.winch.drum_radius, "m"),
-            ("gear_ratio", p.winch.gear_ratio, "1, turns of the motor to a turn of the drum"),
-            ("bandwidth", p.winch.bandwidth, "rad/s, of a servo (speed, length)"),
-            ("damping", p.winch.damping, "1, damping ratio of a servo (length)"),
-            ("force_limit", p.winch.force_limit, "N, of a servo (speed, length)"),
+        line(&format!("{given}rotor_inertia"), format!("{inertia:?}"), &comment("rotor_inertia"));
+        for (key, value, name) in [
+            ("drum_radius", p.winch.drum_radius, "drum_radius"),
+            ("gear_ratio", p.winch.gear_ratio, "gear_ratio"),
+            ("bandwidth", p.winch.bandwidth, "winch_bandwidth"),
+            ("damping", p.winch.damping, "winch_damping"),
+            ("force_limit", p.winch.force_limit, "winch_force_limit"),
         ] {
-            line(key, format!("{value:?}"), comment);
+            line(key, format!("{value:?}"), &comment(name));
         }
         for (i, cable) in p.cable.iter().enumerate() {
             let _ = writeln!(out, "\n[[cable]] # {}", i + 1);
@@ -426,17 +426,17 @@ impl Model {
             line("anchor", format!("{:?}", cable.anchor), "m, fixed frame");
             line("attachment", format!("{:?}", cable.attachment), "m, body frame");
             let own = [
-                ("youngs_modulus", cable.youngs_modulus, "Pa, instead of the robot's"),
-                ("area", cable.area, "m2, instead of the robot's"),
-                ("density", cable.density, "kg/m, instead of the robot's"),
-                ("damping", cable.damping, "N s, instead of the robot's"),
-                ("drum_radius", cable.drum_radius, "m, instead of the winches'"),
-                ("gear_ratio", cable.gear_ratio, "1, instead of the winches'"),
-                ("rotor_inertia", cable.rotor_inertia, "kg m2, instead of the winches'"),
+                ("youngs_modulus", cable.youngs_modulus),
+                ("area", cable.area),
+                ("density", cable.density),
+                ("damping", cable.damping),
+                ("drum_radius", cable.drum_radius),
+                ("gear_ratio", cable.gear_ratio),
+                ("rotor_inertia", cable.rotor_inertia),
             ];
-            for (key, value, comment) in own {
+            for (key, value) in own {
                 if let Some(value) = value {
-                    line(key, format!("{value:?}"), comment);
+                    line(key, format!("{value:?}"), &comment(&format!("own_{key}")));
                 }
             }
         }
@@ -622,6 +622,8 @@ mod tests {
             ("initialization = \"static_equilibrium\"\n[winch]\ncommand = \"speed\"", Some(1), "from_states"),
             ("cable_inertia = \"none\"\n[winch]\ncommand = \"speed\"", None, "rotor_inertia of winch 1"),
             ("platform_mass = ", Some(1), ""),
+            ("[cable]\nanchor = [1.0, 1.0]", Some(1), "`[cable]`: invalid type"),
+            ("winch = 3", Some(1), "invalid type: integer `3`, expected a table [winch]"),
             (&three("[-1.0, -1.0]", "area = -1.0"), Some(11), "`cable[3].area` is -1, expected"),
             (&three("[1.0, 1.0]", ""), Some(9), "two cables in one place are one"),
             (&three("[-1.0, -1.0]", "[start]\nx = 7.0"), Some(12), "`x`, `y` and `phi` under [start] say where"),

@@ -77,7 +77,7 @@ impl WinchCommand {
 
 /// The winches, `[winch]` in a model file; a cable may have a drum, gear and rotor of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "a table [winch]")]
 pub struct WinchParameters {
     /// What they are told.
     pub command: WinchCommand,

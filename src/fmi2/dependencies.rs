@@ -2,11 +2,11 @@
 
 use fmi2_export::description::{Dependency, DependencyKind};
 
-use super::parameters::REALS;
 use super::role::{Choice, Role, State};
 use super::table::Table;
 use crate::effect::Stage;
 use crate::model_file::Model;
+use crate::parameter::REALS;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::signal::Signal;

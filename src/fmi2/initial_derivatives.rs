@@ -8,10 +8,10 @@
 use fmi2_export::description::Kind;
 use fmi2_export::{Experiment, ModelError};
 
-use super::parameters::REALS;
 use super::values::{evaluated, input_field, no_real_variable, read, start_field};
 use super::{CablePlatform, Role};
 use crate::model_file::Model;
+use crate::parameter::REALS;
 
 /// The widest difference, as part of a known's value or, where that is larger, its nominal value.
 const WIDEST: f64 = 1e-2;

@@ -23,7 +23,7 @@ pub(super) enum Role {
     Output(Signal),
     /// Whether a cable is slack.
     Slack(usize),
-    /// A real parameter: place in [`super::parameters::REALS`] and index.
+    /// A real parameter: place in [`crate::parameter::REALS`] and index.
     Parameter(usize, usize),
     /// A parameter of an effect: the effect and the parameter within it.
     EffectParameter(usize, usize),

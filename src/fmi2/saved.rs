@@ -3,10 +3,10 @@
 use fmi2_export::description::Kind;
 use fmi2_export::{Experiment, ModelError};
 
-use super::parameters::REALS;
 use super::role::Choice;
 use super::{CablePlatform, Phase, Role, Settings, TOLERANCES};
 use crate::model_file::Model;
+use crate::parameter::REALS;
 use crate::simulation::Simulation;
 
 impl CablePlatform {

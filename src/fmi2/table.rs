@@ -12,11 +12,12 @@ use fmi2_export::description::{
 };
 use fmi2_export::{ModelError, Value};
 
-use super::parameters::{REALS, RealParameter, reference};
+use super::parameters::{parameter_reference, reference};
 use super::role::{Choice, Role, State};
 use super::{IDENTIFIER, dependencies, units};
 use crate::effect::{EffectSpec, Stage, acts_on};
 use crate::model_file::Model;
+use crate::parameter::{REALS, RealParameter};
 use crate::plant::Plant;
 use crate::signal::{DISTURBANCES, Facts, Signal, indexed};
 use crate::simulation::Start;
@@ -162,7 +163,7 @@ impl Table {
         for (place, parameter) in REALS.iter().enumerate() {
             for i in 0..parameter.count(model.parameters.cables()) {
                 if let Some(start) = (parameter.field)(&mut model, i) {
-                    self.add(Role::Parameter(place, i), real_parameter(parameter, i, *start));
+                    self.add(Role::Parameter(place, i), real_parameter(place, i, *start));
                 }
             }
         }
@@ -404,9 +405,11 @@ fn real(name: &str, reference: u32, unit: &str, quantity: &str, nominal: f64) ->
     }
 }
 
-fn real_parameter(parameter: &RealParameter, index: usize, start: f64) -> Variable {
+/// The variable of the parameter at this place of the list.
+fn real_parameter(place: usize, index: usize, start: f64) -> Variable {
+    let parameter: &RealParameter = &REALS[place];
     let name = parameter.variable(index);
-    let reference = reference(parameter.reference, index);
+    let reference = reference(parameter_reference(place), index);
     let mut variable =
         real(&name, reference, parameter.unit, parameter.quantity, parameter.nominal).parameter().start(start);
     variable = match parameter.per_cable {

@@ -2,10 +2,10 @@
 
 use fmi2_export::{ModelError, Value};
 
-use super::parameters::REALS;
 use super::role::Instant;
 use super::{CablePlatform, Phase, Role, State};
 use crate::dynamics::{Evaluation, Inputs};
+use crate::parameter::REALS;
 use crate::simulation::{Simulation, Start};
 
 impl CablePlatform {
