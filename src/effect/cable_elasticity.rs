@@ -42,6 +42,8 @@ impl Effect for CableElasticity {
 
     const ALWAYS: Option<&'static str> = Some("whether cables are elastic decides which states there are");
 
+    const SETS_WHAT_OTHERS_SCALE: bool = true;
+
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
         Ok(Self { axial_stiffness: spec.values[0], damping: spec.values[1] })
     }

@@ -4,6 +4,7 @@ use super::{Axis, Effect, EffectInfo, EffectSpec, Place, PlatformContext, Scope,
 use crate::formula::{Formula, GRAMMAR, Variable};
 use crate::per_cable::MAX_CABLES;
 use crate::scalar::Real;
+use crate::winch::WinchCommand;
 
 /// A term given as text, added to one axis of the platform's wrench or to one winch force.
 ///
@@ -117,6 +118,14 @@ impl Effect for Expression {
         let text = spec.expression.as_deref().ok_or_else(|| error(format!("no `expression`, expected {GRAMMAR}")))?;
         let formula = Formula::parse(text).map_err(|e| error(format!("`expression` is {text:?}: {e}")))?;
         Ok(Self { target, formula })
+    }
+
+    /// The command of a servo is no force.
+    fn check_command(&self, command: WinchCommand) -> Result<(), String> {
+        if command.is_servo() && self.formula.uses(|v| matches!(v, Variable::WinchForce(_))) {
+            return Err("`winch_force` is no input of winches that are commanded by speed or length".to_owned());
+        }
+        Ok(())
     }
 
     fn stage(&self) -> Stage {

@@ -23,6 +23,7 @@ use crate::length_sensor::EccentricDrum;
 use crate::per_cable::PerCable;
 use crate::pose_sensor::PoseSensor;
 use crate::scalar::Real;
+use crate::winch::WinchCommand;
 
 /// Where on the plant an effect acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +59,9 @@ pub trait Effect: Sized {
     /// change nothing.
     const ALWAYS: Option<&'static str> = None;
 
+    /// Whether it sets numbers that other effects scale, and so comes before them.
+    const SETS_WHAT_OTHERS_SCALE: bool = false;
+
     /// The effect as specified; `spec.values` are in the order of `INFO.parameters` and within their bounds.
     ///
     /// # Errors
@@ -70,6 +74,14 @@ pub trait Effect: Sized {
     /// Number of its own states (on each cable it acts on).
     fn states(&self) -> usize {
         0
+    }
+
+    /// Why it cannot be where winches are told this.
+    ///
+    /// # Errors
+    /// What was found and what it takes.
+    fn check_command(&self, _command: WinchCommand) -> Result<(), String> {
+        Ok(())
     }
 
     /// [`Stage::Parameters`] and [`Stage::Transverse`]: change the plant's data; `cables` says which cables.
@@ -313,6 +325,17 @@ impl EffectKind {
 
     pub fn states(&self) -> usize {
         dispatch!(self, e => e.states())
+    }
+
+    pub(crate) fn sets_what_others_scale(&self) -> bool {
+        fn of<E: Effect>(_: &E) -> bool {
+            E::SETS_WHAT_OTHERS_SCALE
+        }
+        dispatch!(self, e => of(e))
+    }
+
+    pub(crate) fn check_command(&self, command: WinchCommand) -> Result<(), String> {
+        dispatch!(self, e => e.check_command(command))
     }
 
     pub fn change(&self, data: &mut PlantData, cables: &PerCable<bool>) {

@@ -2,6 +2,7 @@
 
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::length_sensor::EccentricDrum;
+use crate::winch::WinchCommand;
 
 /// Eccentric drum: l = s - e (cos(s/r + ψ) - cos ψ) where the encoder has counted s.
 ///
@@ -50,6 +51,13 @@ impl Effect for WinchDrumEccentricity {
             return Err(SpecError::new(&spec.id, message));
         }
         Ok(Self { drum: EccentricDrum { eccentricity, radius, phase } })
+    }
+
+    fn check_command(&self, command: WinchCommand) -> Result<(), String> {
+        if command != WinchCommand::Force {
+            return Err(format!("takes winches commanded by force, found {}", command.name()));
+        }
+        Ok(())
     }
 
     fn stage(&self) -> Stage {

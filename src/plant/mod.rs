@@ -1,14 +1,16 @@
 //! The plant: parameters and effects put together, with the layout of its states.
 
+mod assembly;
 mod cost;
 mod rest;
 
 use std::sync::OnceLock;
 
+use assembly::Assembly;
+
 use crate::clearance::Clearance;
 use crate::dynamics::{CableConstants, CableData, Inputs, MAX_EFFECT_STATES, PlantData};
-use crate::effect::{EffectKind, EffectSpec, SpecError, Stage, acts_on};
-use crate::formula::Variable;
+use crate::effect::{EffectKind, EffectSpec, SpecError, Stage};
 use crate::geometry;
 use crate::kinematics::CableEnds;
 use crate::length_sensor::LengthSensor;
@@ -187,83 +189,22 @@ impl Plant {
     /// With those effects in force that are at `time` (s), or with all of them. Effects that are not in force have their states
     /// all the same.
     fn at_time(parameters: Parameters, effects: Vec<EffectSpec>, time: Option<f64>) -> Result<Self, PlantError> {
-        let mut data = PlantData::new(&parameters);
         let cables = parameters.cables();
-        let exact = (1.0, 0.0);
-        let nothing = CableEffects { length_sensor: exact, tension_sensor: exact, ..CableEffects::default() };
-        let mut cable = vec![nothing; cables];
-        let (mut wrench, mut pose_sensor, mut pose_delay) = (Vec::new(), PoseSensor::default(), 0.0);
-        // `cable_elasticity` sets what other effects scale, so it comes first whatever the order in the file.
-        let mut order: Vec<(usize, &EffectSpec)> = effects.iter().enumerate().collect();
-        order.sort_by_key(|(_, spec)| spec.id != "cable_elasticity");
-        let mut states_of_effects = Vec::new();
-        for (effect, spec) in order {
+        let mut assembly = Assembly::new(&parameters);
+        let mut kinds = Vec::with_capacity(effects.len());
+        for spec in &effects {
             spec.check_on(cables)?;
-            let kind = EffectKind::new(spec)?;
-            let on = acts_on(spec.cable, cables);
-            let cables = || (0..cables).filter(move |i| on[*i]);
-            if kind.states() > 0 {
-                let (stage, count) = (kind.stage(), kind.states());
-                let place = |i: usize| EffectStates { effect, stage, cable: i, first: cable[i].states, count };
-                states_of_effects.extend(cables().map(place));
-            }
-            if !time.is_none_or(|time| spec.in_force(time)) {
-                cables().for_each(|i| cable[i].states += kind.states());
-                continue;
-            }
-            match kind.stage() {
-                Stage::Parameters => kind.change(&mut data, &on),
-                Stage::CommandDelay => cables().for_each(|i| cable[i].delay += kind.delay()),
-                Stage::Command(_) => cables().for_each(|i| {
-                    let at = cable[i].states;
-                    cable[i].states += kind.states();
-                    cable[i].command.push((kind.clone(), at));
-                }),
-                Stage::WinchLoss => cables().for_each(|i| {
-                    let at = cable[i].states;
-                    cable[i].states += kind.states();
-                    cable[i].loss.push((kind.clone(), at));
-                }),
-                Stage::WinchPull(i) => cable[i].pull.push(kind),
-                Stage::WinchPosition => cables().for_each(|i| cable[i].pull.push(kind.clone())),
-                Stage::ElasticLaw => cables().for_each(|i| {
-                    let at = cable[i].states;
-                    cable[i].states += kind.states();
-                    cable[i].law.push((kind.clone(), at));
-                }),
-                Stage::Transverse if kind.states() > 0 => {
-                    kind.change(&mut data, &on);
-                    cables().for_each(|i| {
-                        let place = (kind.clone(), cable[i].states);
-                        cable[i].states += kind.states();
-                        // Its bow is a matter of the elastic law.
-                        cable[i].law.push(place.clone());
-                        cable[i].swing.push(place);
-                    });
-                }
-                Stage::Transverse => cables().for_each(|i| cable[i].transverse.push(kind.clone())),
-                Stage::PlatformWrench => wrench.push(kind),
-                Stage::Sensor => {
-                    let behind = |sensor: &mut (f64, f64), (factor, bias): (f64, f64)| {
-                        *sensor = (sensor.0 * factor, sensor.1 * factor + bias);
-                    };
-                    for i in cables() {
-                        if spec.channel.as_deref() == Some("cable_length") {
-                            behind(&mut cable[i].length_sensor, kind.length_sensor());
-                        } else {
-                            let sensor = &mut cable[i].unstretched_sensor;
-                            let mut line = (sensor.factor, sensor.bias);
-                            behind(&mut line, kind.length_sensor());
-                            (sensor.factor, sensor.bias) = line;
-                            sensor.drum = kind.eccentric_drum().or(sensor.drum);
-                        }
-                        behind(&mut cable[i].tension_sensor, kind.tension_sensor());
-                    }
-                    kind.pose_sensor(&mut pose_sensor);
-                    pose_delay += kind.delay();
-                }
-            }
+            kinds.push(EffectKind::new(spec)?);
         }
+        // What sets the numbers that others scale comes first, whatever the order in the file.
+        let mut order: Vec<usize> = (0..kinds.len()).collect();
+        order.sort_by_key(|effect| !kinds[*effect].sets_what_others_scale());
+        for effect in order {
+            let spec = &effects[effect];
+            let in_force = time.is_none_or(|time| spec.in_force(time));
+            assembly.take(effect, spec, kinds[effect].clone(), in_force);
+        }
+        let Assembly { mut data, mut cable, wrench, pose_sensor, pose_delay, states_of_effects } = assembly;
         for effects in &mut cable {
             effects.command.sort_by_key(|(kind, _)| match kind.stage() {
                 Stage::Command(order) => order,
@@ -293,13 +234,11 @@ impl Plant {
             !(c.command.is_empty() && c.loss.is_empty() && c.pull.is_empty() && c.transverse.is_empty())
         };
         let command = parameters.winch.command;
-        let eccentric = effects.iter().find(|spec| spec.id == "winch_drum_eccentricity");
-        if let Some(spec) = eccentric.filter(|_| command != WinchCommand::Force) {
-            let message = format!("takes winches commanded by force, found {}", command.name());
-            return Err(SpecError::new(&spec.id, message).into());
+        for (spec, kind) in effects.iter().zip(&kinds) {
+            kind.check_command(command).map_err(|message| SpecError::new(&spec.id, message))?;
         }
         if command.is_servo() {
-            check_servo(&data, &effects)?;
+            check_servo(&data)?;
         }
         let has = Has {
             force: command.is_servo() || !wrench.is_empty() || cable.iter().any(on_cable),
@@ -493,21 +432,13 @@ fn check_unique(effects: &[EffectSpec]) -> Result<(), PlantError> {
     Ok(())
 }
 
-/// A servo needs a winch end with a motion and a mass, and no term may ask for its force: its command is none.
-fn check_servo(data: &PlantData, effects: &[EffectSpec]) -> Result<(), PlantError> {
+/// A servo needs a winch end with a motion and a mass.
+fn check_servo(data: &PlantData) -> Result<(), PlantError> {
     for (i, cable) in data.cables.iter().enumerate() {
         if cable.model != CableModel::LumpedMass {
             let key = format!("rotor_inertia of winch {}", i + 1);
             let expected = "greater than 0: a servo has nothing to move where cable and rotor have no mass";
             return Err(ParameterError::new(key, 0, expected).into());
-        }
-    }
-    for spec in effects {
-        if let EffectKind::Expression(expression) = EffectKind::new(spec)?
-            && expression.formula().uses(|v| matches!(v, Variable::WinchForce(_)))
-        {
-            let message = "`winch_force` is no input of winches that are commanded by speed or length";
-            return Err(SpecError::new(&spec.id, message).into());
         }
     }
     Ok(())
