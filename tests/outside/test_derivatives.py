@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -50,23 +52,28 @@ def jacobian(instance, unknowns, knowns) -> np.ndarray:
 
 
 def reference_differences(case, y0, u0, unknowns, knowns) -> np.ndarray:
-    """The same matrix from the independent model, by five-point differences."""
-    plant, states = Plant(case.parameters), STATES[case.parameters.cable_model]
+    """The same matrix from the independent model, by five-point differences.
+
+    Of the knowns the states come first, in the model's order, then all inputs."""
+    plant = Plant(case.parameters)
+    states, inputs = knowns[: -len(u0)], knowns[-len(u0) :]
 
     def values(y, u):
-        rates = plant.evaluate(0.0, y, u[:4], u[4:])[0]
-        known = plant.outputs(0.0, y, u[:4], u[4:])
+        command, wrench = np.split(u, [plant.cables])
+        rates = plant.evaluate(0.0, y, command, wrench)[0]
+        known = plant.outputs(0.0, y, command, wrench)
         known |= {f"der({name})": rates[k] for k, name in enumerate(states)}
         return np.array([known[name] for name in unknowns])
 
     columns = []
     for name in knowns:
-        h = STEPS[name]
+        # Cables beyond the fourth are moved as far as the first.
+        h = STEPS[re.sub(r"\[\d+\]", "[1]", name)]
 
         def moved(amount, name=name):
             y, u = y0.copy(), u0.copy()
-            if name in INPUTS:
-                u[INPUTS.index(name)] += amount
+            if name in inputs:
+                u[inputs.index(name)] += amount
             else:
                 y[states.index(name)] += amount
             return values(y, u)
