@@ -93,6 +93,12 @@ impl LinearTrial {
         &self.transition[at..at + self.states]
     }
 
+    /// What each state or latent does to the states in step `k`, with zeros up to the padded width.
+    pub(crate) fn columns(&self, k: usize) -> impl Iterator<Item = &[f64]> {
+        let of_step = self.width() * self.padded;
+        self.transition[k * of_step..(k + 1) * of_step].chunks_exact(self.padded)
+    }
+
     /// The states that channel `j` shows, with the slopes by which it does at sample `k`.
     #[inline(always)]
     pub(crate) fn shown_by(&self, k: usize, j: usize) -> impl Iterator<Item = (usize, f64)> + Clone {

@@ -6,6 +6,7 @@ use crate::data::Trial;
 use crate::gap::restarts;
 use crate::kalman::{Filtered, Randomness};
 use crate::path::LinearTrial;
+use crate::vector::{BLOCK, FULL, block, plus, plus_each, vectorised};
 use crate::whiten::Forcing;
 
 /// What some signatures do to the predictions of free runs, in units of the noise.
@@ -42,119 +43,182 @@ pub(super) struct Runs<'a> {
     pub(super) horizon: f64,
 }
 
+/// Numbers of some columns.
+type Panel = [f64; FULL];
+
 impl Runs<'_> {
-    /// The free runs of some columns of `forcing`.
+    /// The free runs of some columns of `forcing`, of each block of them by themselves.
     ///
     /// A run starts from the state that the filter has by then, which without the effect is itself wrong; so the error of the
     /// filter is carried along, and the run begins with it. The error of a model without fault is that of the measurements and
     /// that of the start, which is the same all through a run.
-    pub(super) fn of(&self, forcing: &Forcing, columns: &[usize]) -> FreeRuns {
+    pub(super) fn of(&self, forcing: &Forcing, blocks: &[Vec<usize>]) -> Vec<FreeRuns> {
+        vectorised!(FUSED => self.of_in::<FUSED>(forcing, blocks))
+    }
+
+    #[inline(always)]
+    fn of_in<const FUSED: bool>(&self, forcing: &Forcing, blocks: &[Vec<usize>]) -> Vec<FreeRuns> {
         let Self { linear, randomness, .. } = self;
-        let (n, m, width) = (linear.states, linear.channels, columns.len());
+        let (n, m) = (linear.states, linear.channels);
         let all = n + randomness.processes();
         let remembered = randomness.shown_by_channel(m);
         let starts = restarts(self.trial, self.horizon);
         let is_start = |k: usize| starts.binary_search(&k).is_ok();
-        let mut out = FreeRuns::empty(width);
-        // Truth minus estimate of the filter, and minus the free run: a row a state, a number a column.
-        let mut filter = vec![0.0; all * width];
-        let mut run: Option<Vec<f64>> = None;
-        let mut began = 0;
-        // Sample, channel and what the signatures do there, of the present run.
-        let mut told: Vec<(usize, usize, Vec<f64>)> = Vec::new();
-        let mut e = vec![0.0; width];
+        let mut out: Vec<FreeRuns> = blocks.iter().map(|block| FreeRuns::empty(block.len())).collect();
+        let columns = blocks.concat();
+        let panels = columns.len().div_ceil(FULL);
+        // Truth minus estimate of the filter, and minus the free run: panel by panel, a row a state.
+        let mut filter = vec![[0.0; FULL]; panels * all];
+        let mut run = vec![[0.0; FULL]; panels * n];
+        let mut began = None;
+        // Sample and channel, and what the signatures do there, of the present run.
+        let mut told: Vec<(usize, usize)> = Vec::new();
+        let mut done: Vec<Panel> = Vec::new();
+        let mut decay = vec![0.0; all - n];
+        let (mut step, mut next) = (vec![[0.0; FULL]; n], vec![[0.0; FULL]; linear.padded]);
         for k in 0..linear.len {
             let sensor = |j: usize| &forcing.sensor[(k * m + j) * forcing.columns..(k * m + j + 1) * forcing.columns];
-            if let Some(run) = run.as_ref().filter(|_| !is_start(k) || is_start(k.wrapping_sub(1))) {
+            if began.is_some() && (!is_start(k) || is_start(k.wrapping_sub(1))) {
                 for j in (0..m).filter(|j| linear.residual[k * m + j].is_finite()) {
-                    shown(&mut e, sensor(j), columns, linear.shown_by(k, j), run);
-                    out.count += 1;
-                    let e: Vec<f64> = e.iter().map(|e| e / self.noise[j]).collect();
-                    for (a, ea) in e.iter().enumerate() {
-                        for (b, eb) in e.iter().enumerate() {
-                            out.gram[(a, b)] += ea * eb;
+                    for (p, run) in run.chunks_exact(n).enumerate() {
+                        let mut e = taken(sensor(j), &columns, p);
+                        for (c, slope) in linear.shown_by(k, j) {
+                            e = plus::<FULL, FUSED>(e, slope, &run[c]);
+                        }
+                        done.push(e.map(|e| e / self.noise[j]));
+                    }
+                    told.push((k, j));
+                    let e = &done[done.len() - panels..].as_flattened();
+                    let mut first = 0;
+                    for (out, block) in out.iter_mut().zip(blocks) {
+                        out.count += 1;
+                        let e = &e[first..first + block.len()];
+                        first += block.len();
+                        for (slots, b) in out.gram.as_mut_slice().chunks_exact_mut(e.len()).zip(e) {
+                            slots.iter_mut().zip(e).for_each(|(slot, a)| *slot += a * b);
                         }
                     }
-                    told.push((k, j, e));
                 }
             }
             for j in (0..m).filter(|j| self.filtered.whitened[k * m + j].is_finite()) {
-                let memory = remembered[j].clone().map(|process| (n + process, 1.0));
-                shown(&mut e, sensor(j), columns, linear.shown_by(k, j).chain(memory), &filter);
                 let gain = self.filtered.gain(k * m + j);
-                for (row, gain) in filter.chunks_exact_mut(width).zip(gain) {
-                    row.iter_mut().zip(&e).for_each(|(slot, e)| *slot -= gain * e);
+                for (p, filter) in filter.chunks_exact_mut(all).enumerate() {
+                    let mut e = taken(sensor(j), &columns, p);
+                    for (c, slope) in linear.shown_by(k, j) {
+                        e = plus::<FULL, FUSED>(e, slope, &filter[c]);
+                    }
+                    for process in remembered[j].clone() {
+                        e = plus::<FULL, FUSED>(e, 1.0, &filter[n + process]);
+                    }
+                    for (row, gain) in filter.iter_mut().zip(gain) {
+                        *row = plus::<FULL, FUSED>(*row, -gain, &e);
+                    }
                 }
             }
-            if is_start(k) || k + 1 == linear.len {
-                out.scatter += self.by_start(&std::mem::take(&mut told), began, width);
+            if (is_start(k) || k + 1 == linear.len)
+                && let Some(began) = began
+            {
+                self.add_start::<FUSED>(&told, &done, began, &mut out);
+                told.clear();
+                done.clear();
             }
             if k + 1 == linear.len {
                 break;
             }
             if is_start(k) {
-                run = Some(filter[..n * width].to_vec());
-                began = k;
+                for (run, filter) in run.chunks_exact_mut(n).zip(filter.chunks_exact(all)) {
+                    run.copy_from_slice(&filter[..n]);
+                }
+                began = Some(k);
             }
-            let step = &forcing.step[k * n * forcing.columns..(k + 1) * n * forcing.columns];
-            let mut next = moved(linear, k, &filter[..linear.width() * width], step, forcing.columns, columns);
-            for (process, row) in filter[n * width..].chunks_exact(width).enumerate() {
-                let decay = randomness.decay(process, linear.interval[k]);
-                next.extend(row.iter().map(|value| decay * value));
+            randomness.decays(linear.interval[k], &mut decay);
+            for (p, (filter, run)) in filter.chunks_exact_mut(all).zip(run.chunks_exact_mut(n)).enumerate() {
+                let rows =
+                    forcing.step[k * n * forcing.columns..(k + 1) * n * forcing.columns].chunks_exact(forcing.columns);
+                step.iter_mut().zip(rows).for_each(|(slot, row)| *slot = taken(row, &columns, p));
+                moved::<FUSED>(linear, k, &filter[..linear.width()], &step, &mut next);
+                filter[..n].copy_from_slice(&next[..n]);
+                for (row, decay) in filter[n..].iter_mut().zip(&decay) {
+                    *row = row.map(|value| decay * value);
+                }
+                if began.is_some() {
+                    moved::<FUSED>(linear, k, run, &step, &mut next);
+                    run.copy_from_slice(&next[..n]);
+                }
             }
-            filter = next;
-            run = run.map(|run| moved(linear, k, &run, step, forcing.columns, columns));
         }
-        out.scatter += &out.gram;
+        for out in &mut out {
+            out.scatter += &out.gram;
+        }
         out
     }
 
-    /// Covariance, by the error of the state from which a run `began`, of the sums of what the signatures do times what the
-    /// error does.
-    fn by_start(&self, told: &[(usize, usize, Vec<f64>)], began: usize, width: usize) -> DMatrix<f64> {
+    /// Adds the covariance, by the error of the state from which a run `began`, of the sums of what the signatures do times
+    /// what the error does.
+    #[inline(always)]
+    fn add_start<const FUSED: bool>(
+        &self,
+        told: &[(usize, usize)],
+        done: &[Panel],
+        began: usize,
+        out: &mut [FreeRuns],
+    ) {
         let (linear, n) = (self.linear, self.linear.states);
-        let mut by = DMatrix::<f64>::zeros(n, width);
-        let mut told = told.iter().rev().peekable();
-        let Some((last, ..)) = told.peek() else { return DMatrix::zeros(width, width) };
+        let Some((last, _)) = told.last() else { return };
+        let panels = done.len() / told.len();
+        let mut by = vec![[0.0; FULL]; panels * n];
+        let mut next = vec![[0.0; FULL]; n];
+        let mut told = told.iter().zip(done.chunks_exact(panels)).rev().peekable();
         // The filter has the covariance at the sample after the start.
         for k in (began + 1..=*last).rev() {
-            while let Some((_, j, e)) = told.next_if(|(at, ..)| *at == k) {
-                for (state, slope) in linear.shown_by(k, *j) {
-                    for (c, e) in e.iter().enumerate() {
-                        by[(state, c)] += slope * e / self.noise[*j];
+            while let Some(((_, j), e)) = told.next_if(|((at, _), _)| *at == k) {
+                for (by, e) in by.chunks_exact_mut(n).zip(e) {
+                    for (state, slope) in linear.shown_by(k, *j) {
+                        by[state] = plus::<FULL, FUSED>(by[state], slope / self.noise[*j], e);
                     }
                 }
             }
             if k > began + 1 {
-                by = DMatrix::from_fn(n, width, |r, c| {
-                    linear.column(k - 1, r).iter().zip(by.column(c).iter()).map(|(slope, by)| slope * by).sum()
-                });
+                for by in by.chunks_exact_mut(n) {
+                    for (r, slot) in next.iter_mut().enumerate() {
+                        let mut sum = [0.0; FULL];
+                        for (slope, by) in linear.column(k - 1, r).iter().zip(&*by) {
+                            sum = plus::<FULL, FUSED>(sum, *slope, by);
+                        }
+                        *slot = sum;
+                    }
+                    by.copy_from_slice(&next);
+                }
             }
         }
         let covariance = DMatrix::from_fn(n, n, |r, c| self.filtered.covariance_row(linear, began + 1, r)[c]);
-        by.transpose() * covariance * by
-    }
-}
-
-/// What a sensor shows of the columns: directly, and by what the states do.
-fn shown(e: &mut [f64], sensor: &[f32], columns: &[usize], by: impl Iterator<Item = (usize, f64)>, states: &[f64]) {
-    let width = columns.len();
-    e.iter_mut().zip(columns).for_each(|(slot, column)| *slot = f64::from(sensor[*column]));
-    for (state, slope) in by {
-        let row = &states[state * width..(state + 1) * width];
-        e.iter_mut().zip(row).for_each(|(slot, value)| *slot += slope * value);
-    }
-}
-
-/// The states one step on.
-fn moved(linear: &LinearTrial, k: usize, states: &[f64], step: &[f32], all: usize, columns: &[usize]) -> Vec<f64> {
-    let width = columns.len();
-    let mut next: Vec<f64> =
-        step.chunks_exact(all).flat_map(|row| columns.iter().map(|c| f64::from(row[*c]))).collect();
-    for (c, row) in states.chunks_exact(width).enumerate() {
-        for (target, slope) in next.chunks_exact_mut(width).zip(linear.column(k, c)) {
-            target.iter_mut().zip(row).for_each(|(slot, value)| *slot += slope * value);
+        let mut first = 0;
+        for out in out {
+            let by = DMatrix::from_fn(n, out.gram.nrows(), |r, c| {
+                let c = first + c;
+                by[c / FULL * n + r][c % FULL]
+            });
+            first += by.ncols();
+            out.scatter += by.transpose() * &covariance * &by;
         }
     }
-    next
+}
+
+/// The numbers of panel `p` of some columns of a row.
+#[inline(always)]
+fn taken(row: &[f32], columns: &[usize], p: usize) -> Panel {
+    std::array::from_fn(|i| columns.get(p * FULL + i).map_or(0.0, |c| f64::from(row[*c])))
+}
+
+/// Writes the states one step on.
+#[inline(always)]
+fn moved<const FUSED: bool>(linear: &LinearTrial, k: usize, states: &[Panel], step: &[Panel], next: &mut [Panel]) {
+    for (at, next) in next.as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
+        let mut sum = [[0.0; FULL]; BLOCK];
+        sum.iter_mut().zip(step.iter().skip(at * BLOCK)).for_each(|(slot, step)| *slot = *step);
+        for (column, row) in linear.columns(k).zip(states) {
+            plus_each::<FUSED>(&mut sum, block(column, at), row);
+        }
+        *next = sum;
+    }
 }

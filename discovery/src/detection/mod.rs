@@ -144,8 +144,9 @@ impl Search<'_> {
                 noise: trial.channels.iter().map(of).collect(),
                 horizon: reach.horizon,
             };
-            let parts: Vec<FreeRuns> = blocks.par_iter().map(|block| runs.of(&forcing[t], block)).collect();
-            out.iter_mut().zip(&parts).for_each(|(sum, part)| sum.add(part));
+            let parts: Vec<Vec<FreeRuns>> =
+                groups_of_blocks(blocks).par_iter().map(|group| runs.of(&forcing[t], group)).collect();
+            out.iter_mut().zip(parts.iter().flatten()).for_each(|(sum, part)| sum.add(part));
         }
         out
     }
@@ -330,6 +331,22 @@ fn places(library: &Library, candidates: &[usize]) -> Vec<Vec<usize>> {
         (first - count..first).collect()
     };
     candidates.iter().map(|at| next(library.candidates[*at].columns.len())).collect()
+}
+
+/// Columns whose free runs are done together.
+const TOGETHER: usize = 32;
+
+/// Blocks that follow one another with about so many columns together.
+fn groups_of_blocks(blocks: &[Vec<usize>]) -> Vec<&[Vec<usize>]> {
+    let (mut groups, mut first, mut columns) = (Vec::new(), 0, 0);
+    for (at, block) in blocks.iter().enumerate() {
+        columns += block.len();
+        if columns >= TOGETHER || at + 1 == blocks.len() {
+            groups.push(&blocks[first..=at]);
+            (first, columns) = (at + 1, 0);
+        }
+    }
+    groups
 }
 
 /// The forcing of a library's columns, then of what varies, in each trial.
