@@ -216,55 +216,63 @@ pub(crate) fn forcing(
 ) -> Forcing {
     debug_assert_eq!(trajectory.width, base.states() + base.latents());
     let base_rates = end_rates(base, linear, trial, trajectory);
-    let singles: Vec<Option<Single>> = variations
-        .par_iter()
-        .map(|spec| {
-            let mut varied = model.clone();
-            varied.effects.push(spec.clone());
-            if comes_late(&spec.id) && !shows_tension(trial) {
-                let felt = |k: usize, cable: usize| linear.felt[k].winch_force[cable];
-                let step = late_forcing(spec, linear, trial, trajectory, felt);
-                return Some(Single { step, sensor: vec![0.0; trial.len() * trial.channels.len()] });
-            }
-            Examined::new(&varied).ok().and_then(|v| {
-                if acts_through_rates(&spec.id) {
-                    let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
-                    let acts = Acts { plant: !is_of_sensors(&spec.id), sensors, by_states: acts_by_states(spec) };
-                    quick(base, &v, linear, trial, trajectory, &base_rates, acts)
-                } else {
-                    single(base, &v, linear, trial, trajectory)
-                }
-            })
-        })
-        .collect();
-    let part = |rows: usize, of: fn(&Single) -> &[f32]| {
-        let values: Vec<&[f32]> = singles.iter().map(|single| single.as_ref().map_or(&[][..], of)).collect();
-        beside_each_other(rows, &values, columns)
-    };
-    Forcing {
+    let mut forcing = Forcing {
         columns: columns.len(),
-        step: part((trial.len() - 1) * base.states(), |single| &single.step),
-        sensor: part(trial.len() * trial.channels.len(), |single| &single.sensor),
+        step: vec![0.0; (trial.len() - 1) * base.states() * columns.len()],
+        sensor: vec![0.0; trial.len() * trial.channels.len() * columns.len()],
+    };
+    let of = |spec: &EffectSpec| {
+        let mut varied = model.clone();
+        varied.effects.push(spec.clone());
+        if comes_late(&spec.id) && !shows_tension(trial) {
+            let felt = |k: usize, cable: usize| linear.felt[k].winch_force[cable];
+            let step = late_forcing(spec, linear, trial, trajectory, felt);
+            return Some(Single { step, sensor: vec![0.0; trial.len() * trial.channels.len()] });
+        }
+        Examined::new(&varied).ok().and_then(|v| {
+            if acts_through_rates(&spec.id) {
+                let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
+                let acts = Acts { plant: !is_of_sensors(&spec.id), sensors, by_states: acts_by_states(spec) };
+                quick(base, &v, linear, trial, trajectory, &base_rates, acts)
+            } else {
+                single(base, &v, linear, trial, trajectory)
+            }
+        })
+    };
+    // A few at a time: each takes as much room as a column.
+    for (batch, specs) in variations.chunks(BATCH).enumerate() {
+        let singles: Vec<Option<Single>> = specs.par_iter().map(of).collect();
+        let first = batch * BATCH;
+        let here = |(c, combination): (usize, &Combination)| {
+            let own = combination.iter().filter(|(at, _)| (first..first + specs.len()).contains(at));
+            own.map(|(at, weight)| (c, *at - first, *weight as f32)).collect::<Vec<_>>()
+        };
+        let shares: Vec<(usize, usize, f32)> = columns.iter().enumerate().flat_map(here).collect();
+        let values = |of: fn(&Single) -> &[f32]| -> Vec<&[f32]> {
+            singles.iter().map(|single| single.as_ref().map_or(&[][..], of)).collect()
+        };
+        add_beside(&mut forcing.step, columns.len(), &values(|single| &single.step), &shares);
+        add_beside(&mut forcing.sensor, columns.len(), &values(|single| &single.sensor), &shares);
     }
+    forcing
 }
 
+/// Variations whose signatures are formed together.
+const BATCH: usize = 32;
 /// Rows that are done at a time, so that they stay near.
 const ROWS: usize = 16;
 
-/// Columns of weighted sums of variations, by rows; a variation without values adds nothing.
-fn beside_each_other(rows: usize, variations: &[&[f32]], columns: &[Combination]) -> Vec<f32> {
-    let mut out = vec![0.0; rows * columns.len()];
-    out.par_chunks_mut(ROWS * columns.len().max(1)).enumerate().for_each(|(block, target)| {
-        for (c, combination) in columns.iter().enumerate() {
-            for (at, weight) in combination {
-                let values = variations[*at].iter().skip(block * ROWS);
-                for (row, value) in target.chunks_exact_mut(columns.len()).zip(values) {
-                    row[c] += value * *weight as f32;
-                }
+/// Adds variations to columns, which stand beside each other by rows: each share is a column, a variation and its weight in
+/// it. A variation without values adds nothing.
+fn add_beside(out: &mut [f32], columns: usize, variations: &[&[f32]], shares: &[(usize, usize, f32)]) {
+    out.par_chunks_mut(ROWS * columns.max(1)).enumerate().for_each(|(block, target)| {
+        for (c, at, weight) in shares {
+            let values = variations[*at].iter().skip(block * ROWS);
+            for (row, value) in target.chunks_exact_mut(columns).zip(values) {
+                row[*c] += value * weight;
             }
         }
     });
-    out
 }
 
 /// A model moved in one parameter.

@@ -18,6 +18,30 @@ pub(crate) struct Forcing {
     pub(crate) sensor: Vec<f32>,
 }
 
+/// Signatures, sample by sample.
+pub(crate) trait Acting {
+    /// How many there are.
+    fn columns(&self) -> usize;
+    /// Writes what they do to the sensors at sample `k`, `columns` numbers a channel.
+    fn at_sample(&self, k: usize, sensor: &mut [f32]);
+    /// Writes what they do to the states over step `k`, `columns` numbers a state.
+    fn over_step(&self, k: usize, step: &mut [f32]);
+}
+
+impl Acting for Forcing {
+    fn columns(&self) -> usize {
+        self.columns
+    }
+
+    fn at_sample(&self, k: usize, sensor: &mut [f32]) {
+        sensor.copy_from_slice(&self.sensor[k * sensor.len()..(k + 1) * sensor.len()]);
+    }
+
+    fn over_step(&self, k: usize, step: &mut [f32]) {
+        step.copy_from_slice(&self.step[k * step.len()..(k + 1) * step.len()]);
+    }
+}
+
 impl Forcing {
     /// Of no signature.
     pub(crate) fn none() -> Self {
@@ -140,10 +164,10 @@ pub(crate) fn whiten(
     linear: &LinearTrial,
     randomness: &Randomness,
     filtered: &Filtered,
-    forcing: &Forcing,
+    forcing: &dyn Acting,
     pairs: Option<&[(usize, usize)]>,
 ) -> Normal {
-    let mut normal = Normal::empty(forcing.columns);
+    let mut normal = Normal::empty(forcing.columns());
     normal.minus_two_log_likelihood = filtered.minus_two_log_likelihood;
     let runs = runs(pairs.unwrap_or_default());
     // Side by side, for the matrix is large.
@@ -165,7 +189,7 @@ pub(crate) fn whiten(
         }
     });
     for (product, (a, b)) in products.iter().zip(pairs.into_iter().flatten()) {
-        normal.gram[a * forcing.columns + b] = *product;
+        normal.gram[a * forcing.columns() + b] = *product;
     }
     normal.mirror();
     normal
@@ -195,7 +219,7 @@ pub(crate) fn whitened_rows(
     linear: &LinearTrial,
     randomness: &Randomness,
     filtered: &Filtered,
-    forcing: &Forcing,
+    forcing: &dyn Acting,
     visit: impl FnMut(usize, &[f64]),
 ) {
     vectorised!(FUSED => rows::<FUSED>(linear, randomness, filtered, forcing, visit));
@@ -210,7 +234,7 @@ fn rows<const FUSED: bool>(
     linear: &LinearTrial,
     randomness: &Randomness,
     filtered: &Filtered,
-    forcing: &Forcing,
+    forcing: &dyn Acting,
     mut visit: impl FnMut(usize, &[f64]),
 ) {
     let (n, m, len) = (linear.states, linear.channels, linear.len);
@@ -220,7 +244,7 @@ fn rows<const FUSED: bool>(
     let errors = randomness.force_errors();
     let mut alone = vec![[0.0; PANEL]; errors];
     let mut decay = vec![0.0; w - n];
-    let columns = forcing.columns;
+    let columns = forcing.columns();
     let panels = columns.div_ceil(PANEL);
     // Sensitivities of the predicted deviation: panel by panel, a row a state, latent or noise with memory, and zeros up to a
     // full block.
@@ -248,9 +272,9 @@ fn rows<const FUSED: bool>(
             randomness.decays(linear.interval[k], &mut decay);
         }
         // In one go: row by row and panel by panel each line would be waited for.
-        sensor.copy_from_slice(&forcing.sensor[k * m * columns..(k + 1) * m * columns]);
+        forcing.at_sample(k, &mut sensor);
         if k + 1 < len {
-            step.copy_from_slice(&forcing.step[k * n * columns..(k + 1) * n * columns]);
+            forcing.over_step(k, &mut step);
         }
         for (panel, (s, begun)) in all.chunks_exact_mut(height).zip(&mut begun).enumerate() {
             // What only acts later on has done nothing yet.

@@ -92,18 +92,36 @@ impl Search<'_> {
 
     /// What each of `candidates` does, clear of the parameters that are free in the fit.
     fn visibility(&self, fitted: &Fitted, library: &Library, candidates: &[usize]) -> Vec<Visibility> {
-        let own = library.of_columns(&columns_of(library, candidates));
         let varied = varied_models(&fitted.train.model, &free_parameters(&fitted.train.model, self.given));
         let varied: Vec<Varied> = varied.into_iter().flatten().collect();
         let e = self.evidence;
-        let [mut train, mut holdout] = [(&fitted.train, &e.train), (&fitted.holdout, &e.holdout)]
-            .map(|(fit, trials)| all_forcing(fit, trials, &own, &varied));
+        let free = [(&fitted.train, &e.train), (&fitted.holdout, &e.holdout)]
+            .map(|(fit, trials)| free_forcing(fit, trials, &varied));
+        let parts = candidates.chunks(AT_A_TIME).flat_map(|some| self.visibility_of(fitted, library, some, &free));
+        parts.collect()
+    }
+
+    /// The same of some of them, beside the sensitivities to what is `free`, on training and held-out data.
+    fn visibility_of(
+        &self,
+        fitted: &Fitted,
+        library: &Library,
+        candidates: &[usize],
+        free: &[Vec<Forcing>; 2],
+    ) -> Vec<Visibility> {
+        let own = library.of_columns(&columns_of(library, candidates));
+        let e = self.evidence;
+        let free_columns = free[0].first().map_or(0, |forcing| forcing.columns);
+        let mut train = all_forcing(&fitted.train, &e.train, &own, &free[0]);
+        let mut holdout = all_forcing(&fitted.holdout, &e.holdout, &own, &free[1]);
         let blocks: Vec<Vec<usize>> = places(library, candidates);
         let columns = own.columns.len();
-        let normal = normal(&fitted.train, &e.train, &train, &pairs(&blocks, columns, varied.len()));
+        let normal = normal(&fitted.train, &e.train, &train, &pairs(&blocks, columns, free_columns));
         let nuisance = nuisance(&normal, columns);
-        for forcing in train.iter_mut().chain(&mut holdout) {
-            *forcing = clear(forcing, &nuisance);
+        if free_columns > 0 {
+            for forcing in train.iter_mut().chain(&mut holdout) {
+                *forcing = clear(forcing, &nuisance);
+            }
         }
         let pairs = pairs(&blocks, columns, 0);
         let [train, held] = [(&fitted.train, &e.train, &train), (&fitted.holdout, &e.holdout, &holdout)]
@@ -349,14 +367,23 @@ fn groups_of_blocks(blocks: &[Vec<usize>]) -> Vec<&[Vec<usize>]> {
     groups
 }
 
-/// The forcing of a library's columns, then of what varies, in each trial.
-fn all_forcing(fit: &Fit, trials: &[Trial], library: &Library, varied: &[Varied]) -> Vec<Forcing> {
+/// Candidates that are looked at together: their signatures take as much room as all else.
+const AT_A_TIME: usize = 40;
+
+/// The sensitivities to what varies, in each trial.
+fn free_forcing(fit: &Fit, trials: &[Trial], varied: &[Varied]) -> Vec<Forcing> {
+    let of_trial =
+        |(t, trial): (usize, &Trial)| sensitivities(&fit.examined, varied, &fit.linear[t], trial, &fit.trajectories[t]);
+    trials.iter().enumerate().map(of_trial).collect()
+}
+
+/// The forcing of a library's columns, then of what is `free`, in each trial.
+fn all_forcing(fit: &Fit, trials: &[Trial], library: &Library, free: &[Forcing]) -> Vec<Forcing> {
     let of_trial = |(t, trial): (usize, &Trial)| {
         let (linear, trajectory) = (&fit.linear[t], &fit.trajectories[t]);
         let (variations, columns) = (&library.variations, &library.columns);
         let own = forcing(&fit.model, &fit.examined, variations, columns, linear, trial, trajectory);
-        let free = sensitivities(&fit.examined, varied, linear, trial, trajectory);
-        own.beside(&free)
+        if free[t].columns == 0 { own } else { own.beside(&free[t]) }
     };
     trials.iter().enumerate().map(of_trial).collect()
 }
@@ -420,8 +447,5 @@ fn clear(forcing: &Forcing, nuisance: &DMatrix<f64>) -> Forcing {
         };
         values.chunks_exact(forcing.columns).flat_map(row).collect()
     };
-    match nuisance.nrows() {
-        0 => forcing.clone(),
-        _ => Forcing { columns, step: of(&forcing.step), sensor: of(&forcing.sensor) },
-    }
+    Forcing { columns, step: of(&forcing.step), sensor: of(&forcing.sensor) }
 }

@@ -13,7 +13,7 @@ use crate::estimate::{Fit, FitError, for_trial};
 use crate::kalman::{Keep, Randomness, filter};
 use crate::regression::{Penalty, ladder, subset};
 use crate::signature;
-use crate::whiten::{Forcing, Normal, whiten};
+use crate::whiten::{Acting, Forcing, Normal, whiten};
 
 /// Chance, over a whole recording, below which a sample of innovations is sudden; how many such times are looked at, and how
 /// many samples they are apart.
@@ -86,7 +86,7 @@ impl Segments {
                 let (trial, linear) = (&trials[t], &without.linear[t]);
                 let (base, path) = (&without.examined, &without.trajectories[t]);
                 let forcing = signature::forcing(&without.model, base, variations, columns, linear, trial, path);
-                let cut = cut(&forcing, trial, base.states(), edges);
+                let cut = Cut::new(&forcing, trial, edges);
                 let at_size = |size| {
                     let randomness = for_trial(size, trial);
                     let filtered = filter(linear, &randomness, Keep::Innovations);
@@ -148,23 +148,47 @@ impl Segments {
     }
 }
 
-/// Each column cut into one for each segment of time: what acts over a step belongs where its middle is.
-fn cut(forcing: &Forcing, trial: &Trial, states: usize, edges: &[f64]) -> Forcing {
-    let segments = edges.len() - 1;
-    let segment = |time: f64| edges[1..segments].partition_point(|edge| *edge <= time);
-    let spread = |values: &[f32], width: usize, time: &dyn Fn(usize) -> f64| {
-        let mut out = vec![0.0; values.len() * segments];
-        for (row, values) in values.chunks_exact(forcing.columns).enumerate() {
-            let first = row * forcing.columns * segments + segment(time(row / width));
-            values.iter().enumerate().for_each(|(c, value)| out[first + c * segments] = *value);
+/// Each column cut into one for each segment of time.
+struct Cut<'a> {
+    forcing: &'a Forcing,
+    segments: usize,
+    /// The segment of each sample, and of each step: what acts over a step belongs where its middle is.
+    of_sample: Vec<usize>,
+    of_step: Vec<usize>,
+}
+
+impl<'a> Cut<'a> {
+    fn new(forcing: &'a Forcing, trial: &Trial, edges: &[f64]) -> Self {
+        let segments = edges.len() - 1;
+        let segment = |time: f64| edges[1..segments].partition_point(|edge| *edge <= time);
+        Self {
+            forcing,
+            segments,
+            of_sample: trial.time.iter().map(|time| segment(*time)).collect(),
+            of_step: trial.time.windows(2).map(|ends| segment(0.5 * (ends[0] + ends[1]))).collect(),
         }
-        out
-    };
-    let middle = |k: usize| 0.5 * (trial.time[k] + trial.time[k + 1]);
-    Forcing {
-        columns: forcing.columns * segments,
-        step: spread(&forcing.step, states, &middle),
-        sensor: spread(&forcing.sensor, trial.channels.len(), &|k| trial.time[k]),
+    }
+
+    /// Writes each number of the columns into its segment.
+    fn spread(&self, values: &[f32], segment: usize, out: &mut [f32]) {
+        out.fill(0.0);
+        out.iter_mut().skip(segment).step_by(self.segments).zip(values).for_each(|(slot, value)| *slot = *value);
+    }
+}
+
+impl Acting for Cut<'_> {
+    fn columns(&self) -> usize {
+        self.forcing.columns * self.segments
+    }
+
+    fn at_sample(&self, k: usize, sensor: &mut [f32]) {
+        let count = sensor.len() / self.segments;
+        self.spread(&self.forcing.sensor[k * count..(k + 1) * count], self.of_sample[k], sensor);
+    }
+
+    fn over_step(&self, k: usize, step: &mut [f32]) {
+        let count = step.len() / self.segments;
+        self.spread(&self.forcing.step[k * count..(k + 1) * count], self.of_step[k], step);
     }
 }
 
