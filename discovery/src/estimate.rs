@@ -1,5 +1,7 @@
 //! Trajectories and sizes of the random parts of a model, estimated from trials.
 
+use std::sync::Arc;
+
 use cdpr::integrator::IntegrationError;
 use cdpr::model_file::Model;
 use cdpr::simulation::Simulation;
@@ -30,7 +32,8 @@ pub(crate) struct Fit {
     pub(crate) examined: Examined,
     pub(crate) first: Vec<Vec<f64>>,
     pub(crate) trajectories: Vec<Trajectory>,
-    pub(crate) linear: Vec<LinearTrial>,
+    /// Shared by what starts from this fit.
+    pub(crate) linear: Arc<Vec<LinearTrial>>,
     pub(crate) randomness: Randomness,
     /// Share of its next move that each trajectory takes.
     pace: Vec<f64>,
@@ -244,7 +247,7 @@ impl Fit {
             examined,
             first,
             trajectories,
-            linear: Vec::new(),
+            linear: Arc::default(),
             randomness: randomness.clone(),
             pace: before.map_or_else(|| vec![1.0; trials.len()], |fit| fit.pace.clone()),
         };
@@ -265,7 +268,7 @@ impl Fit {
             examined,
             first: trajectories.iter().map(|trajectory| trajectory.states(0).to_vec()).collect(),
             trajectories,
-            linear: Vec::new(),
+            linear: Arc::default(),
             randomness,
             pace: vec![1.0; trials.len()],
         };
@@ -275,7 +278,7 @@ impl Fit {
 
     /// Linearises along the present trajectories.
     fn linearise(&mut self, trials: &[Trial]) -> Result<(), FitError> {
-        self.linear = trials
+        let linear = trials
             .par_iter()
             .enumerate()
             .map(|(t, trial)| {
@@ -283,6 +286,7 @@ impl Fit {
                 linearise(&self.examined, trial, &self.trajectories[t], &self.first[t], &late)
             })
             .collect::<Result<_, _>>()?;
+        self.linear = Arc::new(linear);
         Ok(())
     }
 
@@ -304,7 +308,7 @@ impl Fit {
             }
         }
         self.linearise(trials)?;
-        for ((pace, linear), before) in self.pace.iter_mut().zip(&self.linear).zip(before) {
+        for ((pace, linear), before) in self.pace.iter_mut().zip(self.linear.iter()).zip(before) {
             let after = linear.total_defect();
             let overshot = after > LEFT * before && after > NO_DEFECT * linear.len as f64;
             *pace = if overshot { SLOW } else { 1.0 };
@@ -353,7 +357,7 @@ impl Fit {
             examined: self.examined.clone(),
             first: self.first.clone(),
             trajectories: Vec::new(),
-            linear,
+            linear: Arc::new(linear),
             randomness: self.randomness.clone(),
             pace: self.pace.clone(),
         }
@@ -361,7 +365,7 @@ impl Fit {
 
     /// The same fit on parts of its trials.
     pub(crate) fn part(&self, trials: &[Trial], parts: &[Trial]) -> Result<Self, FitError> {
-        let mut of_parts = Self { linear: Vec::new(), ..self.clone() };
+        let mut of_parts = Self { linear: Arc::default(), ..self.clone() };
         for (t, (trial, part)) in trials.iter().zip(parts).enumerate() {
             let start = trial.time.partition_point(|time| *time < part.time[0]);
             let trajectory = &mut of_parts.trajectories[t];
@@ -386,12 +390,15 @@ impl Fit {
     /// where nothing is missing but what `randomness` has (root mean square); `NAN` where nothing is measured.
     pub(crate) fn spread(&self, trials: &[Trial], randomness: &Randomness, horizon: f64) -> Vec<f64> {
         let all = Channel::all(self.examined.plant.cables());
-        let mut sums = vec![(0.0, 0); all.len()];
-        for (trial, linear) in trials.iter().zip(&self.linear) {
+        let of_trial = |(trial, linear): (&Trial, &LinearTrial)| {
             let randomness = for_trial(randomness, trial);
             let filtered = filter(linear, &randomness, Keep::Covariance);
-            let restarts = restarts(trial, horizon);
-            for (channel, part) in trial.channels.iter().zip(spread(linear, &randomness, &filtered, &restarts)) {
+            spread(linear, &randomness, &filtered, &restarts(trial, horizon))
+        };
+        let parts: Vec<Vec<(f64, usize)>> = trials.par_iter().zip(self.linear.par_iter()).map(of_trial).collect();
+        let mut sums = vec![(0.0, 0); all.len()];
+        for (trial, parts) in trials.iter().zip(parts) {
+            for (channel, part) in trial.channels.iter().zip(parts) {
                 if let Some(at) = all.iter().position(|a| a == channel) {
                     sums[at] = (sums[at].0 + part.0, sums[at].1 + part.1);
                 }
@@ -418,17 +425,20 @@ impl Fit {
     /// Sizes of latent forces (and noise) by maximum likelihood: none at all if that is better, else a coordinate search
     /// on a logarithmic grid.
     pub(crate) fn fit_randomness(&mut self, trials: &[Trial], noise: &[f64], coarse: bool) {
-        let mut best = self.look(trials, self.randomness.clone());
         let nothing = self.randomness.without_latents();
-        if !best.randomness.same_latents(&nothing) {
-            let at_nothing = self.look(trials, nothing.clone());
-            if at_nothing.value < best.value {
-                best = at_nothing;
-            }
+        let present = self.randomness.clone();
+        let mut sizes = vec![present.clone()];
+        sizes.extend((!present.same_latents(&nothing)).then(|| nothing.clone()));
+        let without = sizes.len();
+        sizes.extend(BETWEEN.map(|share| nothing.with_latents(share)));
+        let mut looks: Vec<Look> = sizes.into_par_iter().map(|size| self.look(trials, size)).collect();
+        let between = looks.split_off(without);
+        let mut best = looks.remove(0);
+        if let Some(at_nothing) = looks.pop().filter(|at_nothing| at_nothing.value < best.value) {
+            best = at_nothing;
         }
         // From nothing no step leads to a size that is worth having, past all those that are not.
-        for share in BETWEEN {
-            let between = self.look(trials, nothing.with_latents(share));
+        for between in between {
             if between.value < best.value - WORTH {
                 best = between;
             }

@@ -1,5 +1,7 @@
 //! Clocks of the devices that are late against the recorded forces.
 
+use rayon::prelude::*;
+
 use super::{At, Device, Kind, Sizing};
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, FitError, for_trial};
@@ -61,13 +63,15 @@ impl Clocks {
 
     /// Normal equations of the delays.
     fn normal(&self, fit: &Fit, trials: &[Trial], randomness: &Randomness) -> Normal {
-        let mut normal = Normal::empty(self.count());
-        for (trial, linear) in trials.iter().zip(&fit.linear) {
+        let of_trial = |(trial, linear): (&Trial, &LinearTrial)| {
             let forcing = self.beside(Forcing::none(), linear, trial);
             let randomness = for_trial(randomness, trial);
             let filtered = filter(linear, &randomness, Keep::Innovations);
-            normal.add(&whiten(linear, &randomness, &filtered, &forcing, None));
-        }
+            whiten(linear, &randomness, &filtered, &forcing, None)
+        };
+        let parts: Vec<Normal> = trials.par_iter().zip(fit.linear.par_iter()).map(of_trial).collect();
+        let mut normal = Normal::empty(self.count());
+        parts.iter().for_each(|part| normal.add(part));
         normal
     }
 
