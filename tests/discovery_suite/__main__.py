@@ -1,4 +1,4 @@
-"""`python -m discovery_suite generate|measure|score|experiment|list`: see the package text."""
+"""`python -m discovery_suite generate|measure|score|experiment|cost|list`: see the package text."""
 
 import argparse
 import json
@@ -6,7 +6,7 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from . import experiments, generate, score, suite
+from . import cost, experiments, generate, score, suite
 
 
 def main(argv=None):
@@ -42,10 +42,17 @@ def main(argv=None):
     trying.add_argument("--cdpr", required=True, metavar="PATH", help="the binary")
     trying.add_argument("--out", required=True, metavar="DIR")
     trying.add_argument("--case", nargs="+", metavar="NAME", help="only these")
+    costing = commands.add_parser("cost", help="print what searches cost, by length of the trials")
+    costing.add_argument("--cdpr", required=True, metavar="PATH", help="the binary")
+    costing.add_argument("--out", required=True, metavar="DIR")
+    costing.add_argument("--case", nargs="+", metavar="NAME", default=cost.CASES)
+    costing.add_argument("--duration", nargs="+", type=float, metavar="S", default=cost.DURATIONS)
     args = parser.parse_args(argv)
     if args.command == "experiment":
         return _experiment(args)
     try:
+        if args.command == "cost":
+            return _cost(args)
         cases = suite.select(args.case, args.small, args.redraw, args.field)
     except ValueError as error:
         print(f"discovery_suite: {error}", file=sys.stderr)
@@ -62,6 +69,14 @@ def main(argv=None):
         generate.each_case(generate.measure_case, cases, args.jobs)
     else:
         generate.each_case(partial(generate.write_case, folder=args.out), cases, args.jobs)
+    return 0
+
+
+def _cost(args):
+    for case in suite.select(args.case):
+        lasting = [cost.lasting(case, duration) for duration in sorted(args.duration)]
+        costs = [cost.measure(each, args.cdpr, args.out) for each in lasting]
+        print(cost.markdown(costs), flush=True)
     return 0
 
 

@@ -1,4 +1,4 @@
-//! The plant beside other people's integrators: `benches/peers`, a workspace of its own.
+//! The plant beside other people's integrators (`benches/peers`, a workspace of its own), and what a search costs.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -9,6 +9,7 @@ use crate::importers::compiler_headers;
 use crate::project::Project;
 use crate::python::Environment;
 use crate::runner::{Runner, run};
+use crate::tasks::build_command;
 
 /// Builds that workspace, with SUNDIALS where that can be built, and runs it.
 pub(crate) fn bench(arguments: &[&str]) -> Result<()> {
@@ -45,7 +46,18 @@ pub(crate) fn bench(arguments: &[&str]) -> Result<()> {
         .args(arguments)
         .current_dir(&project.root)
         .env("CDPR_PYTHON", environment.interpreter())
-        .env("PYTHONPATH", project.root.join("tests")))
+        .env("PYTHONPATH", project.root.join("tests")))?;
+    build_command(&mut runner, &project)?;
+    runner.step("what a search costs", || {
+        run(environment
+            .python()
+            .args(["-m", "discovery_suite", "cost", "--cdpr"])
+            .arg(project.binary("cdpr"))
+            .arg("--out")
+            .arg(project.target.join("cost"))
+            .current_dir(&project.root)
+            .env("PYTHONPATH", project.root.join("tests")))
+    })
 }
 
 /// The folder of cmake, where it is not on the path: it is installed into the environment.

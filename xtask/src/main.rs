@@ -22,8 +22,8 @@ Usage: cargo xtask <task>
                   --fast leaves out the documentation and the second importer
   lint            formatting, lints, documentation and licences only
   score [ARGS]    the whole discovery suite; ARGS go to `python -m discovery_suite score`
-  bench [ARGS]    what a step costs beside SUNDIALS, diffsol and scipy, which are built for it; ARGS go to the bench
-                  (--rounds N, --out DIR, names of cases). Not part of `test`
+  bench [ARGS]    what a step costs beside SUNDIALS, diffsol and scipy, which are built for it; ARGS go to that bench
+                  (--rounds N, --out DIR, names of cases). Then what a search costs. Not part of `test`
   venv            make the Python environment of the tests and print its interpreter
 
 Needed: Rust (the pinned toolchain comes by itself), a C linker and Python 3.11 or newer with venv.

@@ -77,7 +77,7 @@ pub(crate) fn score(arguments: &[&str]) -> Result<()> {
     })
 }
 
-fn build_command(runner: &mut Runner, project: &Project) -> Result<()> {
+pub(crate) fn build_command(runner: &mut Runner, project: &Project) -> Result<()> {
     runner.step("the cdpr command", || run(project.cargo().args(["build", "--release", "--locked"])))
 }
 
