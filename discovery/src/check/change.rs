@@ -101,6 +101,11 @@ impl Change {
         out
     }
 
+    /// Whether it puts winch forces in another order.
+    pub(super) fn exchanges_forces(&self) -> bool {
+        matches!(self, Self::Order(columns, _) if matches!(columns[0], Column::Force(_)))
+    }
+
     /// What is seen, and what to write in the map.
     pub(super) fn words(&self) -> String {
         let list = |columns: &[Column]| columns.iter().map(|c| c.name()).collect::<Vec<_>>().join(", ");

@@ -31,6 +31,10 @@ const CHANGED: f64 = 1.5;
 const MOST: usize = 4;
 /// Share of the samples of a winch force below zero from which the column counts pushes.
 const PUSHES: f64 = 0.9;
+/// By how much a winch may pull more or less than recorded, as a share, before its column is thought to be another one.
+const MOST_GAIN: f64 = 0.2;
+/// Sections in which such a gain is looked for: to 0.1 %.
+const SECTIONS: usize = 12;
 /// Share of its length by which a cable may miss the geometry of the robot that was recorded.
 const SAME_ROBOT: f64 = 0.25;
 
@@ -88,6 +92,10 @@ fn readings(model: &Examined, trial: &Trial) -> Vec<String> {
             tried(pairs.collect())
         };
         let Some((_, changes, read, then)) = tried(single).or_else(pairs) else { break };
+        let misfits = |windows: &[Window]| misfits(model, trial, &noise, windows);
+        if changes.iter().any(Change::exchanges_forces) && is_gain(channels, &windows, &then, misfits) {
+            break;
+        }
         words.extend(changes.iter().map(Change::words));
         (windows, now) = (read, then);
     }
@@ -118,6 +126,44 @@ fn gain(now: &Misfits, then: &Misfits) -> Option<f64> {
     let left = (changed.iter().map(|(_, b)| b.ln()).sum::<f64>() / count).exp();
     let factor = (gain / count).exp();
     (factor >= if left <= LITTLE { EXPLAINS } else { OVERWHELMS }).then_some(gain)
+}
+
+/// Whether one winch that pulls a little more or less explains as much as what leaves `then`: where forces hardly vary, another
+/// one of about the same size in its place does nothing else.
+fn is_gain(
+    channels: &[Channel],
+    windows: &[Window],
+    then: &Misfits,
+    misfits: impl Fn(&[Window]) -> Misfits + Sync,
+) -> bool {
+    let logarithms = |misfits: &Misfits| misfits.iter().map(|m| m.ln()).sum::<f64>();
+    let left = logarithms(then);
+    let best = |cable: usize| {
+        let with = |gain: f64| {
+            let change = Change::Scale(vec![Column::Force(cable)], gain, None);
+            logarithms(&misfits(&change.apply(channels, windows)))
+        };
+        // The misfits fall and rise once: golden sections.
+        let (mut low, mut high) = (1.0 - MOST_GAIN, 1.0 + MOST_GAIN);
+        let section = |low: f64, high: f64, share: f64| low + share * (high - low);
+        const GOLDEN: f64 = 0.618_033_988_75;
+        let (mut a, mut b) = (section(low, high, 1.0 - GOLDEN), section(low, high, GOLDEN));
+        let (mut at_a, mut at_b) = (with(a), with(b));
+        for _ in 0..SECTIONS {
+            if at_a < at_b {
+                (high, b, at_b) = (b, a, at_a);
+                a = section(low, high, 1.0 - GOLDEN);
+                at_a = with(a);
+            } else {
+                (low, a, at_a) = (a, b, at_b);
+                b = section(low, high, GOLDEN);
+                at_b = with(b);
+            }
+        }
+        at_a.min(at_b)
+    };
+    let cables = windows.first().map_or(0, |window| window.instants[0].inputs.winch_force.len());
+    (0..cables).into_par_iter().any(|cable| best(cable) <= left)
 }
 
 /// That the recorded robot is not the model's.

@@ -4,7 +4,7 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
 use super::{another_robot, check, windows};
-use crate::data::recording::record;
+use crate::data::recording::{Bench, record, record_on};
 use crate::data::{Channel, Trial};
 use crate::model::Examined;
 
@@ -61,6 +61,25 @@ fn no_missing_effect_is_taken_for_a_wrong_reading() {
         let trial = record(std::slice::from_ref(&hidden), 40.0, 12);
         assert_eq!(said(&trial), "", "{hidden:?}");
     }
+}
+
+/// On a small robot whose forces hardly vary it was refused: forces 1 and 3 were said to be exchanged.
+#[test]
+fn a_winch_that_pulls_too_little_is_no_exchange_of_columns() {
+    let bench = Bench::laboratory();
+    let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
+    for (cable, factor) in [(3, -0.05), (1, 0.04), (2, -0.08), (4, 0.1)] {
+        let gain = EffectSpec::new("winch_force_gain", Some(cable), &[factor]).unwrap();
+        for seed in 63..66 {
+            let trial = record_on(&bench, std::slice::from_ref(&gain), 20.0, seed);
+            let said = check(&model, std::iter::once(&trial)).err().unwrap_or_default();
+            assert_eq!(said, "", "{gain:?}, {seed}");
+        }
+    }
+    let mut exchanged = record_on(&bench, &[], 20.0, 63);
+    exchanged.inputs.iter_mut().for_each(|inputs| inputs.winch_force.swap(0, 2));
+    let said = check(&model, std::iter::once(&exchanged)).err().unwrap_or_default();
+    assert!(said.contains("exchanged"), "{said}");
 }
 
 /// A calibrated model with offsets of its encoders was refused: the check said to write them in the map once more.
