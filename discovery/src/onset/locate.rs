@@ -60,13 +60,15 @@ fn locate_one(
 ) -> Result<Option<Located>, FitError> {
     let (first, last) = span(trials);
     let shortest = trials.iter().map(Trial::interval).fold(f64::INFINITY, f64::min);
-    let mut step = (last - first) / SEGMENTS as f64 / 4.0;
+    // A stretch shorter than a segment was not weighed, and where the recordings begin it is the filter's own transient.
+    let segment = (last - first) / SEGMENTS as f64;
+    let mut step = segment / 4.0;
     let mut now = time;
     loop {
         let fine = (0..=2 * AROUND).map(|k| now + step * (k as f64 - AROUND as f64));
         let inside = |edge: &f64| {
             let beyond = |other: &f64| *other != time && (*other - now) * (*other - edge) <= 0.0;
-            *edge > first && *edge < last && !times.iter().any(beyond)
+            *edge >= first + segment && *edge <= last - segment && !times.iter().any(beyond)
         };
         let fine: Vec<f64> = fine.filter(inside).collect();
         let mut edges = [&fine[..], &[first, last]].concat();

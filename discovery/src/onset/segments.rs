@@ -7,6 +7,7 @@ use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::SEGMENTS;
 use crate::candidates::Combination;
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
@@ -219,7 +220,7 @@ pub(super) fn edges(fit: &Fit, trials: &[Trial], segments: usize) -> Vec<f64> {
 /// ones first.
 fn sudden(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
     let filtered = fit.filter(trials, &fit.randomness, Keep::Innovations);
-    let (_, last) = span(trials);
+    let (first, last) = span(trials);
     let longest = trials.iter().max_by_key(|trial| trial.len()).map_or(&[][..], |trial| &trial.time);
     let samples = longest.len() as f64;
     let half: Vec<f64> = trials.iter().map(|trial| 0.5 * trial.interval()).collect();
@@ -250,7 +251,9 @@ fn sudden(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
     let mut found: Vec<(f64, usize)> = shaken.map(|shaken| (least(shaken), shaken[0].1)).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.truncate(MOST_SUDDEN);
-    found.into_iter().map(|(_, k)| longest[k - 1]).filter(|time| *time < last).collect()
+    let segment = (last - first) / SEGMENTS as f64;
+    let edge = first + segment..last - segment;
+    found.into_iter().map(|(_, k)| longest[k - 1]).filter(|time| edge.contains(time)).collect()
 }
 
 /// Kinds of courses.
