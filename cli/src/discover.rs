@@ -13,7 +13,7 @@ use cdpr_discovery::data::{ColumnMap, DataError, Trial, read_trial};
 use cdpr_discovery::outcome::{Discovery, Found, Verdict};
 use cdpr_discovery::report::{self, FileUsed, Report, Setting};
 use cdpr_discovery::write::{self, About, discovery_json, gap_csv};
-use cdpr_discovery::{DiscoverError, discover};
+use cdpr_discovery::{DiscoverError, Geometry, discover};
 
 use crate::failure::BadInput;
 use crate::progress::Progress;
@@ -56,6 +56,10 @@ pub(crate) struct Arguments {
     /// Columns and units of the recordings, where they are not ours
     #[arg(long, value_name = "FILE.toml")]
     map: Option<PathBuf>,
+    /// Search with the geometry as it is given; without it errors of anchors, attachments and what lengths count from are found
+    /// together with the laws, where they explain most of what laws alone leave
+    #[arg(long)]
+    as_given: bool,
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -78,7 +82,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     fmu::try_temporary_folder()?;
     model::folder(&arguments.out)?;
-    let discovery = search(&base, train, holdout)?;
+    let geometry = if arguments.as_given { Geometry::AsGiven } else { Geometry::Corrected };
+    let discovery = search(&base, train, holdout, geometry)?;
     let results = write_results(&discovery, about(arguments, &base, discovery.horizon), &arguments.out)?;
     let mut out = terminal::out();
     write!(out, "{}", results.summary)?;
@@ -95,7 +100,12 @@ fn bad_data(error: DataError) -> BadInput {
 }
 
 /// Searches, with a progress bar.
-pub(crate) fn search(base: &Model, train: Vec<Trial>, holdout: Vec<Trial>) -> anyhow::Result<Discovery> {
+pub(crate) fn search(
+    base: &Model,
+    train: Vec<Trial>,
+    holdout: Vec<Trial>,
+    geometry: Geometry,
+) -> anyhow::Result<Discovery> {
     let progress = Mutex::new(Progress::new("searching"));
     let tell = |message: &str, share: f64| {
         // A panic in another thread ends the work; its bar does not matter any more.
@@ -103,7 +113,7 @@ pub(crate) fn search(base: &Model, train: Vec<Trial>, holdout: Vec<Trial>) -> an
             progress.tell(message, share);
         }
     };
-    discover(base, train, holdout, &tell).map_err(|error| match error {
+    discover(base, train, holdout, geometry, &tell).map_err(|error| match error {
         DiscoverError::Data(message) => BadInput(message).into(),
         DiscoverError::Fit(_) => error.into(),
     })
@@ -158,10 +168,10 @@ pub(crate) struct Results {
 pub(crate) fn write_results(discovery: &Discovery, mut about: About, out: &Path) -> anyhow::Result<Results> {
     let place = |name: &str| out.join(name);
     let model_toml = discovery.model.to_toml();
-    let found = if discovery.verdict == Verdict::NoMissingEffect {
-        "the model, nothing added"
-    } else {
-        "the model with what was found"
+    let found = match (discovery.verdict, &discovery.survey[..]) {
+        (Verdict::NoMissingEffect, []) => "the model, nothing added",
+        (Verdict::NoMissingEffect, _) => "the model, its geometry corrected",
+        _ => "the model with what was found",
     };
     let files = [
         ("report.html", "the report, for a browser"),

@@ -75,6 +75,7 @@ fn sample(verdict: Verdict) -> Report {
         limits: vec![],
         at_rest: false,
         remarks: vec![],
+        corrected: false,
     };
     report.effects[0].holdout_gap_without = report.gap.holdout.map(|g| g.before);
     adapt(&mut report);

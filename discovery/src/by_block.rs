@@ -1,6 +1,7 @@
 //! The final fit's normal equations, block by block of time: derivatives by the parameters of effects and by clocks.
 
 use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -12,6 +13,7 @@ use crate::model::Examined;
 use crate::outcome::Block;
 use crate::refine::{Free, solve, varied_models};
 use crate::signature::{Varied, sensitivities};
+use crate::survey::regularise;
 use crate::term::free_values;
 use crate::whiten::{Forcing, Normal, whitened_rows};
 
@@ -94,7 +96,7 @@ impl ByBlock {
     /// over time than white noise makes them; the errors are wider by that (P. J. Huber, Proc. Fifth Berkeley Symposium
     /// (1967) 1, 221; K.-Y. Liang and S. L. Zeger, Biometrika 73 (1986), 13). They are never smaller than white noise makes
     /// them.
-    pub(crate) fn standard_errors(&self) -> Vec<(Column, f64)> {
+    pub(crate) fn standard_errors(&self, model: &Model) -> Vec<(Column, f64)> {
         let kept: Vec<usize> =
             (0..self.columns.len()).filter(|c| !matches!(self.columns[*c], Column::Expression(_))).collect();
         let n = self.columns.len();
@@ -107,6 +109,11 @@ impl ByBlock {
                 ..part.clone()
             });
         }
+        let parameters = kept.iter().map(|c| match self.columns[*c] {
+            Column::Parameter(free) => Some(free),
+            Column::Expression(_) | Column::Clock(_) => None,
+        });
+        let known = regularise(&mut normal, model, parameters);
         let (_, covariance) = solve(&normal);
         let live: Vec<usize> = (0..kept.len()).filter(|c| covariance[(*c, *c)].is_finite()).collect();
         let inverse = DMatrix::from_fn(live.len(), live.len(), |r, c| covariance[(live[r], live[c])]);
@@ -131,8 +138,9 @@ impl ByBlock {
                 scatter += weight * (slope * next.transpose() + next * slope.transpose());
             }
         }
-        // As many degrees of freedom as parameters are lost.
-        let lost = self.parts.len() as f64 / (self.parts.len() as f64 - live.len() as f64).max(1.0);
+        // As many degrees of freedom as parameters are lost, but for those that something is known of beforehand.
+        let lost =
+            self.parts.len() as f64 / (self.parts.len() as f64 - (live.len() - known.min(live.len())) as f64).max(1.0);
         let wide = &inverse * scatter * &inverse * lost;
         let error = |(at, c): (usize, &usize)| {
             let error = live
@@ -224,7 +232,7 @@ mod tests {
             sum
         });
         let change = normal.right[0] / normal.gram[0];
-        (change, by_block.standard_errors()[0].1)
+        (change, by_block.standard_errors(&fit.model)[0].1)
     }
 
     #[test]

@@ -17,13 +17,14 @@ use crate::fitted::{Evidence, Fitted, Trained};
 use crate::instruments;
 use crate::onset::time_errors;
 use crate::outcome::{
-    Alternative, BeforeAfter, Discovery, Estimated, Found, HORIZON, HORIZONS, Located, Onset, Stability, Verdict,
-    at_rest,
+    Alternative, BeforeAfter, Discovery, Estimated, Found, HORIZON, HORIZONS, Located, Onset, Stability, SurveyError,
+    Verdict, at_rest,
 };
-use crate::report::{channel_words, phrase, printed};
+use crate::report::{self, channel_words, phrase, printed};
 use crate::rivals::{Rival, told_apart_from};
-use crate::search::{NOTHING_LEFT, Progress, Search, Taken};
+use crate::search::{EVIDENCE, NOTHING_LEFT, Progress, Search, Taken};
 use crate::stability::stability;
+use crate::survey::{SEVERAL, most_longer, survey_errors, with_errors};
 use crate::term;
 use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, POLICY, out_of_range};
 use crate::verify;
@@ -40,6 +41,15 @@ pub enum DiscoverError {
     Fit(#[from] FitError),
 }
 
+/// What is done about a geometry that is not quite as given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Geometry {
+    /// Its errors are found together with the laws, where they explain most of what is left without them.
+    Corrected,
+    /// Nothing.
+    AsGiven,
+}
+
 /// Finds out what `model` is missing, from training trials; held-out trials verify.
 ///
 /// With no held-out trial the last 30 % of the longest trial are held out. `progress` gets a message and a fraction.
@@ -50,6 +60,7 @@ pub fn discover(
     model: &Model,
     train: Vec<Trial>,
     holdout: Vec<Trial>,
+    geometry: Geometry,
     progress: Progress<'_>,
 ) -> Result<Discovery, DiscoverError> {
     let begun = Instant::now();
@@ -75,10 +86,14 @@ pub fn discover(
     progress("checking the data against the model", 0.01);
     let trials = ready.evidence.train.iter().chain(&ready.evidence.holdout);
     ready.remarks.extend(check(model, trials).map_err(DiscoverError::Data)?);
-    examine(model, ready, begun, progress)
+    let survey = (geometry == Geometry::Corrected)
+        .then(|| survey_errors(model, &ready.evidence.train))
+        .filter(|errors| !errors.is_empty());
+    examine(model, survey, model.effects.len(), ready, begun, progress)
 }
 
 /// Recordings that a search can begin with.
+#[derive(Clone)]
 pub(crate) struct Ready {
     evidence: Evidence,
     /// What was held out, as a noun phrase.
@@ -105,9 +120,12 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
     Ok(Ready { evidence: Evidence { train, holdout, noise, instruments: None }, holdout_source, outliers, remarks })
 }
 
-/// Finds out what `model` is missing, from recordings that are ready.
+/// Finds out what `model` is missing, from recordings that are ready. Its effects from `free_from` on are errors of the
+/// survey; those of `survey` are added where they explain what is left.
 pub(crate) fn examine(
     model: &Model,
+    survey: Option<Vec<EffectSpec>>,
+    free_from: usize,
     ready: Ready,
     begun: Instant,
     progress: Progress<'_>,
@@ -115,6 +133,7 @@ pub(crate) fn examine(
     let Ready { evidence, holdout_source, outliers, mut remarks } = ready;
     progress("fitting the model as given", 0.02);
     let mut search = Search::new(&evidence, model.effects.len(), progress);
+    search.free_from = free_from;
     let mut base = search.base(model)?;
     let mut fitted = search.catalogue_rounds(&mut base)?;
     if search.white_force_error()
@@ -122,11 +141,45 @@ pub(crate) fn examine(
     {
         drop(search);
         let evidence = evidence.with_expected_forces(instruments);
-        return examine(model, Ready { evidence, holdout_source, outliers, remarks }, begun, progress);
+        return examine(
+            model,
+            survey,
+            free_from,
+            Ready { evidence, holdout_source, outliers, remarks },
+            begun,
+            progress,
+        );
     }
     let mut alternatives = Vec::new();
     fitted = search.without_idle_instruments(fitted);
     fitted = settle(&mut search, &base, fitted, &mut alternatives)?;
+    if let Some(errors) = survey.filter(|_| fitted.gap[0] > NOTHING_LEFT || search.taken.len() >= SEVERAL)
+        && search.is_survey(&fitted)?
+    {
+        progress("finding errors of the geometry as well", 0.02);
+        let ready = Ready {
+            evidence: evidence.clone(),
+            holdout_source: holdout_source.clone(),
+            outliers,
+            remarks: remarks.clone(),
+        };
+        match examine(&with_errors(model, &errors), None, free_from, ready, begun, progress) {
+            Ok(mut discovery)
+                if discovery.criterion < fitted.score - EVIDENCE
+                    && left_over(&discovery) <= fitted.gap[0].max(NOTHING_LEFT) =>
+            {
+                discovery.remarks.insert(0, corrected(&discovery, base.gap[0], fitted.gap[0]));
+                return Ok(discovery);
+            }
+            Ok(_) => remarks.push(
+                "With errors of the geometry free beside every law, less is explained than they cost: the geometry was taken as given."
+                    .to_owned(),
+            ),
+            Err(error) => remarks.push(format!(
+                "With errors of the geometry free beside every law the search fails ({error}): the geometry was taken as given."
+            )),
+        }
+    }
     if fitted.gap[0] > NOTHING_LEFT {
         fitted = beyond_catalogue(&mut search, &base, fitted, &mut alternatives)?;
     } else if search.taken.len() > 1 && fitted.train.randomness.has_latents() {
@@ -146,9 +199,15 @@ pub(crate) fn examine(
     let mut located: Vec<Located> = Vec::new();
     let mut facts = Vec::new();
     let given = search.given;
-    let by_block = ByBlock::new(&fitted.train, &evidence.train, given);
-    let errors_found = by_block.standard_errors();
+    let by_block = ByBlock::new(&fitted.train, &evidence.train, search.free_from);
+    let errors_found = by_block.standard_errors(&fitted.train.model);
     let time_errors = time_errors(&fitted.train, &evidence.train, given)?;
+    let error_of_survey = |at: usize| {
+        let effect = fitted.train.model.effects[at].clone();
+        SurveyError { standard_error: standard_errors(&errors_found, &effect, at), effect }
+    };
+    let surveyed: Vec<SurveyError> = (search.free_from..given).map(error_of_survey).collect();
+    let of_survey = surveyed.iter().map(|error| error.effect.values.len()).sum();
     let mut stability = stability(&fitted.train, &by_block, given);
     let total: f64 = search.taken.iter().map(|t| t.delta_bic.abs()).sum();
     for (k, taken) in search.taken.iter().enumerate() {
@@ -253,7 +312,9 @@ pub(crate) fn examine(
     progress("done", 1.0);
     Ok(Discovery {
         verdict: judgement.verdict,
-        base: model.clone(),
+        base: base.train.model.clone(),
+        criterion: fitted.score + search.penalty.of_parameters(of_survey),
+        survey: surveyed,
         model: fitted.train.model.clone(),
         effects,
         terms,
@@ -476,6 +537,26 @@ fn separate_by(a: &EffectSpec, b: &EffectSpec) -> String {
     look(a, b).or_else(|| look(b, a)).unwrap_or_else(|| {
         "repeat with larger and faster motion at two pretensions, one winch excited at a time".to_owned()
     })
+}
+
+/// What is left of the gap over the main horizon on held-out data, in multiples of what a model without fault would leave.
+fn left_over(discovery: &Discovery) -> f64 {
+    let main = discovery.horizons.iter().find(|gap| gap.horizon == discovery.horizon);
+    main.map_or(f64::INFINITY, |gap| gap.holdout.after / gap.attainable)
+}
+
+/// What is said where the geometry was corrected; `before` is the gap of the model as given, `left` what laws alone leave of it.
+fn corrected(discovery: &Discovery, before: f64, left: f64) -> String {
+    let errors: Vec<&EffectSpec> = discovery.survey.iter().map(|error| &error.effect).collect();
+    format!(
+        "The geometry as given is off: in the middle of the workspace a cable is up to {} mm longer or shorter than it says. Errors \
+         of anchors, attachments and what lengths count from were found together with the laws (`survey` in discovery.json). Over \
+         {:.0} s the model as given leaves {} times what a model without fault would, and laws alone {} times that (`--as-given`).",
+        report::significant(1e3 * most_longer(&discovery.base, &errors), 2),
+        discovery.horizon,
+        report::significant(before, 2),
+        report::significant(left, 2),
+    )
 }
 
 fn standard_errors(errors: &[(Column, f64)], effect: &EffectSpec, at: usize) -> Vec<Option<f64>> {

@@ -19,6 +19,7 @@ const FIRST_MOVES: usize = 10;
 const MOST_MOVES: usize = 30;
 
 /// The data of a search and what is known of its noise.
+#[derive(Clone)]
 pub(crate) struct Evidence {
     pub(crate) train: Vec<Trial>,
     pub(crate) holdout: Vec<Trial>,
@@ -94,8 +95,12 @@ impl Search<'_> {
         train.fit_randomness(&e.train, &e.noise, true);
         // A model that has friction already is far from its trajectory at first.
         train.settle(&e.train, FIRST_MOVES)?;
+        if self.free_from < self.given {
+            refine(&mut train, &e.train, &e.noise, self.free_from, ROUNDS, None)?;
+            train.fit_randomness(&e.train, &e.noise, true);
+        }
         self.base_randomness = Some(train.randomness.clone());
-        let mut holdout = Fit::new(model, &e.holdout, &train.randomness, None)?;
+        let mut holdout = Fit::new(&train.model, &e.holdout, &train.randomness, None)?;
         holdout.settle(&e.holdout, FIRST_MOVES)?;
         self.reaches = Reaches::of(&holdout, &e.holdout, &e.noise, &POLICY);
         Ok(self.finish(train, holdout, None))
@@ -116,7 +121,7 @@ impl Search<'_> {
         if !fitted.train.randomness.has_latents() && !self.something_left(&fitted.train, &e.train) {
             return Ok(None);
         }
-        let taken = instruments::take_up(&fitted.train, &e.train, &e.noise, self.penalty, gain, self.given)?;
+        let taken = instruments::take_up(&fitted.train, &e.train, &e.noise, self.penalty, gain, self.free_from)?;
         let Some(fit) = taken else { return Ok(None) };
         let score = self.score(&fit, &e.train);
         match self.verified(Trained { fit, estimate: fitted.estimate.clone(), score }, fitted) {
@@ -199,7 +204,7 @@ impl Search<'_> {
     ) -> Result<Trained, FitError> {
         let noise = &self.evidence.noise;
         let mut fit = self.started(model, from, trials)?;
-        let estimate = refine(&mut fit, trials, noise, self.given, rounds, aim)?;
+        let estimate = refine(&mut fit, trials, noise, self.free_from, rounds, aim)?;
         fit.fit_randomness(trials, noise, false);
         let score = self.score(&fit, trials);
         Ok(Trained { fit, estimate: Some(estimate), score })

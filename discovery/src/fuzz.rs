@@ -143,7 +143,7 @@ fn whatever_is_read_is_refused_or_checked_without_a_panic() {
 fn searched(seed: usize, model: &str, trial: Trial) {
     let model = Model::from_toml(model).unwrap();
     let done = catch_unwind(AssertUnwindSafe(|| match prepare(vec![trial], vec![HELD.clone()]) {
-        Ok(ready) => examine(&model, ready, Instant::now(), &|_, _| {})
+        Ok(ready) => examine(&model, None, model.effects.len(), ready, Instant::now(), &|_, _| {})
             .map_or_else(|e| e.to_string(), |d| format!("{:?}", d.verdict)),
         Err(message) => message,
     }));

@@ -48,6 +48,7 @@ mod signature;
 mod sizes;
 mod spectrum;
 mod stability;
+mod survey;
 mod term;
 mod variation;
 mod vector;
@@ -55,6 +56,6 @@ mod verdict;
 mod verify;
 mod whiten;
 
-pub use discover::{DiscoverError, discover};
+pub use discover::{DiscoverError, Geometry, discover};
 pub use estimate::FitError;
 pub use search::Progress;

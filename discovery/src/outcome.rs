@@ -59,6 +59,15 @@ pub struct Found {
     pub stability: Option<Stability>,
 }
 
+/// An error of the survey, found together with the laws: where an anchor or an attachment is, or what a length counts from.
+#[derive(Clone, Debug)]
+pub struct SurveyError {
+    /// The error, as an effect.
+    pub effect: EffectSpec,
+    /// Standard error of each parameter; `None` where the data do not determine it.
+    pub standard_error: Vec<Option<f64>>,
+}
+
 /// When an effect begins and ends (s, on the clock of each trial); `None` where it was there before, or stays.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Onset {
@@ -358,6 +367,10 @@ pub struct Discovery {
     pub base: Model,
     /// The model with what was found.
     pub model: Model,
+    /// Information criterion of the final model on the training data: `-2 log L` and what its parameters cost.
+    pub criterion: f64,
+    /// Errors of its geometry, where they explain most of what is left without them; `base` has them.
+    pub survey: Vec<SurveyError>,
     /// Catalogue effects found, the most important first.
     pub effects: Vec<Found>,
     /// Terms outside the catalogue (`expression` effects).

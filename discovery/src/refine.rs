@@ -13,6 +13,7 @@ use crate::model::Examined;
 use crate::regression::ladder;
 use crate::signature::{Varied, sensitivities};
 use crate::sizes::Sizes;
+use crate::survey::regularise;
 use crate::term;
 use crate::whiten::{Normal, whiten};
 
@@ -126,6 +127,7 @@ fn proposals(
     let solved = sizes.iter().enumerate().map(|(level, randomness)| {
         let mut normal = Normal::empty(usable.len() + clocks.count());
         parts.iter().for_each(|part| normal.add(&part[level]));
+        regularise(&mut normal, &fit.model, usable.iter().map(|at| Some(free[*at])));
         let (step, covariance) = solve(&normal);
         let drop: f64 = step.iter().zip(&normal.right).map(|(a, b)| a * b).sum();
         let promise = normal.minus_two_log_likelihood - drop;
@@ -373,7 +375,7 @@ mod tests {
         refine(&mut fit, &trials, &noise, 0, 8, None).unwrap();
         let late = fit.randomness.late.iter().copied().fold(0.0, f64::max);
         assert!((late - trials[0].interval()).abs() < 1e-3, "{late}");
-        let (_, error) = ByBlock::new(&fit, &trials, 0).standard_errors()[0];
+        let (_, error) = ByBlock::new(&fit, &trials, 0).standard_errors(&fit.model)[0];
         let factor = fit.model.effects[0].values[0];
         assert!((factor - 0.01).abs() < 4.0 * error, "{factor} {error}");
     }

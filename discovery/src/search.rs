@@ -84,7 +84,9 @@ pub(crate) struct Search<'a> {
     pub(crate) evidence: &'a Evidence,
     /// The beginnings of the training trials, by which laws are chosen for the whole.
     pub(crate) beginnings: Vec<Trial>,
-    /// Number of effects that the model as given has.
+    /// Effects of the model from here on are free: errors of the survey, where these are, and what is found.
+    pub(crate) free_from: usize,
+    /// Number of effects before those that are found.
     pub(crate) given: usize,
     pub(crate) taken: Vec<Taken>,
     pub(crate) steps: Vec<SearchStep>,
@@ -117,6 +119,7 @@ impl<'a> Search<'a> {
         Self {
             evidence,
             beginnings: beginnings(&evidence.train, f64::NEG_INFINITY),
+            free_from: given,
             given,
             taken: Vec::new(),
             steps: Vec::new(),

@@ -125,7 +125,7 @@ impl Search<'_> {
         let (done, count) = (AtomicUsize::new(0), tried.len() as f64);
         tried.par_iter_mut().for_each(|law| {
             law.reached = self.started(&law.model, base, trials).ok().and_then(|mut fit| {
-                refine(&mut fit, trials, &self.evidence.noise, self.given, rounds, None).ok()?;
+                refine(&mut fit, trials, &self.evidence.noise, self.free_from, rounds, None).ok()?;
 
                 let score = self.score(&fit, trials);
                 Some((fit, score))

@@ -159,7 +159,7 @@ impl Search<'_> {
             }
         }
         let mut train = best.train.clone();
-        let free = free_values(&train.model, self.given);
+        let free = free_values(&train.model, self.free_from);
         let estimate = refine_free(&mut train, &self.evidence.train, &self.evidence.noise, &free, 1, None)?;
         Ok(Fitted { estimate: Some(estimate), ..best })
     }
@@ -181,7 +181,7 @@ impl Search<'_> {
     fn terms_refined(&self, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
         let (trials, noise) = (&self.evidence.train, &self.evidence.noise);
         let mut fit = self.started(model, &from.train, trials)?;
-        let free = free_values(model, self.given);
+        let free = free_values(model, self.free_from);
         let estimate = refine_free(&mut fit, trials, noise, &free, ROUNDS, None)?;
         fit.fit_randomness(trials, noise, false);
         let score = self.score(&fit, trials);
@@ -254,7 +254,7 @@ mod tests {
         let free = free_values(&fit.model, 0);
         assert_eq!(free.len(), 3);
         refine_free(&mut fit, &trials, &noise, &free, ROUNDS, None).unwrap();
-        let errors = ByBlock::new(&fit, &trials, 0).standard_errors();
+        let errors = ByBlock::new(&fit, &trials, 0).standard_errors(&fit.model);
         let found = values(&fit.model.effects[0]);
         let text = fit.model.effects[0].expression.clone().unwrap();
         let phase = if text.contains(" - ") { -found[2] } else { found[2] };

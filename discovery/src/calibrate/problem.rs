@@ -11,12 +11,7 @@ use crate::data::counts::least_noise;
 use crate::data::{Channel, Trial};
 use crate::model::{Examined, gauss_newton_pose};
 use crate::sizes::Sizes;
-
-/// How exactly anybody who builds such a machine knows where its anchors are and what its encoders count from, as a share of
-/// its reach.
-const ANCHORS: f64 = 2e-3;
-/// The same of attachments, as a share of their arm.
-const ATTACHMENTS: f64 = 0.05;
+use crate::survey::{ANCHORS, ATTACHMENTS};
 
 /// A number that is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]

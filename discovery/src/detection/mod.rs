@@ -92,7 +92,7 @@ impl Search<'_> {
 
     /// What each of `candidates` does, clear of the parameters that are free in the fit.
     fn visibility(&self, fitted: &Fitted, library: &Library, candidates: &[usize]) -> Vec<Visibility> {
-        let varied = varied_models(&fitted.train.model, &free_parameters(&fitted.train.model, self.given));
+        let varied = varied_models(&fitted.train.model, &free_parameters(&fitted.train.model, self.free_from));
         let varied: Vec<Varied> = varied.into_iter().flatten().collect();
         let e = self.evidence;
         let free = [(&fitted.train, &e.train), (&fitted.holdout, &e.holdout)]

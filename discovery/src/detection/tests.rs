@@ -38,7 +38,7 @@ fn limit(limits: &[DetectionLimit], id: &str, cable: Option<usize>) -> f64 {
 
 fn discovery(train: Vec<Trial>, holdout: Vec<Trial>) -> Discovery {
     let ready = prepare(train, holdout).expect("recordings");
-    examine(&Model::default(), ready, Instant::now(), &|_, _| {}).expect("a verdict")
+    examine(&Model::default(), None, 0, ready, Instant::now(), &|_, _| {}).expect("a verdict")
 }
 
 /// Whether a search of recordings with this effect finds anything.

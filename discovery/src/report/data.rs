@@ -47,6 +47,8 @@ pub struct Report {
     pub at_rest: bool,
     /// Remarks and warnings for the reader, each a full sentence.
     pub remarks: Vec<String>,
+    /// Whether errors of the geometry were found together with the laws; the model as given then has them corrected.
+    pub corrected: bool,
 }
 
 /// The smallest size of a law that the data would have shown.

@@ -93,6 +93,7 @@ fn report() -> Report {
         limits: vec![],
         at_rest: false,
         remarks: vec![],
+        corrected: false,
     }
 }
 
@@ -336,6 +337,9 @@ fn nothing_missing_is_said_plainly_and_only_near_the_noise() {
     let (headline, text) = top(&report);
     assert_eq!(headline, "Nothing is missing: the model agrees with the measurements to within their noise.");
     assert!(text.contains("is off by 1.04 times"), "{text}");
+    report.corrected = true;
+    assert!(top(&report).0.starts_with("No law is missing: with its geometry corrected"), "{}", top(&report).0);
+    report.corrected = false;
     report.gap.holdout = Some(BeforeAfter { before: 1.6, after: 1.6 });
     report.remainder.force = 3.13;
     assert_eq!(top(&report).0, "No effect is missing, but a disturbance of about 3.1 N was not recorded.");

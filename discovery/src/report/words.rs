@@ -58,10 +58,23 @@ pub fn summary(report: &Report) -> Summary {
 const NO_FORCE: f64 = 0.1;
 
 fn headline(report: &Report) -> String {
+    let found = of_laws(report);
+    match report.verdict {
+        Verdict::NoMissingEffect => found,
+        _ if report.corrected => format!("{found} Its geometry was off as well."),
+        _ => found,
+    }
+}
+
+fn of_laws(report: &Report) -> String {
     let named: Vec<String> = report.effects.iter().filter(|e| e.named).map(effect_phrase).collect();
     match report.verdict {
         Verdict::NoMissingEffect if report.at_rest => {
             "These data cannot tell whether anything is missing: the machine hardly moves in them.".to_owned()
+        }
+        Verdict::NoMissingEffect if best_gap(report).0.after <= 1.1 && report.corrected => {
+            "No law is missing: with its geometry corrected the model agrees with the measurements to within their noise."
+                .to_owned()
         }
         Verdict::NoMissingEffect if best_gap(report).0.after <= 1.1 => {
             "Nothing is missing: the model agrees with the measurements to within their noise.".to_owned()

@@ -267,9 +267,9 @@ mod growth {
 
     use super::*;
     use crate::data::recording::{Bench, fitted, record, record_on};
-    use crate::discover;
     use crate::estimate::noise_of_data;
     use crate::gap::{gap, predict};
+    use crate::{Geometry, discover};
 
     /// What carries the covariance of the start is right if a model without fault leaves that gap.
     #[test]
@@ -294,7 +294,8 @@ mod growth {
         let bench = Bench::laboratory();
         let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
         let record = |seed| record_on(&bench, &[], 20.0, seed);
-        let found = discover(&model, vec![record(51), record(52)], vec![record(53)], &|_, _| ()).unwrap();
+        let found =
+            discover(&model, vec![record(51), record(52)], vec![record(53)], Geometry::Corrected, &|_, _| ()).unwrap();
         assert_eq!(found.verdict, Verdict::NoMissingEffect, "{:?}", found.remarks);
         let five = found.horizons.iter().find(|h| h.horizon == 5.0).unwrap();
         assert!(five.holdout.after > 20.0 && !five.judged, "{five:?}");

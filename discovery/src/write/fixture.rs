@@ -109,6 +109,8 @@ pub(super) fn discovery() -> Discovery {
         verdict: Verdict::Ambiguous,
         base,
         model,
+        criterion: -1234.5,
+        survey: Vec::new(),
         effects: vec![friction()],
         terms: Vec::new(),
         located: vec![Located {

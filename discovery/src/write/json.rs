@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::data::Channel;
 use crate::outcome::{
     Alternative, Block, ChannelInstrument, Compared, Discovery, Estimated, Found, Instruments, Located, NullTest,
-    Onset, Remaining, SearchStep, Stability, Verdict,
+    Onset, Remaining, SearchStep, Stability, SurveyError, Verdict,
 };
 
 use super::detection::{LimitEntry, cannot_tell, limit};
@@ -25,6 +25,8 @@ struct Document<'a> {
     located: Vec<LocatedEntry>,
     effects: Vec<EffectEntry<'a>>,
     terms: Vec<TermEntry<'a>>,
+    /// Errors of the geometry that were found together with these; none where the geometry as given does.
+    survey: Vec<SurveyEntry<'a>>,
     gap: GapEntry<'a>,
     remaining: Vec<RemainingEntry>,
     remainder: RemainderEntry,
@@ -119,6 +121,15 @@ struct ParameterEntry {
     value: f64,
     standard_error: Option<f64>,
     unit: &'static str,
+}
+
+#[derive(Serialize)]
+struct SurveyEntry<'a> {
+    id: &'a str,
+    cable: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    channel: Option<&'a str>,
+    parameters: BTreeMap<&'static str, ParameterEntry>,
 }
 
 #[derive(Serialize)]
@@ -319,6 +330,7 @@ pub fn discovery_json(discovery: &Discovery) -> Result<String, serde_json::Error
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
         effects: discovery.effects.iter().map(|found| effect(found, &discovery.trials)).collect(),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
+        survey: discovery.survey.iter().map(survey).collect(),
         gap: gap(discovery),
         remaining: discovery.remaining.iter().map(remaining).collect(),
         remainder: RemainderEntry {
@@ -419,6 +431,15 @@ fn effect<'a>(found: &'a Found, trials: &[Compared]) -> EffectEntry<'a> {
         worse: worse.into_iter().map(alternative).collect(),
         null_test: found.null_test.as_ref().map(null_test),
         stability: found.stability.as_ref().map(|s| stability(s, trials)),
+    }
+}
+
+fn survey(error: &SurveyError) -> SurveyEntry<'_> {
+    SurveyEntry {
+        id: &error.effect.id,
+        cable: error.effect.cable,
+        channel: error.effect.channel.as_deref(),
+        parameters: parameters(&error.effect, &error.standard_error),
     }
 }
 

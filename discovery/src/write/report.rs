@@ -77,6 +77,7 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
         limits: rows(&discovery.detection_limits),
         at_rest: discovery.at_rest(),
         remarks: discovery.remarks.clone(),
+        corrected: !discovery.survey.is_empty(),
         channels,
         trials,
     }
