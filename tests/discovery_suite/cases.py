@@ -31,6 +31,7 @@ class Case:
     alternatives: tuple = ()
     rivals: tuple = ()  # (rival effect, its free parameters), for `measure`
     acceptable: tuple = ()  # ids that may be named though none is hidden (a model-form error)
+    survey: tuple = ()  # errors of the geometry: in the data, and no cause
     note: str = ""
 
     def toml(self):

@@ -82,6 +82,7 @@ def truth(case, strengths, noise):
         "ambiguous": case.ambiguous,
         "alternatives": list(case.alternatives),
         "acceptable": list(case.acceptable),
+        "survey": list(case.survey),
         "imperfections": sizes(case.holdout.imperfections),
         "strength": strengths,
         "noise": noise,
@@ -93,7 +94,7 @@ def run_trial(case, settings):
     """One trial of a case, on this package's plant or on MoorDyn's cables."""
     if case.group == "moordyn":
         return moordyn_trial.run(settings)
-    return trial.run(settings, case.effects, case.data_model)
+    return trial.run(settings, (*case.effects, *case.survey), case.data_model)
 
 
 def write_case(case, folder):

@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from . import moordyn_trial, parameters, suite, trial
 from .cases import effect
 from .control import distribute
-from .generate import places, write_case
+from .generate import places, run_trial, truth, write_case
 from .judge import judge, names, parameter_errors
 from .plant import (
     at_rest,
@@ -526,3 +527,15 @@ def test_an_effect_that_begins_acts_from_then_on_only():
     # At its beginning it moves the platform by F t^2 / 2 m.
     moved = begun.states[k + 25, 0] - without.states[k + 25, 0]
     assert moved == pytest.approx(0.5 * 500.0 / 2500.0 * 0.5**2, rel=0.2)
+
+
+def test_errors_of_the_geometry_are_in_the_data_and_no_cause():
+    [case] = suite.select(["geometry_null_0"])
+    assert truth(case, {}, {})["effects"] == []
+    assert len(truth(case, {}, {})["survey"]) == 8
+    short = case.train[0].but(duration=4.0)
+    told, plain = (run_trial(replace(case, survey=s), short) for s in (case.survey, ()))
+    lengths = [name for name in told.clean if name.startswith("unstretched_length")]
+    off = [np.mean(told.clean[name] - plain.clean[name]) for name in lengths]
+    assert len(off) == 4
+    assert max(map(abs, off)) > 5e-3, off
