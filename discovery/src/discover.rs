@@ -550,7 +550,7 @@ fn corrected(discovery: &Discovery, before: f64, left: f64) -> String {
     let errors: Vec<&EffectSpec> = discovery.survey.iter().map(|error| &error.effect).collect();
     format!(
         "The geometry as given is off: in the middle of the workspace a cable is up to {} mm longer or shorter than it says. Errors \
-         of anchors, attachments and what lengths count from were found together with the laws (`survey` in discovery.json). Over \
+         of anchors, attachments and what lengths count from were found together with the laws (`calibration` in discovery.json). Over \
          {:.0} s the model as given leaves {} times what a model without fault would, and laws alone {} times that (`--as-given`).",
         report::significant(1e3 * most_longer(&discovery.base, &errors), 2),
         discovery.horizon,

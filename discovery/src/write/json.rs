@@ -26,7 +26,7 @@ struct Document<'a> {
     effects: Vec<EffectEntry<'a>>,
     terms: Vec<TermEntry<'a>>,
     /// Errors of the geometry that were found together with these; none where the geometry as given does.
-    survey: Vec<SurveyEntry<'a>>,
+    calibration: Vec<SurveyEntry<'a>>,
     gap: GapEntry<'a>,
     remaining: Vec<RemainingEntry>,
     remainder: RemainderEntry,
@@ -330,7 +330,7 @@ pub fn discovery_json(discovery: &Discovery) -> Result<String, serde_json::Error
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
         effects: discovery.effects.iter().map(|found| effect(found, &discovery.trials)).collect(),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
-        survey: discovery.survey.iter().map(survey).collect(),
+        calibration: discovery.survey.iter().map(survey).collect(),
         gap: gap(discovery),
         remaining: discovery.remaining.iter().map(remaining).collect(),
         remainder: RemainderEntry {

@@ -3,11 +3,24 @@ use serde_json::Value;
 
 use super::fixture::{FORCE, NOISE, SPEED, discovery, friction, term};
 use super::*;
-use crate::outcome::{BeforeAfter, Discovery, Latents, Verdict};
+use crate::outcome::{BeforeAfter, Discovery, Latents, SurveyError, Verdict};
 use crate::report::{check, render, summary};
 
 fn json(discovery: &Discovery) -> Value {
     serde_json::from_str(&discovery_json(discovery).unwrap()).unwrap()
+}
+
+#[test]
+fn what_geometry_was_corrected_stands_apart_from_the_effects() {
+    assert_eq!(json(&discovery())["calibration"], serde_json::json!([]));
+    let effect = EffectSpec::new("anchor_offset", Some(2), &[0.08, -0.05]).unwrap();
+    let error = SurveyError { effect, standard_error: vec![Some(0.01), None] };
+    let document = json(&Discovery { survey: vec![error], ..discovery() });
+    let corrected = &document["calibration"][0];
+    assert_eq!((&corrected["id"], &corrected["cable"]), (&"anchor_offset".into(), &2.into()));
+    let x = serde_json::json!({ "value": 0.08, "standard_error": 0.01, "unit": "m" });
+    assert_eq!((&corrected["parameters"]["x"], &corrected["parameters"]["y"]["standard_error"]), (&x, &Value::Null));
+    assert_eq!(document["effects"].as_array().unwrap().len(), 1);
 }
 
 #[test]
