@@ -166,13 +166,13 @@ pub(crate) fn examine(
         match examine(&with_errors(model, &errors), None, free_from, ready, begun, progress) {
             Ok(mut discovery)
                 if discovery.criterion < fitted.score - EVIDENCE
-                    && left_over(&discovery) <= fitted.gap[0].max(NOTHING_LEFT) =>
+                    && left_over(&discovery) <= NOTHING_LEFT =>
             {
                 discovery.remarks.insert(0, corrected(&discovery, base.gap[0], fitted.gap[0]));
                 return Ok(discovery);
             }
             Ok(_) => remarks.push(
-                "With errors of the geometry free beside every law, less is explained than they cost: the geometry was taken as given."
+                "With errors of the geometry free beside every law, less is explained than they cost, or something is left: the geometry was taken as given."
                     .to_owned(),
             ),
             Err(error) => remarks.push(format!(
