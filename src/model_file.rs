@@ -1,24 +1,24 @@
 //! `model.toml`: parameters, start values and effects as people write them.
 
-use std::collections::BTreeMap;
-use std::fmt::Write as _;
+mod lines;
+mod write;
+
 use std::sync::Arc;
 
 use serde::{Deserialize, Deserializer};
 use toml::Spanned;
 
+use self::lines::{line_at, line_of_key};
 use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
 use crate::integrator::Solver;
-use crate::parameter::comment;
 use crate::parameters::{
     CableDamper, CableInertia, CableModel, CableParameters, Initialization, ParameterError, Parameters, pair,
 };
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::{Plant, PlantError};
-use crate::signal::{DISTURBANCES, Signal};
 use crate::simulation::{DEFAULT_TOLERANCE, Simulation, Start, StartError};
-use crate::winch::{WINCH_COMMANDS, WinchCommand, WinchParameters};
+use crate::winch::{WINCH_COMMANDS, WinchParameters};
 
 /// A model: what `model.toml` says.
 #[derive(Clone, Debug, PartialEq)]
@@ -337,141 +337,6 @@ impl Model {
         let start = self.start.behind_sensors(&plant);
         Ok(Simulation::new(plant, &start, self.relative_tolerance)?.with_solver(self.solver))
     }
-
-    /// The text of a `model.toml` that reads back as this model, with every unit in a comment.
-    pub fn to_toml(&self) -> String {
-        let p = &self.parameters;
-        let mut out = String::from("# A planar cable-driven parallel robot. SI units, radians.\n\n");
-        let mut line = |key: &str, value: String, comment: &str| {
-            let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
-        };
-        let name = |value: String| format!("{:?}", snake_case(&value));
-        let array = |values: PerCable<f64>| format!("{values:?}");
-        line("cable_model", name(format!("{:?}", p.cable_model)), "rigid, massless_spring or lumped_mass");
-        line("cable_inertia", name(format!("{:?}", p.cable_inertia)), "paper, reeled or none");
-        line("cable_damper", name(format!("{:?}", p.cable_damper)), "length_rate (as the paper has it) or strain_rate");
-        line("platform_mass", format!("{:?}", p.platform_mass), &comment("platform_mass"));
-        line("platform_inertia", format!("{:?}", p.platform_inertia), &comment("platform_inertia"));
-        line("centre_of_mass", format!("{:?}", p.centre_of_mass), "m, body frame");
-        line("gravity", format!("{:?}", p.gravity), "m/s2, on the platform");
-        if p.cable.is_empty() {
-            line("anchor_radius", format!("{:?}", p.anchor_radius), &comment("anchor_radius"));
-            line("attachment_radius", format!("{:?}", p.attachment_radius), &comment("attachment_radius"));
-            line("anchor_angle", array(p.anchor_angle), &comment("anchor_angle"));
-            line("attachment_angle", array(p.attachment_angle), &comment("attachment_angle"));
-        }
-        for (key, value) in [
-            ("cable_density", p.cable_density),
-            ("youngs_modulus", p.youngs_modulus),
-            ("cable_area", p.cable_area),
-            ("cable_damping", p.cable_damping),
-            ("relative_tolerance", self.relative_tolerance),
-        ] {
-            line(key, format!("{value:?}"), &comment(key));
-        }
-        let choices = "radau (implicit), dormand_prince (explicit) or auto (the cheaper one)";
-        line("solver", name(format!("{:?}", self.solver)), choices);
-        let s = &self.start;
-        let initialization = name(format!("{:?}", s.initialization));
-        line("initialization", initialization, "from_winch_forces, from_states or static_equilibrium");
-        out.push_str("\n[start]\n");
-        let mut line = |key: &str, value: String, comment: &str| {
-            let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
-        };
-        for (k, value) in s.pose.into_iter().enumerate() {
-            line(&Signal::Pose(k).name(), format!("{value:?}"), Signal::Pose(k).unit());
-        }
-        for (k, value) in s.twist.into_iter().enumerate() {
-            line(&Signal::Twist(k).name(), format!("{value:?}"), Signal::Twist(k).unit());
-        }
-        // Read under from_states only: elsewhere they stand as comments.
-        let given = if s.initialization == Initialization::FromStates { "" } else { "# " };
-        for (key, values, comment) in [
-            ("unstretched_length", s.unstretched_length, "m, paid out; for from_states"),
-            ("unstretched_length_rate", s.unstretched_length_rate, "m/s; for from_states"),
-        ] {
-            line(&format!("{given}{key}"), array(values), comment);
-        }
-        let meaning = match p.winch.command {
-            WinchCommand::Force => "N, pull-positive, held until an input says otherwise",
-            WinchCommand::Torque => "N m, pull-positive, held until an input says otherwise",
-            WinchCommand::Speed => "m/s, paying out, held until an input says otherwise",
-            WinchCommand::Length => "m, paid out, held until an input says otherwise",
-        };
-        line(p.winch.command.input(), array(s.inputs.winch_force), meaning);
-        for (facts, value) in DISTURBANCES.iter().zip(s.inputs.disturbance) {
-            line(facts.name, format!("{value:?}"), &facts.unit.replace('.', " "));
-        }
-        out.push_str("\n[winch]\n");
-        let mut line = |key: &str, value: String, comment: &str| {
-            let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
-        };
-        line("command", format!("{:?}", p.winch.command.name()), "force, torque, speed or length");
-        let (given, inertia) = p.winch.rotor_inertia.map_or(("# ", 0.0), |inertia| ("", inertia));
-        line(&format!("{given}rotor_inertia"), format!("{inertia:?}"), &comment("rotor_inertia"));
-        for (key, value, name) in [
-            ("drum_radius", p.winch.drum_radius, "drum_radius"),
-            ("gear_ratio", p.winch.gear_ratio, "gear_ratio"),
-            ("bandwidth", p.winch.bandwidth, "winch_bandwidth"),
-            ("damping", p.winch.damping, "winch_damping"),
-            ("force_limit", p.winch.force_limit, "winch_force_limit"),
-        ] {
-            line(key, format!("{value:?}"), &comment(name));
-        }
-        for (i, cable) in p.cable.iter().enumerate() {
-            let _ = writeln!(out, "\n[[cable]] # {}", i + 1);
-            let mut line = |key: &str, value: String, comment: &str| {
-                let _ = writeln!(out, "{:<48} # {comment}", format!("{key} = {value}"));
-            };
-            line("anchor", format!("{:?}", cable.anchor), "m, fixed frame");
-            line("attachment", format!("{:?}", cable.attachment), "m, body frame");
-            let own = [
-                ("youngs_modulus", cable.youngs_modulus),
-                ("area", cable.area),
-                ("density", cable.density),
-                ("damping", cable.damping),
-                ("drum_radius", cable.drum_radius),
-                ("gear_ratio", cable.gear_ratio),
-                ("rotor_inertia", cable.rotor_inertia),
-            ];
-            for (key, value) in own {
-                if let Some(value) = value {
-                    line(key, format!("{value:?}"), &comment(&format!("own_{key}")));
-                }
-            }
-        }
-        for effect in &self.effects {
-            let info = effect.info().ok();
-            let _ = writeln!(out, "\n[[effect]] # {}", info.map_or("", |i| i.title));
-            let mut line = |key: &str, value: String, comment: &str| {
-                let text = format!("{key} = {value}");
-                let _ =
-                    if comment.is_empty() { writeln!(out, "{text}") } else { writeln!(out, "{text:<48} # {comment}") };
-            };
-            line("id", format!("{:?}", effect.id), "");
-            if let Some(cable) = effect.cable {
-                line("cable", cable.to_string(), "");
-            }
-            for (key, time, comment) in
-                [("from", effect.from, "s, when it begins"), ("until", effect.until, "s, when it ends")]
-            {
-                if let Some(time) = time {
-                    line(key, format!("{time:?}"), comment);
-                }
-            }
-            for (key, value) in
-                [("channel", &effect.channel), ("target", &effect.target), ("expression", &effect.expression)]
-            {
-                if let Some(value) = value {
-                    line(key, toml::Value::String(value.clone()).to_string(), "");
-                }
-            }
-            for (parameter, value) in info.map_or(&[][..], |i| i.parameters).iter().zip(&effect.values) {
-                line(parameter.name, format!("{value:?}"), &format!("{}, {}", parameter.unit, parameter.description));
-            }
-        }
-        out
-    }
 }
 
 /// What [`Model::check`] finds.
@@ -486,55 +351,6 @@ pub enum ModelError {
     /// There is no start state.
     #[error(transparent)]
     Start(#[from] StartError),
-}
-
-fn snake_case(name: &str) -> String {
-    let mut out = String::new();
-    for c in name.chars() {
-        if c.is_ascii_uppercase() && !out.is_empty() {
-            out.push('_');
-        }
-        out.push(c.to_ascii_lowercase());
-    }
-    out
-}
-
-fn line_at(text: &str, byte: usize) -> usize {
-    text.as_bytes()[..byte.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1
-}
-
-/// Line of a key at the top or under `[start]`; `key` may carry an index.
-fn line_of_key(text: &str, key: &str) -> Option<usize> {
-    if let Some((index, field)) = key.strip_prefix("cable[").and_then(|rest| rest.split_once("].")) {
-        return line_in_cable(text, index.parse().ok()?, field);
-    }
-    let key = key.split('[').next()?;
-    let top: BTreeMap<Spanned<String>, toml::Value> = toml::from_str(text).ok()?;
-    if let Some(found) = top.keys().find(|k| k.get_ref() == key) {
-        return Some(line_at(text, found.span().start));
-    }
-    #[derive(Deserialize)]
-    struct Inner {
-        #[serde(default)]
-        start: BTreeMap<Spanned<String>, toml::Value>,
-        #[serde(default)]
-        winch: BTreeMap<Spanned<String>, toml::Value>,
-    }
-    let inner: Inner = toml::from_str(text).ok()?;
-    let wanted = if key == "pose" { ["x", "y", "phi"].as_slice() } else { &[key] };
-    let lines = inner.start.keys().chain(inner.winch.keys()).filter(|k| wanted.contains(&k.get_ref().as_str()));
-    lines.map(|k| line_at(text, k.span().start)).min()
-}
-
-/// The line of a key of the cable of this number, from 1.
-fn line_in_cable(text: &str, number: usize, key: &str) -> Option<usize> {
-    #[derive(Deserialize)]
-    struct Tables {
-        cable: Vec<BTreeMap<Spanned<String>, toml::Value>>,
-    }
-    let tables: Tables = toml::from_str(text).ok()?;
-    let mut keys = tables.cable.get(number.checked_sub(1)?)?.keys();
-    keys.find(|k| k.get_ref() == key).map(|k| line_at(text, k.span().start))
 }
 
 fn line_of_effect(model: &Model, lines: &[usize], id: &str) -> Option<usize> {

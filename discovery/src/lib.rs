@@ -44,6 +44,7 @@ mod rivals;
 mod round;
 mod search;
 mod second_look;
+mod settle;
 mod signature;
 mod sizes;
 mod spectrum;
