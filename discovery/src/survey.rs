@@ -200,7 +200,7 @@ mod tests {
         }
     }
 
-    /// With the geometry as given the friction came with an offset of the pose and of two more parts of the robot.
+    /// On a recording like these, with the geometry as given, friction came with four parts of the geometry that stood for all.
     #[test]
     fn friction_is_alone_where_the_geometry_is_off() {
         let mut hidden = vec![effect("winch_viscous_friction", 2, &[2000.0])];
