@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from .cases import case
+from .cases_cables import CABLES, on_bench
 from .cases_pair import PAIRS, TRIPLES
 from .cases_single import SINGLES
 from .imperfections import Imperfections
@@ -36,11 +37,28 @@ MEMORY = (0.1, 2.0)
 NULLS = 60
 
 
-def drawn(name):
+#: The same for the bench of 4 m: what its sensors do, and forces of some 200 N with errors of up to
+#: 2 %.
+BENCH_SIZES = {
+    "pose_colour": (1e-4, 1e-3),
+    "length_colour": (1e-4, 1e-3),
+    "jitter": (2e-4, 2e-3),
+    "pose_late": (2e-3, 0.03),
+    "lengths_late": (2e-3, 0.03),
+    "force_noise": (0.3, 4.0),
+    "pose_drift": (2e-4, 2e-3),
+    "pose_count": (1e-4, 1e-3),
+    "length_count": (1e-4, 1e-3),
+}
+#: The bench's attachments are 0.2 m off: its angle's errors for each metre (1/m).
+BENCH_ANGLE = 2.0
+
+
+def drawn(name, kinds=SIZES, **further):
     """The imperfections of the case of this name; the same in all its trials."""
     rng = np.random.default_rng(zlib.crc32(name.encode()))
-    sizes = {}
-    for kind, (least, most) in SIZES.items():
+    sizes = dict(further)
+    for kind, (least, most) in kinds.items():
         there, share = rng.random() < SHARE, rng.random()
         if there:
             sizes[kind] = float(least * (most / least) ** share)
@@ -53,10 +71,10 @@ def drawn(name):
     return Imperfections(**sizes)
 
 
-def field(of):
+def field(of, prefix="field", kinds=SIZES, **further):
     """The field case of a case of the suite."""
-    name = f"field_{of.name}"
-    it = drawn(name)
+    name = f"{prefix}_{of.name}"
+    it = drawn(name, kinds, **further)
 
     def marred(settings):
         return settings.but(imperfections=it)
@@ -69,3 +87,8 @@ def field(of):
 
 FIELD = [field(case(f"null_{k:02d}", "null", [])) for k in range(NULLS)]
 FIELD += [field(of) for of in (*SINGLES, *PAIRS, *TRIPLES)]
+
+#: The same on a bench of 4 m with six cables, run by name.
+BENCH = [case(f"null_{k:02d}", "null", [], on_bench) for k in range(10)]
+BENCH += [of for of in CABLES if of.name.startswith("six_") and of.name != "six_null"]
+BENCH = [field(of, "bench", BENCH_SIZES, angle=BENCH_ANGLE) for of in BENCH]

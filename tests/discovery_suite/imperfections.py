@@ -11,7 +11,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
-#: The angle's errors (rad) are this share of those of the position (m), as with white noise.
+#: The angle's errors (rad) for each metre of those of the position, as with white noise (1/m): of
+#: the telescope, whose attachments are some ten metres off.
 ANGLE = 1e-2
 
 
@@ -19,7 +20,7 @@ ANGLE = 1e-2
 class Imperfections:
     """Sizes of what is not white noise; zero is not there. Lengths m, forces N, times s."""
 
-    pose_colour: float = 0.0  # rms of first-order noise on x and y (phi: times ANGLE)
+    pose_colour: float = 0.0  # rms of first-order noise on x and y (phi: times `angle`)
     pose_memory: float = 0.4  # its time constant
     length_colour: float = 0.0  # the same on the lengths
     length_memory: float = 0.4
@@ -27,9 +28,10 @@ class Imperfections:
     pose_late: float = 0.0  # delay of the pose against its stamp
     lengths_late: float = 0.0  # delay of the lengths
     force_noise: float = 0.0  # rms white error of each recorded winch force
-    pose_drift: float = 0.0  # rms of a slow wander of x and y (phi: times ANGLE)
-    pose_count: float = 0.0  # resolution of x and y (phi: times ANGLE)
+    pose_drift: float = 0.0  # rms of a slow wander of x and y (phi: times `angle`)
+    pose_count: float = 0.0  # resolution of x and y (phi: times `angle`)
     length_count: float = 0.0  # resolution of the lengths
+    angle: float = ANGLE
 
 
 #: White noise alone.
@@ -40,7 +42,7 @@ def sizes(it):
     """What is there, by name; nothing where the noise is white."""
     if it == NONE:
         return {}
-    there = {name: size for name, size in asdict(it).items() if size}
+    there = {name: size for name, size in asdict(it).items() if size and name != "angle"}
     # A time constant says something only beside its noise.
     for kind in ("pose", "length"):
         if f"{kind}_colour" not in there:
@@ -89,7 +91,7 @@ def apply(record, it):
     for name, readings in record.columns.items():
         pose = name in ("x", "y", "phi")
         length = "length" in name
-        share = ANGLE if name == "phi" else 1.0
+        share = it.angle if name == "phi" else 1.0
         errors = readings - record.clean[name]
         late = it.pose_late if pose else (it.lengths_late if length else 0.0)
         shown = record.clean[name]
