@@ -450,10 +450,10 @@ fn settings() -> Vec<Setting> {
 }
 
 fn method() -> Method {
-    let step = |label: &str, outcome: &str, delta_bic: f64, reason: &str| Step {
+    let step = |label: &str, outcome: &'static str, delta_bic: f64, reason: &str| Step {
         label: label.to_owned(),
-        outcome: outcome.to_owned(),
-        delta_bic,
+        outcome,
+        delta_bic: Some(delta_bic),
         reason: reason.to_owned(),
     };
     Method {

@@ -14,6 +14,7 @@ use cdpr::effect::EffectSpec;
 
 use crate::estimate::FitError;
 use crate::fitted::Fitted;
+use crate::journal::Outcome;
 use crate::null_test::{Chance, Weighing};
 use crate::outcome::NullTest;
 use crate::regression::levels;
@@ -59,13 +60,13 @@ impl Search<'_> {
         if let Some(test) = tests.iter().flatten().find(|test| !beyond_chance(test)) {
             let reason = format!("chance explains as much in {} of {} control runs", test.as_strong, test.shifts);
             for (effect, weight) in effects.iter().zip(weights) {
-                self.note(effect, "refused", -weight, &reason);
+                self.journal.note(effect, Outcome::Refused, -weight, &reason);
             }
             return Ok(Answer::Chance);
         }
         let together = rivals.len() > 1;
         for (k, rivals) in rivals.into_iter().enumerate() {
-            self.note(&effects[k], "added", -weights[k], how);
+            self.journal.note(&effects[k], Outcome::Added, -weights[k], how);
             let mut taken = Taken::new(rivals, -weights[k], tests[k]);
             taken.without = together.then(|| Arc::clone(&without[k]));
             self.taken.push(taken);
@@ -80,9 +81,10 @@ impl Search<'_> {
         let fitted = |at: usize| {
             let mut model = next.train.model.clone();
             model.effects.remove(at);
-            // What cannot be simulated explains nothing.
-            let without = self.fit_without(&model, next, ROUNDS).ok().filter(|without| without.score < before.score);
-            without.map_or_else(|| Arc::clone(&before), Arc::new)
+            let without = self.fit_without(&model, next, ROUNDS);
+            let without = self.journal.tried(&next.train.model.effects[at], "the others without it", without);
+            let better = without.filter(|without| without.score < before.score);
+            better.map_or_else(|| Arc::clone(&before), Arc::new)
         };
         match effects - first {
             1 => vec![Arc::clone(&before)],
@@ -127,7 +129,7 @@ mod tests {
 
     /// Whether `proposed` effects, refined, enter together where `hidden` ones act, and what the search has then: how often
     /// chance did as well as each, and the outcomes noted.
-    fn entering(hidden: &[EffectSpec], proposed: &[EffectSpec]) -> (bool, Vec<usize>, Vec<String>) {
+    fn entering(hidden: &[EffectSpec], proposed: &[EffectSpec]) -> (bool, Vec<usize>, Vec<Outcome>) {
         let train = vec![record(hidden, 40.0, 21), record(hidden, 30.0, 22)];
         let holdout = vec![record(hidden, 30.0, 23)];
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
@@ -138,20 +140,24 @@ mod tests {
         let rivals = vec![Vec::new(); proposed.len()];
         let enters = search.enter(&base, &next, rivals, Source::Catalogue, "").expect("an answer");
         let as_strong = search.taken.iter().map(|taken| taken.null_test.expect("room for shifts").as_strong);
-        (enters == Answer::Enters, as_strong.collect(), search.steps.iter().map(|step| step.outcome.clone()).collect())
+        (
+            enters == Answer::Enters,
+            as_strong.collect(),
+            search.journal.into_entries().iter().map(|entry| entry.outcome).collect(),
+        )
     }
 
     #[test]
     fn both_of_a_pair_enter_where_both_are_missing() {
         let both = [effect("winch_force_gain", Some(1), &[0.01]), effect("platform_linear_drag", None, &[60.0])];
-        assert_eq!(entering(&both, &both), (true, vec![0, 0], vec!["added".to_owned(); 2]));
+        assert_eq!(entering(&both, &both), (true, vec![0, 0], vec![Outcome::Added; 2]));
     }
 
     #[test]
     fn a_pair_does_not_enter_on_the_strength_of_one() {
         let drag = effect("platform_linear_drag", None, &[60.0]);
         let both = [effect("winch_viscous_friction", Some(2), &[5.0]), drag.clone()];
-        assert_eq!(entering(&[drag], &both), (false, Vec::new(), vec!["refused".to_owned(); 2]));
+        assert_eq!(entering(&[drag], &both), (false, Vec::new(), vec![Outcome::Refused; 2]));
     }
 
     #[test]
@@ -159,8 +165,8 @@ mod tests {
         let gust = effect("periodic_gust", None, &[30.0, 0.5, 0.9, 0.3]);
         assert_eq!(
             entering(std::slice::from_ref(&gust), std::slice::from_ref(&gust)),
-            (true, vec![0], vec!["added".to_owned()])
+            (true, vec![0], vec![Outcome::Added])
         );
-        assert_eq!(entering(&[], &[gust]), (false, Vec::new(), vec!["refused".to_owned()]));
+        assert_eq!(entering(&[], &[gust]), (false, Vec::new(), vec![Outcome::Refused]));
     }
 }

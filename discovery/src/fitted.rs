@@ -160,8 +160,11 @@ impl Search<'_> {
                     // What was fitted beside it knew it still.
                     self.taken.iter_mut().for_each(Taken::changed);
                 }
-                // What cannot be fitted without it has it.
-                _ => {
+                without => {
+                    // What cannot be fitted without it has it.
+                    if let Err(error) = without {
+                        self.journal.instruments_failed("without one of their parts", &error);
+                    }
                     self.instruments = held_against;
                     kept += 1;
                 }

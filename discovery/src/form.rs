@@ -17,6 +17,7 @@ use crate::extension::{
     Stage, beyond_first_order, count_in_use, force_of, in_use, index_of, is_friction, kin_of, stage, value_of, with,
 };
 use crate::fitted::{Fitted, Trained};
+use crate::journal::Outcome;
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 
 /// Rounds of a refinement by which a start is judged.
@@ -61,9 +62,12 @@ impl Search<'_> {
             return fitted;
         }
         (self.progress)("fitting the shape of friction", 0.2);
-        let Ok(begun) = self.on_beginnings(&fitted) else { return fitted };
+        let first = &fitted.train.model.effects[wanting[0]];
+        let begun = self.journal.tried(first, "its form, on the beginnings of the trials", self.on_beginnings(&fitted));
+        let Some(begun) = begun else { return fitted };
         let shaped = wanting.iter().fold(begun, |begun, at| self.in_full(begun, *at));
-        let Ok(formed) = self.formed(&shaped, &wanting) else { return fitted };
+        let formed = self.journal.tried(first, "in another form", self.formed(&shaped, &wanting));
+        let Some(formed) = formed else { return fitted };
         if self.share(shaped.score, formed.score, &self.beginnings) < share {
             return self.as_begun(fitted, &shaped);
         }
@@ -110,7 +114,8 @@ impl Search<'_> {
         if changed.is_empty() {
             return fitted;
         }
-        let Ok(Some(next)) = self.on_whole(&fitted, begun) else { return fitted };
+        let whole = self.journal.tried(&new[changed[0]], "in this form on the whole", self.on_whole(&fitted, begun));
+        let Some(next) = whole.flatten() else { return fitted };
         let among = self.taken.iter().map(|taken| taken.formed_among).collect::<Vec<_>>();
         self.taken.iter_mut().for_each(Taken::changed);
         let change = next.score - fitted.score;
@@ -121,11 +126,11 @@ impl Search<'_> {
             taken.delta_bic += change;
             taken.rivals.retain(|rival| rival.id != new.id);
             if old.id == new.id {
-                self.note(&new, "extended", change, "");
+                self.journal.note(&new, Outcome::Extended, change, "");
             } else {
                 let reason = format!("in place of {}", old.id);
                 taken.rivals.insert(0, old);
-                self.note(&new, "replaced", change, &reason);
+                self.journal.note(&new, Outcome::Replaced, change, &reason);
             }
         }
         next
@@ -161,8 +166,10 @@ impl Search<'_> {
 
     /// `fitted` with parameters of effect `at` as in a simpler law, if that is as good.
     fn simplified(&mut self, fitted: Fitted, at: usize, law: &[(&str, f64)]) -> Fitted {
-        let Ok(Some(next)) = self.simpler(&fitted, at, law) else { return fitted };
-        self.note(&next.train.model.effects[at].clone(), "simplified", next.score - fitted.score, "");
+        let simpler = self.simpler(&fitted, at, law);
+        let simpler = self.journal.tried(&fitted.train.model.effects[at], "in a simpler form", simpler);
+        let Some(next) = simpler.flatten() else { return fitted };
+        self.journal.note(&next.train.model.effects[at].clone(), Outcome::Simplified, next.score - fitted.score, "");
         next
     }
 
@@ -208,7 +215,8 @@ impl Search<'_> {
     fn with_shape(&self, begun: &Trained, at: usize, shape: (&str, f64)) -> Option<Trained> {
         let model = with(&begun.fit.model, at, &[shape]);
         let next = self.train(&model, &begun.fit, &self.beginnings, ROUNDS, None);
-        next.ok().filter(|next| next.score < begun.score)
+        let next = self.journal.tried(&model.effects[at], &format!("with {}", shape.0), next);
+        next.filter(|next| next.score < begun.score)
     }
 
     /// The law of effect `at` with the shapes that it needs, or the one of which it is the first order, which has as many
@@ -219,7 +227,8 @@ impl Search<'_> {
         let mut model = shaped.fit.model.clone();
         model.effects[at] = law;
         let whole = self.train(&model, &shaped.fit, &self.beginnings, ROUNDS, None);
-        whole.ok().filter(|whole| whole.score < shaped.score - EVIDENCE).unwrap_or(shaped)
+        let whole = self.journal.tried(&model.effects[at], "beyond its first order", whole);
+        whole.filter(|whole| whole.score < shaped.score - EVIDENCE).unwrap_or(shaped)
     }
 
     /// `begun` with the law of effect `at` unlike in its two directions, if the criterion falls by more than with a force bias
@@ -234,8 +243,9 @@ impl Search<'_> {
         let bias = force_of(law)? * value_of(law, ASYMMETRY.0)?;
         let mut biased = begun.fit.model.clone();
         biased.effects.push(EffectSpec::new("winch_force_bias", law.cable, &[bias]).ok()?);
-        let biased = self.train(&biased, &begun.fit, &self.beginnings, ROUNDS, None);
-        biased.map_or(true, |biased| unlike.score <= biased.score).then_some(unlike)
+        let with_bias = self.train(&biased, &begun.fit, &self.beginnings, ROUNDS, None);
+        let with_bias = self.journal.tried(law, "equal in both directions beside a bias", with_bias);
+        with_bias.is_none_or(|biased| unlike.score <= biased.score).then_some(unlike)
     }
 
     /// The laws of friction, each in the shape it needs on the beginnings of the trials, in place of effect `at`; the best
@@ -247,14 +257,17 @@ impl Search<'_> {
             let richer = count_in_use(&law.fit.model.effects[at]) > own;
             law.score + if richer { 2.0 * EVIDENCE } else { 0.0 }
         };
-        let tried = laws.into_par_iter().filter_map(|law| {
+        let fitted = |law: &EffectSpec| {
             let mut model = begun.fit.model.clone();
-            model.effects[at] = law;
-            let start = self.loosened(&model, &begun.fit, &self.beginnings).ok()?;
-            let law = self.train(&model, &start, &self.beginnings, ROUNDS, None).ok()?;
+            model.effects[at] = law.clone();
+            let start = self.loosened(&model, &begun.fit, &self.beginnings)?;
+            self.train(&model, &start, &self.beginnings, ROUNDS, None)
+        };
+        let tried = laws.par_iter().filter_map(|law| {
+            let law = self.journal.tried(law, "as another law of friction", fitted(law))?;
             Some(self.in_full(law, at))
         });
-        let mut all: Vec<Trained> = tried.collect();
+        let mut all: Vec<Trained> = self.journal.side_by_side(|| tried.collect());
         all.push(begun);
         all.sort_by(|a, b| handicap(a).total_cmp(&handicap(b)));
         all
@@ -273,7 +286,7 @@ impl Search<'_> {
             }
             model
         });
-        let Some(dahl) = self.tried(&starts, begun) else { return Ok(None) };
+        let Some(dahl) = self.tried(&starts, begun, &able[0].1) else { return Ok(None) };
         self.damped(self.refined_once(&dahl)?).map(Some)
     }
 
@@ -291,16 +304,19 @@ impl Search<'_> {
             }
             model
         });
-        let damped = self.tried(&starts, &dahl);
+        let undamped = |effect: &&EffectSpec| is_friction(effect) && stage(effect) == Stage::Undamped;
+        let damped = match dahl.fit.model.effects[self.given..].iter().find(undamped) {
+            Some(law) => self.tried(&starts, &dahl, law),
+            None => None,
+        };
         self.refined(damped.unwrap_or(dahl))
     }
 
-    /// The best of several starts, as far as a few rounds bring them, if better than `from`.
-    fn tried(&self, starts: &[Model], from: &Trained) -> Option<Trained> {
-        let tried = starts
-            .par_iter()
-            .filter_map(|start| self.train(start, &from.fit, &self.beginnings, FIRST_ROUNDS, None).ok());
-        let best = tried.min_by(|a, b| a.score.total_cmp(&b.score))?;
+    /// The best of several starts of presliding of a `law`, as far as a few rounds bring them, if better than `from`.
+    fn tried(&self, starts: &[Model], from: &Trained, law: &EffectSpec) -> Option<Trained> {
+        let train = |start| self.train(start, &from.fit, &self.beginnings, FIRST_ROUNDS, None);
+        let tried = starts.par_iter().filter_map(|start| self.journal.tried(law, "with presliding", train(start)));
+        let best = self.journal.side_by_side(|| tried.min_by(|a, b| a.score.total_cmp(&b.score)))?;
         (best.score < from.score - EVIDENCE).then_some(best)
     }
 

@@ -8,6 +8,7 @@
 pub mod calibrate;
 pub mod data;
 pub mod experiment;
+pub mod journal;
 mod onset;
 pub mod outcome;
 pub mod report;
@@ -17,6 +18,7 @@ mod alike;
 mod by_block;
 mod candidates;
 mod check;
+mod conclude;
 mod detection;
 mod discover;
 mod entrance;

@@ -7,6 +7,7 @@ use crate::candidates::Situation;
 use crate::estimate::FitError;
 use crate::extension::with;
 use crate::fitted::Fitted;
+use crate::journal::Outcome;
 use crate::search::{EVIDENCE, ROUNDS, Search};
 
 const ID: &str = "winch_saturation";
@@ -16,13 +17,15 @@ const BEYOND: f64 = 0.05;
 impl Search<'_> {
     /// `fitted` with both limits where its last effect is one limit of a winch's force, if the second earns its place.
     pub(crate) fn both_limits(&mut self, fitted: Fitted) -> Fitted {
-        let Ok(Some(next)) = self.other_limit(&fitted) else { return fitted };
+        let Some(one) = fitted.train.model.effects.last() else { return fitted };
+        let both = self.journal.tried(one, "with its other limit", self.other_limit(&fitted));
+        let Some(next) = both.flatten() else { return fitted };
         let delta_bic = next.score - fitted.score;
         let (Some(effect), Some(taken)) = (next.train.model.effects.last(), self.taken.last_mut()) else {
             return fitted;
         };
         taken.delta_bic += delta_bic;
-        self.note(&effect.clone(), "extended", delta_bic, "");
+        self.journal.note(&effect.clone(), Outcome::Extended, delta_bic, "");
         next
     }
 

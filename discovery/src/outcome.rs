@@ -5,6 +5,7 @@ use cdpr::model_file::Model;
 use cdpr::per_cable::PerCable;
 
 use crate::data::{Channel, Trial};
+use crate::journal::Entry;
 use crate::model::WRENCH;
 
 /// The outcome in one word.
@@ -326,19 +327,6 @@ impl Latents {
     }
 }
 
-/// One step of the search.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SearchStep {
-    /// What was tried.
-    pub effect: EffectSpec,
-    /// `added`, `replaced`, `refused`, `removed`.
-    pub outcome: String,
-    /// BIC with it minus without it.
-    pub delta_bic: f64,
-    /// Why.
-    pub reason: String,
-}
-
 /// The smallest size of an effect that the data would have shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DetectionLimit {
@@ -402,7 +390,7 @@ pub struct Discovery {
     /// Outliers taken out.
     pub outliers: usize,
     /// The search as it went.
-    pub steps: Vec<SearchStep>,
+    pub journal: Vec<Entry>,
     /// What the data would have shown of every other law of the catalogue.
     pub detection_limits: Vec<DetectionLimit>,
     /// Remarks, each a sentence.

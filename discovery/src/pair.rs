@@ -47,13 +47,17 @@ impl Search<'_> {
         let Some(best) = pairs.first().filter(|pair| pair.members[0].level == last) else { return Ok(None) };
         let members = [0, 1].map(|k| effect_of(library, &best.members[k]));
         let [Some(first), Some(second)] = members else { return Ok(None) };
+        let pair = [first, second];
+        let beside = |other: &EffectSpec| format!("as one of a pair with {}", other.id);
         let mut model = fit.model.clone();
-        model.effects.extend([first, second]);
-        let Ok(trained) = self.train(&model, fit, trials, ROUNDS, None) else { return Ok(None) };
+        model.effects.extend(pair.clone());
+        let trained = self.train(&model, fit, trials, ROUNDS, None);
+        let Some(trained) = self.journal.tried(&pair[0], &beside(&pair[1]), trained) else { return Ok(None) };
         if trained.score >= found.score - EVIDENCE {
             return Ok(None);
         }
-        let Ok(next) = self.verified(trained, base) else { return Ok(None) };
+        let next = self.verified(trained, base);
+        let Some(next) = self.journal.tried(&pair[0], &beside(&pair[1]), next) else { return Ok(None) };
         if next.gap[0] > NOTHING_LEFT || !Self::helps(found, &next) {
             return Ok(None);
         }

@@ -52,12 +52,16 @@ impl Rival {
 impl Search<'_> {
     /// The rivals of every effect in its place, the best first.
     pub(crate) fn all_rivals(&self, fitted: &Fitted) -> Vec<Vec<Rival>> {
-        (0..self.taken.len()).into_par_iter().map(|k| self.rivals_of(fitted, self.given + k)).collect()
+        self.journal.side_by_side(|| {
+            (0..self.taken.len()).into_par_iter().map(|k| self.rivals_of(fitted, self.given + k)).collect()
+        })
     }
 
     fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<Rival> {
         let rivals = self.taken[at - self.given].rivals.par_iter();
-        let mut out: Vec<Rival> = rivals.filter_map(|rival| self.in_its_place(fitted, at, rival).ok()).collect();
+        let what = format!("in place of {}", fitted.train.model.effects[at].id);
+        let tried = |rival: &EffectSpec| self.journal.tried(rival, &what, self.in_its_place(fitted, at, rival));
+        let mut out: Vec<Rival> = rivals.filter_map(tried).collect();
         out.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
         out
     }
@@ -106,16 +110,16 @@ impl Search<'_> {
         Ok(Rival { effect, delta_bic: whole.score - fitted.score, price, overdispersion, whole: Some(whole) })
     }
 
-    /// `next`, or the model with one of its last effect's rivals in its place if that is better: where a gap is left, what
+    /// The model with one of the rivals of the last effect of `next` in its place, if that is better: where a gap is left, what
     /// still misses can make a look-alike weigh more. Rivals are tried on the beginnings of the trials first.
     pub(crate) fn or_rival(
         &self,
         fitted: &Fitted,
-        next: Fitted,
+        next: &Fitted,
         rivals: &mut [EffectSpec],
-    ) -> Result<Fitted, FitError> {
+    ) -> Result<Option<Fitted>, FitError> {
         if next.gap[0] <= NOTHING_LEFT || rivals.is_empty() {
-            return Ok(next);
+            return Ok(None);
         }
         let begun = self.begun(&fitted.train)?;
         let standing = self.begun(&next.train)?;
@@ -124,20 +128,22 @@ impl Search<'_> {
         let tried = rivals.par_iter().enumerate().filter_map(|(at, rival)| {
             let mut model = fitted.train.model.clone();
             model.effects.push(rival.clone());
-            let tried = self.train(&model, &begun, &self.beginnings, ROUNDS, Some(aim)).ok()?;
+            let tried = self.train(&model, &begun, &self.beginnings, ROUNDS, Some(aim));
+            let tried = self.journal.tried(rival, "as a rival", tried)?;
             (tried.score < limit).then_some((at, tried))
         });
-        let Some((at, better)) = tried.min_by(|a, b| a.1.score.total_cmp(&b.1.score)) else { return Ok(next) };
+        let best = self.journal.side_by_side(|| tried.min_by(|a, b| a.1.score.total_cmp(&b.1.score)));
+        let Some((at, better)) = best else { return Ok(None) };
         let other = self.train(&better.fit.model, &fitted.train, &self.evidence.train, ROUNDS, None)?;
         if other.score >= next.score {
-            return Ok(next);
+            return Ok(None);
         }
         let other = self.verified(other, fitted)?;
-        if !Self::helps(&next, &other) {
-            return Ok(next);
+        if !Self::helps(next, &other) {
+            return Ok(None);
         }
         rivals[at].clone_from(&next.train.model.effects[fitted.train.model.effects.len()]);
-        Ok(other)
+        Ok(Some(other))
     }
 }
 

@@ -5,6 +5,7 @@ use crate::data::Trial;
 use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::fitted::Fitted;
+use crate::journal::Outcome;
 use crate::kalman::{Keep, Randomness, filter};
 use crate::null_test::Weighing;
 use crate::regression::{Scored, baseline, ladder, levels, rank};
@@ -106,7 +107,12 @@ impl Search<'_> {
             refused.push((candidate.id, candidate.cable));
             let Some(effect) = effect_of(library, chosen) else { continue };
             if is_a_force(candidate.id) && self.foreseen(fitted, library, chosen, &sizes) > fitted.holdout_score {
-                self.note(&effect, "refused", chosen.score - base, "it would not predict the held-out data better");
+                self.journal.note(
+                    &effect,
+                    Outcome::Refused,
+                    chosen.score - base,
+                    "it would not predict the held-out data better",
+                );
                 continue;
             }
             let mut model = fit.model.clone();
@@ -115,11 +121,11 @@ impl Search<'_> {
                 Ok(trained) if trained.score < fitted.score - EVIDENCE => trained,
                 Ok(trained) => {
                     let change = trained.score - fitted.score;
-                    self.note(&effect, "refused", change, "too little evidence after refinement");
+                    self.journal.note(&effect, Outcome::Refused, change, "too little evidence after refinement");
                     continue;
                 }
-                Err(_) => {
-                    self.note(&effect, "refused", f64::NAN, "it cannot be simulated");
+                Err(error) => {
+                    self.journal.failed(&effect, "it cannot be fitted", &error);
                     continue;
                 }
             };
@@ -128,7 +134,11 @@ impl Search<'_> {
                     let (next, rivals) = match source {
                         Source::Catalogue => {
                             let mut rivals = rivals(library, &ranked, chosen, base);
-                            (self.or_rival(fitted, next.clone(), &mut rivals).unwrap_or(next), rivals)
+                            let other = self.or_rival(fitted, &next, &mut rivals);
+                            (
+                                self.journal.tried(&effect, "its rivals in its place", other).flatten().unwrap_or(next),
+                                rivals,
+                            )
                         }
                         Source::Terms => (next, Vec::new()),
                     };
@@ -140,9 +150,14 @@ impl Search<'_> {
                 }
                 Ok(next) => {
                     let change = next.score - fitted.score;
-                    self.note(&effect, "refused", change, "it does not predict the held-out data better");
+                    self.journal.note(
+                        &effect,
+                        Outcome::Refused,
+                        change,
+                        "it does not predict the held-out data better",
+                    );
                 }
-                Err(_) => self.note(&effect, "refused", f64::NAN, "it cannot be simulated on the held-out data"),
+                Err(error) => self.journal.failed(&effect, "it does not go with the held-out data", &error),
             }
         }
         if parsimony {

@@ -11,8 +11,9 @@ use crate::data::{Channel, Trial};
 use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::fitted::{Evidence, Fitted};
+use crate::journal::{Journal, Outcome};
 use crate::kalman::Randomness;
-use crate::outcome::{NullTest, SearchStep};
+use crate::outcome::{Alternative, NullTest};
 use crate::regression::Penalty;
 use crate::round::Signatures;
 use crate::verdict::Reaches;
@@ -60,6 +61,8 @@ enum Look {
 #[derive(Clone)]
 pub(crate) struct Taken {
     pub(crate) rivals: Vec<EffectSpec>,
+    /// Those of them that were fitted in its place last, the best first.
+    pub(crate) alternatives: Vec<Alternative>,
     pub(crate) delta_bic: f64,
     /// What chance did beside it when it came in.
     pub(crate) null_test: Option<NullTest>,
@@ -71,7 +74,7 @@ pub(crate) struct Taken {
 
 impl Taken {
     pub(crate) fn new(rivals: Vec<EffectSpec>, delta_bic: f64, null_test: Option<NullTest>) -> Self {
-        Self { rivals, delta_bic, null_test, without: None, formed_among: None }
+        Self { rivals, alternatives: Vec::new(), delta_bic, null_test, without: None, formed_among: None }
     }
 
     /// Forgets what is no longer so once another effect has changed.
@@ -89,7 +92,7 @@ pub(crate) struct Search<'a> {
     /// Number of effects before those that are found.
     pub(crate) given: usize,
     pub(crate) taken: Vec<Taken>,
-    pub(crate) steps: Vec<SearchStep>,
+    pub(crate) journal: Journal,
     /// What a reader should know of the way that the search went, a sentence each.
     pub(crate) remarks: Vec<String>,
     /// The names of all candidates weighed so far.
@@ -122,7 +125,7 @@ impl<'a> Search<'a> {
             free_from: given,
             given,
             taken: Vec::new(),
-            steps: Vec::new(),
+            journal: Journal::default(),
             remarks: Vec::new(),
             tried: HashSet::new(),
             null_test: None,
@@ -148,15 +151,6 @@ impl<'a> Search<'a> {
     /// A fit on the beginnings of its trials.
     pub(crate) fn begun(&self, fit: &Fit) -> Result<Fit, FitError> {
         fit.part(&self.evidence.train, &self.beginnings)
-    }
-
-    pub(crate) fn note(&mut self, effect: &EffectSpec, outcome: &str, delta_bic: f64, reason: &str) {
-        self.steps.push(SearchStep {
-            effect: effect.clone(),
-            outcome: outcome.to_owned(),
-            delta_bic,
-            reason: reason.to_owned(),
-        });
     }
 
     /// Adds effects of the catalogue as long as they earn their place.
@@ -350,14 +344,12 @@ impl<'a> Search<'a> {
         (self.progress)("looking for a term that explains it all", 0.45);
         let found = std::mem::take(&mut self.taken);
         let signatures = self.signatures(base, Source::Terms);
+        let entries = self.journal.len();
         if let Some(next) = self.round(base, &signatures, Source::Terms, 1)? {
             if next.gap[0] <= NOTHING_LEFT {
                 return Ok(Some(next));
             }
-            if let Some(step) = self.steps.last_mut() {
-                step.outcome = "refused".to_owned();
-                step.reason = "it does not explain all".to_owned();
-            }
+            self.journal.refuse_since(entries, "it does not explain all");
         }
         self.taken = found;
         Ok(None)
@@ -373,15 +365,18 @@ impl<'a> Search<'a> {
         };
         let mut model = fitted.train.model.clone();
         model.effects.push(effect.clone());
-        let Ok(next) = self.fit(&model, &fitted, ROUNDS) else {
-            self.note(&effect, "refused", f64::NAN, "it cannot be simulated");
-            return Ok(fitted);
-        };
+        let next = self.journal.tried(&effect, "it cannot be fitted", self.fit(&model, &fitted, ROUNDS));
+        let Some(next) = next else { return Ok(fitted) };
         if next.score < fitted.score - EVIDENCE && Self::helps(&fitted, &next) {
             let enters = self.enter(&fitted, &next, vec![Vec::new()], Source::Catalogue, "")?;
             return Ok(if enters == Answer::Enters { next } else { fitted });
         }
-        self.note(&effect, "refused", next.score - fitted.score, "rigid cables explain the data as well");
+        self.journal.note(
+            &effect,
+            Outcome::Refused,
+            next.score - fitted.score,
+            "rigid cables explain the data as well",
+        );
         Ok(fitted)
     }
 
@@ -410,7 +405,7 @@ impl<'a> Search<'a> {
     /// Terms outside the catalogue; kept only when together they at least halve what is left of the gap. Given a score to be
     /// `aimed` at, they are given up where the first is too small a part of it.
     pub(crate) fn dictionary_rounds(&mut self, fitted: &Fitted, aim: Option<f64>) -> Result<Option<Fitted>, FitError> {
-        let (steps, taken) = (self.steps.len(), self.taken.len());
+        let (entries, taken) = (self.journal.len(), self.taken.len());
         let mut current = fitted.clone();
         for round in 0..MOST_TERMS {
             (self.progress)("looking for terms outside the catalogue", 0.7 + 0.05 * round as f64);
@@ -426,19 +421,14 @@ impl<'a> Search<'a> {
             return Ok(Some(current));
         }
         self.taken.truncate(taken);
-        for step in &mut self.steps[steps..] {
-            if step.outcome == "added" {
-                step.outcome = "refused".to_owned();
-                step.reason = "the terms found do not halve what is left of the gap".to_owned();
-            }
-        }
+        self.journal.refuse_since(entries, "the terms found do not halve what is left of the gap");
         Ok(None)
     }
 
     /// Gives up everything that was taken up and stands in `fitted`.
     pub(crate) fn give_up(&mut self, fitted: &Fitted, reason: &str) {
         for (effect, taken) in fitted.train.model.effects[self.given..].iter().zip(std::mem::take(&mut self.taken)) {
-            self.note(effect, "removed", taken.delta_bic, reason);
+            self.journal.note(effect, Outcome::Removed, taken.delta_bic, reason);
         }
     }
 
@@ -462,7 +452,12 @@ impl<'a> Search<'a> {
             };
             match without {
                 Ok(without) if without.score < fitted.score + EVIDENCE || !Self::earns(&without, &fitted) => {
-                    self.note(&effect, "removed", fitted.score - without.score, "the model is as good without it");
+                    self.journal.note(
+                        &effect,
+                        Outcome::Removed,
+                        fitted.score - without.score,
+                        "the model is as good without it",
+                    );
                     self.taken.remove(at - self.given);
                     self.taken.iter_mut().for_each(Taken::changed);
                     fitted = without;
@@ -473,14 +468,22 @@ impl<'a> Search<'a> {
                     taken.without = Some(Arc::new(without));
                     judged.push(effect);
                 }
-                Err(_) => judged.push(effect),
+                Err(error) => {
+                    self.journal.failed(&effect, "the model without it", &error);
+                    judged.push(effect);
+                }
             }
         }
         if let [only] = &mut self.taken[..] {
             only.delta_bic = fitted.score - base.score;
             if !Self::earns(base, &fitted) {
                 let effect = fitted.train.model.effects[self.given].clone();
-                self.note(&effect, "removed", fitted.score - base.score, "it does not shrink the gap on held-out data");
+                self.journal.note(
+                    &effect,
+                    Outcome::Removed,
+                    fitted.score - base.score,
+                    "it does not shrink the gap on held-out data",
+                );
                 self.taken.clear();
                 return Ok(base.clone());
             }

@@ -86,7 +86,8 @@ impl Search<'_> {
         let Some((fit, _)) = best.reached else { return Ok(None) };
         let mut start = base.clone();
         start.train = fit;
-        let Ok(next) = self.fit(&start.train.model.clone(), &start, ROUNDS) else { return Ok(None) };
+        let next = self.fit(&start.train.model.clone(), &start, ROUNDS);
+        let Some(next) = self.journal.tried(&best.law[0].0, "from a typical size", next) else { return Ok(None) };
         let better = next.left() < found.left() && next.score < found.score;
         if next.left() > 0.5 * base.left() || !better || !Self::helps(base, &next) {
             return Ok(None);
@@ -109,7 +110,8 @@ impl Search<'_> {
         }
         let begun = Trained { fit: fit.clone(), estimate: None, score: *score };
         let shaped = self.shaped(begun, self.given);
-        let Ok(formed) = self.formed(&shaped, &[self.given]) else { return };
+        let formed = self.formed(&shaped, &[self.given]);
+        let Some(formed) = self.journal.tried(plain, "in another form", formed) else { return };
         law.model = formed.fit.model.clone();
         let effect = formed.fit.model.effects[self.given].clone();
         if effect.id != plain.id {
@@ -123,16 +125,18 @@ impl Search<'_> {
     /// `begun` on by a tenth.
     fn refine_all(&self, tried: &mut [Try], trials: &[Trial], base: &Fit, rounds: usize, begun: f64) {
         let (done, count) = (AtomicUsize::new(0), tried.len() as f64);
-        tried.par_iter_mut().for_each(|law| {
-            law.reached = self.started(&law.model, base, trials).ok().and_then(|mut fit| {
-                refine(&mut fit, trials, &self.evidence.noise, self.free_from, rounds, None).ok()?;
-
-                let score = self.score(&fit, trials);
-                Some((fit, score))
-            });
+        let refined = |model: &Model| {
+            let mut fit = self.started(model, base, trials)?;
+            refine(&mut fit, trials, &self.evidence.noise, self.free_from, rounds, None)?;
+            let score = self.score(&fit, trials);
+            Ok::<_, FitError>((fit, score))
+        };
+        let one = |law: &mut Try| {
+            law.reached = self.journal.tried(&law.law[0].0, "from a typical size", refined(&law.model));
             let share = done.fetch_add(1, Ordering::Relaxed) as f64 / count;
             (self.progress)("a second look at friction, limits, sag and cable mass", begun + 0.1 * share);
-        });
+        };
+        self.journal.side_by_side(|| tried.par_iter_mut().for_each(one));
         tried.sort_by(|a, b| a.score().total_cmp(&b.score()));
     }
 }

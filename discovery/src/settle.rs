@@ -5,6 +5,7 @@ use cdpr::effect::EffectSpec;
 use crate::estimate::FitError;
 use crate::extension::{containing, count_in_use};
 use crate::fitted::{Fitted, Trained};
+use crate::journal::Outcome;
 use crate::outcome::Alternative;
 use crate::rivals::{Rival, told_apart_from};
 use crate::search::{Search, Taken};
@@ -17,16 +18,12 @@ const MOST_REPLACEMENTS: usize = 4;
 
 /// Prunes, compares every effect with its rivals, and takes up a rival that is clearly better; then again, because what
 /// stood beside the wrong one may have made up for it only.
-pub(crate) fn settle(
-    search: &mut Search<'_>,
-    base: &Fitted,
-    mut fitted: Fitted,
-    alternatives: &mut Vec<Vec<Alternative>>,
-) -> Result<Fitted, FitError> {
+pub(crate) fn settle(search: &mut Search<'_>, base: &Fitted, mut fitted: Fitted) -> Result<Fitted, FitError> {
     (search.progress)("comparing explanations", 0.75);
-    for _ in 0..MOST_REPLACEMENTS {
+    // What was replaced last is compared as well.
+    for round in 0..=MOST_REPLACEMENTS {
         fitted = search.prune(base, fitted)?;
-        let (next, replaced) = compare(search, fitted, alternatives);
+        let (next, replaced) = compare(search, fitted, round < MOST_REPLACEMENTS);
         let score = next.score;
         fitted = if replaced { search.settle_extensions(next) } else { next };
         if !replaced || (search.taken.len() == 1 && fitted.score == score) {
@@ -36,19 +33,22 @@ pub(crate) fn settle(
     Ok(search.settle_times(fitted))
 }
 
-/// Compares every effect with its rivals; stops where several effects stand and a better one replaced one of them.
-fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<Vec<Alternative>>) -> (Fitted, bool) {
+/// Compares every effect with its rivals, of which a better one may replace it; stops where that happened and several stand.
+fn compare(search: &mut Search<'_>, mut fitted: Fitted, may_replace: bool) -> (Fitted, bool) {
     let mut any = false;
-    alternatives.clear();
     for (k, mut rivals) in search.all_rivals(&fitted).into_iter().enumerate() {
         let at = search.given + k;
-        let replaced = rivals.first().is_some_and(|rival| {
+        let better = |search: &Search<'_>, fitted: &Fitted, rival: &Rival| {
             // A richer law must be better by what counts; one as simple, at all.
             let richer = count_in_use(&rival.effect) > count_in_use(&fitted.train.model.effects[at]);
             let limit = if richer { 2.0 * told_apart_from(search.taken[k].delta_bic) } else { 0.0 };
             rival.delta_bic < -limit && !out_of_range(&rival.effect, &POLICY)
-        });
-        let replaced = replaced && take_up(search, &mut fitted, at, &mut rivals);
+        };
+        let mut replaced = false;
+        // What does not go with the held-out data leaves its place to the next.
+        while may_replace && !replaced && rivals.first().is_some_and(|rival| better(search, &fitted, rival)) {
+            replaced = take_up(search, &mut fitted, at, &mut rivals);
+        }
         let explained = search.taken[k].delta_bic;
         // What contains the law that stands and is no better with what it has more, is that law.
         let standing = &fitted.train.model.effects[at];
@@ -65,7 +65,7 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
         };
         let mut list: Vec<Alternative> = rivals.into_iter().map(to_alternative).collect();
         list.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
-        alternatives.push(list);
+        search.taken[k].alternatives = list;
         if replaced && search.taken.len() > 1 {
             return (fitted, true);
         }
@@ -77,11 +77,13 @@ fn compare(search: &mut Search<'_>, mut fitted: Fitted, alternatives: &mut Vec<V
 /// Puts the best of the `rivals` of effect `at` in its place, and the effect among the rivals; whether that could be done.
 fn take_up(search: &mut Search<'_>, fitted: &mut Fitted, at: usize, rivals: &mut Vec<Rival>) -> bool {
     let Rival { effect, delta_bic, price, overdispersion, whole: Some(whole) } = rivals.remove(0) else { return false };
-    let Ok(better) = search.verified(whole, fitted) else { return false };
+    let better = search.verified(whole, fitted);
+    let what = format!("in place of {} on held-out data", fitted.train.model.effects[at].id);
+    let Some(better) = search.journal.tried(&effect, &what, better) else { return false };
     let before = std::mem::replace(fitted, better);
     let old = before.train.model.effects[at].clone();
     let reason = format!("in place of {}", old.id);
-    search.note(&effect, "replaced", delta_bic, &reason);
+    search.journal.note(&effect, Outcome::Replaced, delta_bic, &reason);
     let taken = &mut search.taken[at - search.given];
     taken.delta_bic += delta_bic;
     taken.rivals.retain(|rival| rival.id != effect.id);
@@ -96,21 +98,13 @@ fn take_up(search: &mut Search<'_>, fitted: &mut Fitted, at: usize, rivals: &mut
 }
 
 /// Terms outside the catalogue: on top of what was found, or instead of it, whichever explains more.
-pub(crate) fn beyond_catalogue(
-    search: &mut Search<'_>,
-    base: &Fitted,
-    fitted: Fitted,
-    alternatives: &mut Vec<Vec<Alternative>>,
-) -> Result<Fitted, FitError> {
-    let found = search.taken.clone();
+pub(crate) fn beyond_catalogue(search: &mut Search<'_>, base: &Fitted, fitted: Fitted) -> Result<Fitted, FitError> {
+    let nothing_found = search.taken.is_empty();
     let mut best = fitted;
     if let Some(with_terms) = search.dictionary_rounds(&best, None)? {
         best = search.prune(base, with_terms)?;
-        if search.taken.len() <= found.len() {
-            alternatives.clear();
-        }
     }
-    if found.is_empty() {
+    if nothing_found {
         return Ok(best);
     }
     // Perhaps what was found only stood for what is outside the catalogue.
@@ -118,7 +112,6 @@ pub(crate) fn beyond_catalogue(
     if let Some(instead) = search.dictionary_rounds(base, Some(best.score))? {
         let instead = search.prune(base, instead)?;
         if instead.score < best.score && instead.left() < CLEARLY * best.left() {
-            alternatives.clear();
             return Ok(instead);
         }
     }
@@ -128,18 +121,10 @@ pub(crate) fn beyond_catalogue(
 
 /// Several effects that leave something to latent forces, or a single term outside the catalogue that explains more: they
 /// may only have made it up between them.
-pub(crate) fn or_single_term(
-    search: &mut Search<'_>,
-    base: &Fitted,
-    fitted: Fitted,
-    alternatives: &mut Vec<Vec<Alternative>>,
-) -> Result<Fitted, FitError> {
+pub(crate) fn or_single_term(search: &mut Search<'_>, base: &Fitted, fitted: Fitted) -> Result<Fitted, FitError> {
     let found = search.taken.clone();
     match search.single_term(base)? {
-        Some(term) if term.score < fitted.score => {
-            alternatives.clear();
-            Ok(term)
-        }
+        Some(term) if term.score < fitted.score => Ok(term),
         _ => {
             search.taken = found;
             Ok(fitted)

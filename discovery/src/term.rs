@@ -171,7 +171,7 @@ impl Search<'_> {
             Err(error) => {
                 let terms = model.effects[self.given..].iter().filter(|spec| spec.expression.is_some());
                 for term in terms.cloned().collect::<Vec<_>>() {
-                    self.note(&term, "refused", f64::NAN, &format!("with refined numbers: {error}"));
+                    self.journal.failed(&term, "with refined numbers", &error);
                 }
                 None
             }

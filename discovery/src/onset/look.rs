@@ -10,6 +10,7 @@ use crate::candidates::Library;
 use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError};
 use crate::fitted::Fitted;
+use crate::journal::Outcome;
 use crate::kalman::Randomness;
 use crate::regression::{Scored, ladder};
 use crate::round::effect_of;
@@ -49,10 +50,15 @@ impl Search<'_> {
                 }
                 Ok(next) => {
                     let change = next.score - fitted.score;
-                    self.note(effect, "refused", change, "at work for a while only, it does not explain enough");
+                    self.journal.note(
+                        effect,
+                        Outcome::Refused,
+                        change,
+                        "at work for a while only, it does not explain enough",
+                    );
                 }
                 Err(error) => {
-                    self.note(effect, "refused", f64::NAN, &format!("it cannot be simulated: {error}"));
+                    self.journal.failed(effect, "at work for a while only", &error);
                 }
             }
         }

@@ -17,6 +17,7 @@ use self::segments::{Course, Kind, Segments, entries, multiplied, price};
 use crate::estimate::FitError;
 use crate::extension::count_in_use;
 use crate::fitted::Fitted;
+use crate::journal::Outcome;
 use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search, Taken};
 
 pub(crate) use self::locate::time_errors;
@@ -47,7 +48,7 @@ impl Search<'_> {
                     fitted = self.takes_its_course(fitted, next, at);
                 }
                 Ok(_) => {}
-                Err(error) => self.note(&effect, "refused", f64::NAN, &format!("no times to be at work: {error}")),
+                Err(error) => self.journal.failed(&effect, "no times to be at work", &error),
             }
         }
         fitted
@@ -62,7 +63,7 @@ impl Search<'_> {
         of_one.delta_bic += change;
         let copy = Taken::new(of_one.rivals.clone(), of_one.delta_bic, of_one.null_test);
         self.taken.extend(std::iter::repeat_n(copy, more));
-        self.note(&next.train.model.effects[at].clone(), "extended", change, "begins or ends");
+        self.journal.note(&next.train.model.effects[at].clone(), Outcome::Extended, change, "begins or ends");
         self.begin_in_force(&next.train.model);
         next
     }
@@ -153,15 +154,19 @@ impl Search<'_> {
                 match self.fit_without(&model, &fitted, ROUNDS) {
                     Ok(always) if always.score < fitted.score + EVIDENCE => {
                         let change = always.score - fitted.score;
-                        self.note(&always.train.model.effects[*at].clone(), "simplified", change, "always at work");
+                        self.journal.note(
+                            &always.train.model.effects[*at].clone(),
+                            Outcome::Simplified,
+                            change,
+                            "always at work",
+                        );
                         self.taken.iter_mut().for_each(Taken::changed);
                         fitted = always;
                         continue;
                     }
                     Ok(_) => {}
                     Err(error) => {
-                        let reason = format!("always at work it cannot be simulated: {error}");
-                        self.note(&model.effects[*at], "refused", f64::NAN, &reason);
+                        self.journal.failed(&model.effects[*at], "always at work", &error);
                     }
                 }
             }
@@ -169,7 +174,7 @@ impl Search<'_> {
                 Ok(located) => fitted = located,
                 Err(error) => {
                     let effect = fitted.train.model.effects[*at].clone();
-                    self.note(&effect, "refused", f64::NAN, &format!("its times cannot be located: {error}"));
+                    self.journal.failed(&effect, "its times cannot be located", &error);
                 }
             }
         }

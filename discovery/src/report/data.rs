@@ -463,9 +463,9 @@ pub struct Step {
     /// What was tried, with its place.
     pub label: String,
     /// What became of it: `added`, `refused`, `removed`, ...
-    pub outcome: String,
-    /// BIC with it minus without it.
-    pub delta_bic: f64,
+    pub outcome: &'static str,
+    /// BIC with it minus without it; none where it could not be tried.
+    pub delta_bic: Option<f64>,
     /// Why, in a few words; may be empty.
     pub reason: String,
 }

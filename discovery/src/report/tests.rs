@@ -85,8 +85,8 @@ fn report() -> Report {
             null_test: Some(NullTest { runs: 99, allowed: 1, exceeded: Some(0), followed: Some(0) }),
             steps: vec![Step {
                 label: "Coulomb friction on winch 3".to_owned(),
-                outcome: "added".to_owned(),
-                delta_bic: -812.4,
+                outcome: "added",
+                delta_bic: Some(-812.4),
                 reason: "largest gain".to_owned(),
             }],
         },

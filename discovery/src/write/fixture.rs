@@ -9,9 +9,10 @@ use cdpr::kinematics::cables;
 use cdpr::model_file::Model;
 
 use crate::data::{Channel, Trial};
+use crate::journal::{Entry, Outcome};
 use crate::outcome::{
     Alternative, BeforeAfter, Block, ChannelInstrument, Compared, DetectionLimit, Discovery, Estimated, Found,
-    HorizonGap, Instruments, Latents, Located, NullTest, Onset, Remaining, SearchStep, Stability, Verdict, Whiteness,
+    HorizonGap, Instruments, Latents, Located, NullTest, Onset, Remaining, Stability, Verdict, Whiteness,
 };
 
 pub(super) const FORCE: f64 = 180.0;
@@ -140,10 +141,10 @@ pub(super) fn discovery() -> Discovery {
         null_test: Some(NullTest { shifts: 99, found: -12.0, as_strong: 40, over_threshold: 0, largest: -3.0 }),
         candidates: 87,
         outliers: 3,
-        steps: vec![SearchStep {
-            effect: friction().effect,
-            outcome: "added".to_owned(),
-            delta_bic: -812.4,
+        journal: vec![Entry {
+            effect: Some(friction().effect),
+            outcome: Outcome::Added,
+            delta_bic: Some(-812.4),
             reason: "largest gain".to_owned(),
         }],
         detection_limits: limits(),

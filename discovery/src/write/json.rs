@@ -9,9 +9,10 @@ use cdpr::effect::{EffectSpec, Place};
 use serde::Serialize;
 
 use crate::data::Channel;
+use crate::journal::Entry;
 use crate::outcome::{
     Alternative, Block, ChannelInstrument, Compared, Discovery, Estimated, Found, Instruments, Located, NullTest,
-    Onset, Remaining, SearchStep, Stability, SurveyError, Verdict,
+    Onset, Remaining, Stability, SurveyError, Verdict,
 };
 
 use super::detection::{LimitEntry, cannot_tell, limit};
@@ -38,7 +39,9 @@ struct Document<'a> {
     /// Whether they show nothing of any law that needs motion: no verdict clears the machine then.
     at_rest: bool,
     trials: Vec<TrialEntry<'a>>,
-    search: SearchEntry<'a>,
+    search: SearchEntry,
+    /// Each step of the search.
+    journal: Vec<JournalEntry<'a>>,
     remarks: &'a [String],
 }
 
@@ -299,23 +302,22 @@ struct TrialEntry<'a> {
 }
 
 #[derive(Serialize)]
-struct SearchEntry<'a> {
+struct SearchEntry {
     candidates: usize,
     outliers: usize,
     seconds: f64,
     /// Of the last weighing, after which nothing more was taken up.
     null_test: Option<NullTestEntry>,
-    steps: Vec<StepEntry<'a>>,
 }
 
 #[derive(Serialize)]
-struct StepEntry<'a> {
-    id: &'a str,
+struct JournalEntry<'a> {
+    id: Option<&'a str>,
     cable: Option<usize>,
     #[serde(rename = "where")]
     place: String,
-    outcome: &'a str,
-    delta_bic: f64,
+    outcome: &'static str,
+    delta_bic: Option<f64>,
     reason: &'a str,
 }
 
@@ -352,8 +354,8 @@ pub fn discovery_json(discovery: &Discovery) -> Result<String, serde_json::Error
             outliers: discovery.outliers,
             seconds: discovery.seconds,
             null_test: discovery.null_test.as_ref().map(null_test),
-            steps: discovery.steps.iter().map(step).collect(),
         },
+        journal: discovery.journal.iter().map(journal_entry).collect(),
         remarks: &discovery.remarks,
     };
     let mut text = serde_json::to_string_pretty(&document)?;
@@ -543,13 +545,14 @@ fn channel(channel: Channel, discovery: &Discovery) -> ChannelEntry {
     }
 }
 
-fn step(step: &SearchStep) -> StepEntry<'_> {
-    StepEntry {
-        id: &step.effect.id,
-        cable: step.effect.cable,
-        place: key_of(&step.effect),
-        outcome: &step.outcome,
-        delta_bic: step.delta_bic,
-        reason: &step.reason,
+fn journal_entry(entry: &Entry) -> JournalEntry<'_> {
+    let effect = entry.effect.as_ref();
+    JournalEntry {
+        id: effect.map(|effect| effect.id.as_str()),
+        cable: effect.and_then(|effect| effect.cable),
+        place: effect.map_or_else(|| "instruments".to_owned(), key_of),
+        outcome: entry.outcome.name(),
+        delta_bic: entry.delta_bic,
+        reason: &entry.reason,
     }
 }

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use crate::data::Channel;
+use crate::journal::Entry;
 use crate::outcome::{
-    Alternative, BeforeAfter, Block, Compared, Discovery, Estimated, Found, Instruments, Located, NullTest, SearchStep,
-    Stability, Verdict,
+    Alternative, BeforeAfter, Block, Compared, Discovery, Estimated, Found, Instruments, Located, NullTest, Stability,
+    Verdict,
 };
 use crate::report::{
     self, ChannelGap, FileUsed, Gap, HorizonGap, Method, Remainder, Report, Robot, Setting, Span, Step, Term, Whiteness,
@@ -72,7 +73,7 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
             samples: discovery.trials.iter().filter(|t| !t.holdout).map(numbers).sum(),
             seconds: discovery.seconds,
             null_test: null_test(discovery),
-            steps: discovery.steps.iter().map(step).collect(),
+            steps: discovery.journal.iter().map(step).collect(),
         },
         limits: rows(&discovery.detection_limits),
         at_rest: discovery.at_rest(),
@@ -305,11 +306,12 @@ fn robot(discovery: &Discovery) -> Robot {
     }
 }
 
-fn step(step: &SearchStep) -> Step {
+fn step(entry: &Entry) -> Step {
+    let label = |effect| report::phrase(&label(effect), &place(effect));
     Step {
-        label: report::phrase(&label(&step.effect), &place(&step.effect)),
-        outcome: step.outcome.clone(),
-        delta_bic: step.delta_bic,
-        reason: step.reason.clone(),
+        label: entry.effect.as_ref().map_or_else(|| "the instruments".to_owned(), label),
+        outcome: entry.outcome.name(),
+        delta_bic: entry.delta_bic,
+        reason: entry.reason.clone(),
     }
 }

@@ -366,10 +366,10 @@ fn effects_without_a_force_share_a_picture() {
 fn an_anchor_is_at_one_place_throughout_the_json() {
     let mut offset = discovery();
     offset.effects[0].effect = EffectSpec::new("anchor_offset", Some(2), &[0.1, 0.0]).unwrap();
-    offset.steps[0].effect = offset.effects[0].effect.clone();
+    offset.journal[0].effect = Some(offset.effects[0].effect.clone());
     offset.located[0].place = Place::Anchor(Some(2));
     let document = json(&offset);
-    for place in [&document["located"][0], &document["effects"][0], &document["search"]["steps"][0]] {
+    for place in [&document["located"][0], &document["effects"][0], &document["journal"][0]] {
         assert_eq!(place["where"], "cable[2]");
     }
     let report = report(&offset, &About::default());

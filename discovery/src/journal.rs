@@ -1,0 +1,166 @@
+//! The journal of a search: what each step tried, how that came out and why, also where it could not be tried.
+
+use std::error::Error;
+use std::sync::{Mutex, PoisonError};
+
+use cdpr::effect::EffectSpec;
+
+/// How a step came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    /// The effect came in.
+    Added,
+    /// Its law got more: a shape, a second limit, times.
+    Extended,
+    /// Its law got on without a part that it had.
+    Simplified,
+    /// It came in for another one.
+    Replaced,
+    /// It was taken out again.
+    Removed,
+    /// It did not earn its place.
+    Refused,
+    /// It could not be tried.
+    Failed,
+}
+
+impl Outcome {
+    /// The outcome as in `discovery.json`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Added => "added",
+            Self::Extended => "extended",
+            Self::Simplified => "simplified",
+            Self::Replaced => "replaced",
+            Self::Removed => "removed",
+            Self::Refused => "refused",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// One step of the search.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// What was tried; none where it was what the instruments have beside white noise.
+    pub effect: Option<EffectSpec>,
+    /// How that came out.
+    pub outcome: Outcome,
+    /// Information criterion with it minus without it; none where it could not be tried.
+    pub delta_bic: Option<f64>,
+    /// Why, a phrase; may be empty.
+    pub reason: String,
+}
+
+/// The entries so far. Steps that run side by side write to it as well.
+#[derive(Debug, Default)]
+pub(crate) struct Journal {
+    entries: Mutex<Vec<Entry>>,
+}
+
+impl Journal {
+    pub(crate) fn note(&self, effect: &EffectSpec, outcome: Outcome, delta_bic: f64, reason: &str) {
+        let (effect, delta_bic) = (Some(effect.clone()), Some(delta_bic));
+        self.write(Entry { effect, outcome, delta_bic, reason: reason.to_owned() });
+    }
+
+    /// That `what` was to be tried of an effect and why it could not be.
+    pub(crate) fn failed(&self, effect: &EffectSpec, what: &str, error: &dyn Error) {
+        self.write(failure(Some(effect.clone()), what, error));
+    }
+
+    /// That `what` was to be tried of the instruments and why it could not be.
+    pub(crate) fn instruments_failed(&self, what: &str, error: &dyn Error) {
+        self.write(failure(None, what, error));
+    }
+
+    /// What was tried of an effect, or nothing and an entry where it could not be.
+    pub(crate) fn tried<T, E: Error>(&self, effect: &EffectSpec, what: &str, tried: Result<T, E>) -> Option<T> {
+        tried.map_err(|error| self.failed(effect, what, &error)).ok()
+    }
+
+    /// Does work in which steps run side by side; their entries are put in an order that does not depend on which came first.
+    pub(crate) fn side_by_side<T>(&self, work: impl FnOnce() -> T) -> T {
+        let from = self.locked(|entries| entries.len());
+        let done = work();
+        self.locked(|entries| entries[from..].sort_by_cached_key(|entry| format!("{entry:?}")));
+        done
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.locked(|entries| entries.len())
+    }
+
+    /// Says of the effects that came in since there were `from` entries that they were refused after all.
+    pub(crate) fn refuse_since(&self, from: usize, reason: &str) {
+        self.locked(|entries| {
+            for entry in entries[from..].iter_mut().filter(|entry| entry.outcome == Outcome::Added) {
+                (entry.outcome, entry.reason) = (Outcome::Refused, reason.to_owned());
+            }
+        });
+    }
+
+    pub(crate) fn into_entries(self) -> Vec<Entry> {
+        self.entries.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn write(&self, entry: Entry) {
+        self.locked(|entries| entries.push(entry));
+    }
+
+    /// Entries are whole whatever panicked while somebody held them.
+    fn locked<T>(&self, work: impl FnOnce(&mut Vec<Entry>) -> T) -> T {
+        work(&mut self.entries.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+fn failure(effect: Option<EffectSpec>, what: &str, error: &dyn Error) -> Entry {
+    Entry { effect, outcome: Outcome::Failed, delta_bic: None, reason: format!("{what}: {error}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::FitError;
+
+    fn drag(value: f64) -> EffectSpec {
+        EffectSpec::new("platform_linear_drag", None, &[value]).expect("an effect")
+    }
+
+    #[test]
+    fn what_cannot_be_tried_says_why() {
+        let journal = Journal::default();
+        assert_eq!(journal.tried(&drag(1.0), "on held-out data", Ok::<_, FitError>(3)), Some(3));
+        let error = FitError::Model("no cables".to_owned());
+        let text = error.to_string();
+        assert_eq!(journal.tried::<(), _>(&drag(2.0), "on held-out data", Err(error)), None);
+        let [entry] = &journal.into_entries()[..] else { panic!("one entry") };
+        assert_eq!((entry.outcome, entry.delta_bic, &entry.effect), (Outcome::Failed, None, &Some(drag(2.0))));
+        assert_eq!(entry.reason, format!("on held-out data: {text}"));
+    }
+
+    #[test]
+    fn steps_side_by_side_are_in_one_order_whichever_came_first() {
+        let entries = |order: [f64; 2]| {
+            let journal = Journal::default();
+            journal.note(&drag(9.0), Outcome::Added, -20.0, "");
+            journal.side_by_side(|| order.map(|value| journal.note(&drag(value), Outcome::Refused, value, "")));
+            journal.into_entries()
+        };
+        assert_eq!(entries([1.0, 2.0]), entries([2.0, 1.0]));
+        assert_eq!(entries([1.0, 2.0])[0].effect, Some(drag(9.0)));
+    }
+
+    #[test]
+    fn only_what_came_in_since_is_refused_after_all() {
+        let journal = Journal::default();
+        journal.note(&drag(1.0), Outcome::Added, -20.0, "");
+        let from = journal.len();
+        journal.note(&drag(2.0), Outcome::Added, -20.0, "");
+        journal.note(&drag(3.0), Outcome::Removed, 3.0, "");
+        journal.refuse_since(from, "too little");
+        let outcomes: Vec<Outcome> = journal.into_entries().iter().map(|entry| entry.outcome).collect();
+        assert_eq!(outcomes, [Outcome::Added, Outcome::Refused, Outcome::Removed]);
+    }
+}
