@@ -110,7 +110,7 @@ impl Plant {
                 CableModel::Rigid | CableModel::MasslessSpring => (k.length, k.speed),
             };
             if cable.model == CableModel::LumpedMass || !slack[i] {
-                energy.cables_along += cable.axial_mass(length) * rate * rate * 0.5;
+                energy.cables_along += self.chain(i).axial_mass(length) * rate * rate * 0.5;
             }
             if cable.model != CableModel::Rigid && self.cable[i].law.is_empty() && k.length.re() > y[at].re() {
                 let stretch = k.length - y[at];

@@ -2,6 +2,7 @@
 
 use nalgebra::{DVector, MatrixXx3};
 
+use crate::dynamics::matrix3::dot;
 use crate::geometry::Geometry;
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::scalar::Real;
@@ -138,6 +139,19 @@ impl<S: Real> CableKinematics<S> {
     #[inline]
     pub fn normal_acceleration_bias(&self, omega: S) -> S {
         -(omega * omega * self.arm_dot_normal()) - (self.speed + self.span_rate()) * self.angular_rate
+    }
+
+    /// `L̈` (m/s²), equation (12), at the platform's acceleration and angular rate.
+    #[inline]
+    pub(crate) fn length_acceleration(&self, acceleration: &[S; 3], omega: S) -> S {
+        dot(&self.jacobian_row(), acceleration) + self.length_acceleration_bias(omega)
+    }
+
+    /// `f α̈ + 3 ḟ α̇` (m/s²) of the straight part `f`, the acceleration that a straight cable's mass across answers to, by (14).
+    #[inline]
+    pub(crate) fn acceleration_across(&self, acceleration: &[S; 3], omega: S) -> S {
+        let turning = dot(&self.normal_row(), acceleration) + self.normal_acceleration_bias(omega);
+        turning + self.span_rate() * self.angular_rate * 3.0
     }
 
     /// `α` (rad), equation (5).
@@ -314,9 +328,8 @@ pub fn accelerations(
     acceleration: &[f64; 3],
 ) -> (PerCable<f64>, PerCable<f64>) {
     let cables = cables(geometry, pose, twist);
-    let dot = |row: [f64; 3]| row.iter().zip(acceleration).map(|(a, b)| a * b).sum::<f64>();
-    let length = cables.map(|c| dot(c.jacobian_row()) + c.length_acceleration_bias(twist[2]));
-    let angle = cables.map(|c| (dot(c.normal_row()) + c.normal_acceleration_bias(twist[2])) / c.span);
+    let length = cables.map(|c| c.length_acceleration(acceleration, twist[2]));
+    let angle = cables.map(|c| (dot(&c.normal_row(), acceleration) + c.normal_acceleration_bias(twist[2])) / c.span);
     (length, angle)
 }
 

@@ -15,7 +15,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::dynamics::CableData;
 use crate::parameters::{ParameterError, check_positive, check_range};
 use crate::scalar::Real;
 
@@ -158,7 +157,7 @@ impl WinchData {
     }
 
     /// The acceleration (m/s²) of the paid-out length that the servo wants under its command.
-    fn wanted<S: Real>(&self, command: S, length: S, rate: S) -> S {
+    pub(crate) fn wanted<S: Real>(&self, command: S, length: S, rate: S) -> S {
         let bandwidth = self.bandwidth;
         match self.command {
             WinchCommand::Length => {
@@ -169,32 +168,13 @@ impl WinchData {
     }
 
     /// The command under which the servo wants this acceleration (m/s²).
-    pub(crate) fn command_for(&self, acceleration: f64, length: f64, rate: f64) -> f64 {
+    pub(crate) fn command_for<S: Real>(&self, acceleration: S, length: S, rate: S) -> S {
         let bandwidth = self.bandwidth;
         match self.command {
             WinchCommand::Length => {
-                length + (acceleration + 2.0 * self.damping * bandwidth * rate) / (bandwidth * bandwidth)
+                length + (acceleration + rate * (2.0 * self.damping * bandwidth)) / (bandwidth * bandwidth)
             }
             _ => rate + acceleration / bandwidth,
         }
     }
-}
-
-/// What a servo sees of its cable: paid-out length (m), its rate (m/s), angular rate (rad/s) and tension (N).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Reeled<S> {
-    pub(crate) length: S,
-    pub(crate) rate: S,
-    pub(crate) angular_rate: S,
-    pub(crate) tension: S,
-}
-
-/// The force (N) with which the servo of `cable` follows its command, within its limit.
-#[inline]
-pub(crate) fn servo_force<S: Real>(cable: &CableData, command: S, reeled: &Reeled<S>) -> S {
-    let wanted = cable.winch.wanted(command, reeled.length, reeled.rate);
-    let own = cable.axial_bias(reeled.length, reeled.rate, reeled.angular_rate);
-    let force = reeled.tension - own - cable.axial_mass(reeled.length) * wanted;
-    let limit = cable.winch.force_limit;
-    if force.re().abs() > limit { S::from(limit.copysign(force.re())) } else { force }
 }

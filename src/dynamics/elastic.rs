@@ -111,23 +111,6 @@ fn spring_tension<S: Real>(data: &CableData, laws: &[Law], time: S, chord: S, un
     straight_tension(data, laws, refined, chord)
 }
 
-/// Tension (N) of a cable with a mass at its winch end: spring and damper, nothing where it is slack.
-#[inline]
-pub(crate) fn carried<S: Real>(
-    data: &CableData,
-    laws: &[Law],
-    time: S,
-    [chord, speed]: [S; 2],
-    [unstretched, rate]: [S; 2],
-    states: &[S],
-    slack: bool,
-) -> S {
-    if slack {
-        return S::from(0.0);
-    }
-    tension(data, laws, time, chord, unstretched, states) + data.damper_force(chord, speed, unstretched, rate)
-}
-
 /// How far the strain at this elastic strain, with the chord strain of its tension, is from `strain`; at this chord and free
 /// length (m).
 fn misfit<S: Real>(data: &CableData, laws: &[Law], elastic: S, strain: S, lengths: [S; 2]) -> S {

@@ -4,16 +4,15 @@
 //! that the compiler can work on several cables at once. The loops have 4, 8 or 12 lanes, as many as the robot needs
 //! ([`with_lanes`]); in lanes beyond the last cable all constants are zero, so that they add nothing.
 
-use crate::effect::{PlatformContext, StrainContext, SwingContext, WinchContext};
+use crate::effect::{PlatformContext, WinchContext};
 use crate::kinematics::CableArrays;
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
-use crate::plant::{CableEffect, Plant};
+use crate::plant::Plant;
 use crate::scalar::Real;
 
 use super::matrix3::Symmetric3;
-use super::servo::Held;
-use super::{CableData, Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
+use super::{Evaluation, Held, Inputs, MAX_EFFECT_STATES};
 
 /// The plant at one instant; the fields mean what they mean in [`super::Evaluation`].
 #[derive(Clone, Copy, Debug)]
@@ -29,35 +28,6 @@ pub(crate) struct Instant<S, const LANES: usize> {
     pub(crate) effect_rate: [[S; MAX_EFFECT_STATES]; LANES],
     /// Mass matrix of the platform with the cables' inertia that moves with it.
     pub(crate) mass: Symmetric3<S>,
-}
-
-/// The winch's pull (N) on one cable under `command` (N) and the force `added` behind it, and the rates of the states of
-/// its command and its losses.
-#[inline]
-pub(crate) fn winch_pull<S: Real>(
-    plant: &Plant,
-    cable: usize,
-    command: S,
-    added: S,
-    context: &WinchContext<S>,
-    states: &[S],
-    rates: &mut [S],
-) -> S {
-    let effects = &plant.cable[cable];
-    let mut force = command;
-    for (kind, at) in &effects.command {
-        force = kind.command(force, &states[*at..], &mut rates[*at..], context);
-    }
-    force += added;
-    let lost = |sum, (kind, at): &CableEffect| sum + kind.loss_in(force, &states[*at..], &mut rates[*at..], context);
-    effects.loss.iter().fold(force, lost)
-}
-
-/// The tension (N) of a cable that swings: where tension depends on the acceleration, the winch's pull stands for it.
-#[inline]
-pub(crate) fn swing_tension<S: Real>(model: CableModel, tension: S, pull: S, slack: bool) -> S {
-    let tension = if model == CableModel::LumpedMass { tension } else { pull };
-    if slack || tension.re() < 0.0 { S::from(0.0) } else { tension }
 }
 
 /// Sum over the lanes, a multiple of four: fours first, then in pairs.
@@ -148,10 +118,9 @@ impl Plant {
             }
         }
 
-        // What effects add: a wrench on the platform, forces along the winches and across the cables.
+        // What effects add: a wrench on the platform, forces along the winches.
         let mut force = u.disturbance;
         let mut pull = u.winch_force.padded::<LANES>();
-        let mut across_added = zeros;
         let mut effect_rate = [[zero; MAX_EFFECT_STATES]; LANES];
         if self.has.force {
             let context = PlatformContext {
@@ -165,27 +134,25 @@ impl Plant {
                 unstretched_length: &unstretched[..cables],
                 unstretched_rate: &unstretched_rate[..cables],
             };
-            for kind in &self.wrench {
-                let wrench = kind.wrench(&context);
-                for c in 0..3 {
-                    force[c] += wrench[c];
-                }
-            }
+            force = self.applied_wrench(&context);
             for i in 0..cables {
-                let effects = &self.cable[i];
-                let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context, i));
+                let (cable, states) = (self.chain(i), self.effect_states_in(i, y));
                 let winch = WinchContext { time, speed: unstretched_rate[i] };
-                let states = self.effect_states_in(i, y);
                 let mut command = u.winch_force[i];
                 if self.has.servo {
-                    let (chord, paid_out) = ([k.length[i], k.speed[i]], [unstretched[i], unstretched_rate[i]]);
-                    let held = Held { chord, paid_out, angular_rate: k.angular_rate[i], slack: slack[i] };
-                    command = self.servo(i, time, command, &held, states);
+                    command = cable.drive(
+                        command,
+                        &Held::of(
+                            &k,
+                            i,
+                            time,
+                            [unstretched[i], unstretched_rate[i]],
+                            slack[i],
+                            self.effect_states_in(i, y),
+                        ),
+                    );
                 }
-                pull[i] = winch_pull(self, i, command, added, &winch, states, &mut effect_rate[i]);
-                for kind in &effects.transverse {
-                    across_added[i] += kind.transverse_force(k.span[i], k.angular_rate[i]);
-                }
+                pull[i] = cable.pull(command, cable.added(&context), &winch, states, &mut effect_rate[i]);
             }
         }
 
@@ -197,37 +164,32 @@ impl Plant {
         }
         if self.has.law {
             for i in (0..cables).filter(|i| data.cables[*i].model != CableModel::Rigid) {
-                let states = self.effect_states_in(i, y);
-                let (cable, law) = (&data.cables[i], &self.cable[i].law);
-                spring[i] = elastic::tension(cable, law, time, k.length[i], unstretched[i], states);
+                spring[i] = self.chain(i).spring(time, k.length[i], unstretched[i], self.effect_states_in(i, y));
             }
         }
         let mut tension_uncut = zeros;
         for i in 0..LANES {
             let strain = (k.length[i] - unstretched[i]) * inverse_unstretched[i];
-            let opening = k.speed[i] - unstretched_rate[i] - unstretched_rate[i] * strain * constants.strain_damper[i];
+            let opening = constants.opening(i, strain, k.speed[i], unstretched_rate[i]);
             tension_uncut[i] = spring[i] + opening * inverse_unstretched[i] * constants.damping[i];
         }
 
-        if self.has.swing {
+        let mut across_added = zeros;
+        if self.has.across {
             for i in 0..cables {
-                let states = self.effect_states_in(i, y);
-                let carried = swing_tension(data.cables[i].model, tension_uncut[i], pull[i], slack[i]);
-                let context = SwingContext { length: k.span[i], angular_rate: k.angular_rate[i], tension: carried };
-                for (kind, at) in &self.cable[i].swing {
-                    across_added[i] += kind.swing(&context, &states[*at..], &mut effect_rate[i][*at..]);
-                }
+                let held =
+                    Held::of(&k, i, time, [unstretched[i], unstretched_rate[i]], slack[i], self.effect_states_in(i, y));
+                across_added[i] =
+                    self.chain(i).across(k.span[i], tension_uncut[i], pull[i], &held, &mut effect_rate[i]);
             }
         }
 
         // Platform, and the inertia of the cables across: Q = -ρ/3 (L² α̈ + 3 L L̇ α̇) along N.
         let mut mass = self.platform_mass(rotation);
-        let [cx, cy] = self.com_arm(rotation);
-        let centrifugal = omega * omega * data.mass;
-        let weight = self.weight(rotation);
-        force[0] += centrifugal * cx + weight[0];
-        force[1] += centrifugal * cy + weight[1];
-        force[2] += weight[2];
+        let own = self.own_load(rotation, omega);
+        for c in 0..3 {
+            force[c] += own[c];
+        }
         let omega_square = omega * omega;
         let mut across = zeros;
         let mut normal_force = zeros;
@@ -314,9 +276,8 @@ impl Plant {
                     unstretched_acceleration[i] = length_bias[i];
                 }
                 if data.cables[i].model == CableModel::MasslessSpring {
-                    let cable = &data.cables[i];
-                    let opening = (spring[i] - tension[i]) * unstretched[i] / cable.damping;
-                    unstretched_rate[i] = (k.speed[i] + opening) / cable.paid_out_share(k.length[i], unstretched[i]);
+                    let chord = [k.length[i], k.speed[i]];
+                    unstretched_rate[i] = self.chain(i).paid_out_rate(spring[i], tension[i], chord, unstretched[i]);
                 }
             }
         }
@@ -330,15 +291,9 @@ impl Plant {
         }
         if self.has.law {
             for i in 0..cables {
-                let states = self.effect_states_in(i, y);
-                let paid_out = [unstretched[i], unstretched_rate[i]];
-                let strained = !slack[i] && data.cables[i].model != CableModel::Rigid;
-                let strain_rate =
-                    if strained { CableData::strain_rate([k.length[i], k.speed[i]], paid_out) } else { zero };
-                let context = StrainContext { tension: tension[i], strain_rate };
-                for (kind, at) in &self.cable[i].law {
-                    kind.strain_rates(&context, &states[*at..], &mut effect_rate[i][*at..]);
-                }
+                let held =
+                    Held::of(&k, i, time, [unstretched[i], unstretched_rate[i]], slack[i], self.effect_states_in(i, y));
+                self.chain(i).law_rates(tension[i], &held, &mut effect_rate[i]);
             }
         }
         Instant {
@@ -367,12 +322,25 @@ impl Plant {
         Symmetric3([m, zero, -(cy * data.mass), m, cx * data.mass, inertia])
     }
 
-    /// Force and torque about G of the platform's weight (N, N m).
+    /// Force and torque about G (N, N m) of the platform's weight and of its turning about G at this rate (rad/s).
     #[inline]
-    pub(crate) fn weight<S: Real>(&self, rotation: [S; 2]) -> [S; 3] {
-        let [x, y] = self.data.gravity.map(|g| g * self.data.mass);
+    pub(crate) fn own_load<S: Real>(&self, rotation: [S; 2], omega: S) -> [S; 3] {
         let [cx, cy] = self.com_arm(rotation);
-        [S::from(x), S::from(y), cx * y - cy * x]
+        let centrifugal = omega * omega * self.data.mass;
+        let [x, y] = self.data.gravity.map(|g| g * self.data.mass);
+        [centrifugal * cx + x, centrifugal * cy + y, cx * y - cy * x]
+    }
+
+    /// Force and torque (N, N m) of the disturbance and of effects on the platform.
+    #[inline]
+    pub(crate) fn applied_wrench<S: Real>(&self, context: &PlatformContext<'_, S>) -> [S; 3] {
+        let mut wrench = context.inputs.disturbance;
+        for kind in &self.wrench {
+            for (sum, added) in wrench.iter_mut().zip(kind.wrench(context)) {
+                *sum += added;
+            }
+        }
+        wrench
     }
 
     /// `R(φ) c` (m).

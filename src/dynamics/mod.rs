@@ -1,5 +1,6 @@
 //! Newton-Euler dynamics of the cables and the platform, equations (17)-(28) and (36)-(42).
 
+mod cable;
 mod columns;
 mod elastic;
 mod evaluation;
@@ -9,21 +10,19 @@ mod jacobian;
 mod linearisation;
 pub(crate) mod matrix3;
 mod residual;
-mod servo;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use elastic::{tension as elastic_tension, unstretched_length};
+pub(crate) use cable::{CableConstants, Held, swing_tension};
 pub use evaluation::Evaluation;
 pub(crate) use evaluation::Margins;
 pub(crate) use factors::Factors;
-pub(crate) use instant::{swing_tension, winch_pull};
 pub use jacobian::Jacobian;
 pub(crate) use linearisation::Linearisation;
 
 use crate::geometry::Geometry;
 use crate::parameters::{CableDamper, CableInertia, CableModel, Parameters};
-use crate::per_cable::{MAX_CABLES, PerCable};
+use crate::per_cable::PerCable;
 use crate::scalar::Real;
 use crate::winch::WinchData;
 
@@ -96,99 +95,13 @@ impl CableData {
         if self.inertia == CableInertia::None { 0.0 } else { self.density }
     }
 
-    /// Share of `ρ l` that moves with the winch end: a half in the paper's rod, all of it in a reeled cable.
-    pub(crate) fn axial_share(&self) -> f64 {
+    /// Mass per length (kg/m) that moves with the winch end: half of `ρ` in the paper's rod, all of it in a reeled cable.
+    pub(crate) fn axial_density(&self) -> f64 {
         match self.inertia {
-            CableInertia::Paper => 0.5,
-            CableInertia::Reeled => 1.0,
+            CableInertia::Paper => 0.5 * self.density,
+            CableInertia::Reeled => self.density,
             CableInertia::None => 0.0,
         }
-    }
-
-    /// The axial force that the cable's own motion takes beyond mass times acceleration (N), from length, its rate, and
-    /// angular rate: `ρ/2 (rate² - l² α̇²)` in the paper's rod (23), `-ρ/2 l² α̇²` in a reeled cable.
-    #[inline]
-    pub(crate) fn axial_bias<S: Real>(&self, length: S, rate: S, angular_rate: S) -> S {
-        let turning = length * angular_rate;
-        match self.inertia {
-            CableInertia::Paper => (rate * rate - turning * turning) * (0.5 * self.density),
-            CableInertia::Reeled => -(turning * turning) * (0.5 * self.density),
-            CableInertia::None => S::from(0.0),
-        }
-    }
-
-    /// How much cable a damper loses to each metre that is paid out: 1 as the paper has it, `L/l` where it measures strain.
-    #[inline]
-    pub(crate) fn paid_out_share<S: Real>(&self, length: S, unstretched: S) -> S {
-        match self.damper {
-            CableDamper::LengthRate => S::from(1.0),
-            CableDamper::StrainRate => length / unstretched,
-        }
-    }
-
-    /// Rate (1/s) of the strain `(L - l)/l` at length and rate of the chord and the cable's own.
-    #[inline]
-    pub(crate) fn strain_rate<S: Real>([length, speed]: [S; 2], [unstretched, rate]: [S; 2]) -> S {
-        (speed - rate * length / unstretched) / unstretched
-    }
-
-    /// Damper's force (N), (33), at length and rate of the chord and the cable's own.
-    #[inline]
-    pub(crate) fn damper_force<S: Real>(&self, length: S, speed: S, unstretched: S, rate: S) -> S {
-        (speed - rate * self.paid_out_share(length, unstretched)) * self.damping / unstretched
-    }
-
-    /// Mass (kg) that moves with the winch end at this length (m).
-    #[inline]
-    pub(crate) fn axial_mass<S: Real>(&self, length: S) -> S {
-        length * (self.density * self.axial_share()) + self.drum_mass
-    }
-}
-
-/// The cables' numbers, one array per quantity and with the products that every evaluation needs; zero beyond the last
-/// cable, so that it adds nothing.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct CableConstants {
-    pub(crate) axial_stiffness: [f64; MAX_CABLES],
-    pub(crate) damping: [f64; MAX_CABLES],
-    /// As [`CableData::straight_density`].
-    pub(crate) straight_density: [f64; MAX_CABLES],
-    /// Axial mass per length (kg/m): `ρ/2` or `ρ`.
-    axial_density: [f64; MAX_CABLES],
-    drum_mass: [f64; MAX_CABLES],
-    /// Factor of `rate²` in the axial bias (kg/m).
-    rate_square: [f64; MAX_CABLES],
-    /// Factor of `-(l α̇)²` in the axial bias (kg/m).
-    turning_square: [f64; MAX_CABLES],
-    /// 1 where the damper measures the strain's rate, 0 where the length's.
-    pub(crate) strain_damper: [f64; MAX_CABLES],
-}
-
-impl CableConstants {
-    pub(crate) fn new(cables: &[CableData]) -> Self {
-        let each = |f: &dyn Fn(&CableData) -> f64| std::array::from_fn(|i| cables.get(i).map_or(0.0, f));
-        Self {
-            axial_stiffness: each(&|c| c.axial_stiffness),
-            damping: each(&|c| c.damping),
-            straight_density: each(&|c| c.straight_density),
-            axial_density: each(&|c| c.density * c.axial_share()),
-            drum_mass: each(&|c| c.drum_mass),
-            rate_square: each(&|c| if c.inertia == CableInertia::Paper { 0.5 * c.density } else { 0.0 }),
-            turning_square: each(&|c| 0.5 * c.acting_density()),
-            strain_damper: each(&|c| f64::from(u8::from(c.damper == CableDamper::StrainRate))),
-        }
-    }
-
-    /// As [`CableData::axial_mass`].
-    #[inline]
-    pub(crate) fn axial_mass<S: Real>(&self, i: usize, length: S) -> S {
-        length * self.axial_density[i] + self.drum_mass[i]
-    }
-
-    /// As [`CableData::axial_bias`], from the speed across the cable's end (m/s) in place of its angular rate.
-    #[inline]
-    pub(crate) fn axial_bias<S: Real>(&self, i: usize, rate: S, turning: S) -> S {
-        rate * rate * self.rate_square[i] - turning * turning * self.turning_square[i]
     }
 }
 

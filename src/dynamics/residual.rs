@@ -2,14 +2,32 @@
 
 use crate::effect::{PlatformContext, StrainContext, SwingContext, WinchContext};
 use crate::kinematics;
-use crate::parameters::CableModel;
+use crate::parameters::{CableDamper, CableInertia, CableModel};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::scalar::Real;
 
-use super::instant::{swing_tension, winch_pull};
-use super::servo::Held;
-use super::{Inputs, MAX_EFFECT_STATES, elastic};
+use super::{CableData, Held, Inputs, MAX_EFFECT_STATES, swing_tension};
+
+/// The axial force (N) that the motion of an end takes: its length, rate and acceleration (m, m/s, m/s²), (23).
+fn axial_force<S: Real>(cable: &CableData, [length, rate, acceleration]: [S; 3], angular_rate: S) -> S {
+    let turning = length * angular_rate * angular_rate;
+    let own = match cable.inertia {
+        CableInertia::Paper => (length * acceleration + rate * rate - length * turning) * (0.5 * cable.density),
+        CableInertia::Reeled => length * (acceleration - turning * 0.5) * cable.density,
+        CableInertia::None => S::from(0.0),
+    };
+    own + acceleration * cable.drum_mass
+}
+
+/// The damper's force (N), (33): by the rate of length over `l`, or of strain.
+fn damper_force<S: Real>(cable: &CableData, [chord, speed]: [S; 2], [l, rate]: [S; 2]) -> S {
+    let strain_rate = match cable.damper {
+        CableDamper::LengthRate => (speed - rate) / l,
+        CableDamper::StrainRate => (speed * l - chord * rate) / (l * l),
+    };
+    strain_rate * cable.damping
+}
 
 impl Plant {
     /// The residual `F(t, y, ẏ, u, F_D)`, equations (23), (25)-(28), (36)-(42), term by term.
@@ -52,13 +70,7 @@ impl Plant {
             unstretched_length: &unstretched.map(|l| l[0]),
             unstretched_rate: &unstretched.map(|l| l[1]),
         };
-        let mut wrench = u.disturbance;
-        for kind in &self.wrench {
-            let w = kind.wrench(&context);
-            for c in 0..3 {
-                wrench[c] += w[c];
-            }
-        }
+        let mut wrench = self.applied_wrench(&context);
         for i in 0..self.cables() {
             let cable = &self.data.cables[i];
             let effects = &self.cable[i];
@@ -77,24 +89,18 @@ impl Plant {
             let states = self.effect_states_in(i, y);
             let mut effect_rates = [zero; MAX_EFFECT_STATES];
             let winch = WinchContext { time, speed: unstretched[i][1] };
-            let added = effects.pull.iter().fold(zero, |sum, kind| sum + kind.pull(&context, i));
-            let mut command = u.winch_force[i];
-            if self.has.servo {
-                let (chord, paid_out) = ([k.length, k.speed], unstretched[i]);
-                let held = Held { chord, paid_out, angular_rate: k.angular_rate, slack: slack[i] };
-                command = self.servo(i, time, command, &held, states);
-            }
-            let pull = winch_pull(self, i, command, added, &winch, states, &mut effect_rates);
+            let (chord, paid_out, chain) = ([k.length, k.speed], unstretched[i], self.chain(i));
+            let held = Held { time, chord, paid_out, angular_rate: k.angular_rate, slack: slack[i], states };
+            let command = chain.drive(u.winch_force[i], &held);
+            let pull = chain.pull(command, chain.added(&context), &winch, states, &mut effect_rates);
             let at = self.offset[i];
             // (23): tension from the motion of the end of the cable.
             let from_motion = |length: S, rate: S, acceleration: S| {
-                pull + cable.axial_mass(length) * acceleration + cable.axial_bias(length, rate, k.angular_rate)
+                pull + axial_force(cable, [length, rate, acceleration], k.angular_rate)
             };
             let cut = |tension: S| if slack[i] { zero } else { tension };
-            let spring = |l: S, rate: S| {
-                elastic::tension(cable, &effects.law, time, k.length, l, states)
-                    + cable.damper_force(k.length, k.speed, l, rate)
-            };
+            let spring =
+                |l: S, rate: S| chain.spring(time, k.length, l, states) + damper_force(cable, chord, [l, rate]);
             let tension = match cable.model {
                 CableModel::Rigid => cut(from_motion(k.length, k.speed, length_acceleration)),
                 CableModel::MasslessSpring => {

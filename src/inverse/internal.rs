@@ -4,8 +4,7 @@ use nalgebra::DMatrix;
 use num_dual::Dual64;
 
 use super::{InverseDynamics, InverseError, Jet};
-use crate::dynamics::{CableData, MAX_EFFECT_STATES, elastic_tension, unstretched_length};
-use crate::effect::StrainContext;
+use crate::dynamics::{Held, MAX_EFFECT_STATES};
 use crate::integrator::{Complex64, DenseFactors, System};
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
@@ -90,27 +89,19 @@ impl Layout {
         internal: &[S],
         rates: &mut [S],
     ) {
-        let layout = &self.cables[cable];
-        let data = &plant.data().cables[cable];
-        let laws = &plant.cable[cable].law;
+        let (layout, chain) = (&self.cables[cable], plant.chain(cable));
         let states = self.law_states(cable, internal);
         let first = layout.offset + usize::from(layout.has_length);
+        // A cable that follows the rate of its strain has its length among these states, by `InverseDynamics::new`.
+        let (chord, mut paid_out) = ([length, speed], [length, speed]);
         if layout.has_length {
             let l = internal[layout.offset];
-            let spring = elastic_tension(data, laws, time, length, l, &states);
-            rates[layout.offset] = (speed + (spring - tension) * l / data.damping) / data.paid_out_share(length, l);
+            paid_out = [l, chain.paid_out_rate(chain.spring(time, length, l, &states), tension, chord, l)];
+            rates[layout.offset] = paid_out[1];
         }
         let mut law_rates = [S::from(0.0); MAX_EFFECT_STATES];
-        // A cable that follows the rate of its strain has its length among these states, by `InverseDynamics::new`.
-        let strain_rate = if layout.has_length {
-            CableData::strain_rate([length, speed], [internal[layout.offset], rates[layout.offset]])
-        } else {
-            S::from(0.0)
-        };
-        let context = StrainContext { tension, strain_rate };
-        for (kind, at) in laws {
-            kind.strain_rates(&context, &states[*at..], &mut law_rates[*at..]);
-        }
+        let held = Held { time, chord, paid_out, angular_rate: S::from(0.0), slack: false, states: &states };
+        chain.law_rates(tension, &held, &mut law_rates);
         for (k, slot) in layout.slots.iter().enumerate() {
             rates[first + k] = law_rates[*slot];
         }
@@ -174,8 +165,7 @@ impl Layout {
     }
 
     fn at_rest(plant: &Plant, i: usize, drive: &Drive, tension: Jet, states: &[Jet]) -> Jet {
-        let (data, laws) = (&plant.data().cables[i], &plant.cable[i].law);
-        unstretched_length(data, laws, drive.time, drive.length[i], tension, states)
+        plant.chain(i).unstretched_length(drive.time, drive.length[i], tension, states)
     }
 
     /// Internal states near the slow solution, where there is one: creep settled, spring and damper together carrying the
@@ -198,7 +188,7 @@ impl Layout {
                 // The damper's share follows from the rate of the spring alone; each round is one term of its series.
                 let round = |l: Jet| {
                     let rate = Jet::new(l.v1, l.v2, l.v3, 0.0);
-                    let damper = data.damper_force(drive.length[i], drive.speed[i], l, rate);
+                    let damper = plant.chain(i).damper([drive.length[i], drive.speed[i]], [l, rate]);
                     Self::at_rest(plant, i, drive, drive.tension[i] - damper, &states)
                 };
                 // The series settles where the pole is much faster than the motion; elsewhere the cable starts as at rest.

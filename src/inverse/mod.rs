@@ -23,15 +23,16 @@ pub use trajectory::{Ends, Motion, Samples, SplineTrajectory, Trajectory, Trajec
 use std::sync::Arc;
 
 use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
-use crate::effect::{EffectKind, EffectSpec, find};
+use crate::effect::{EffectKind, EffectSpec, PlatformContext, find};
 use crate::formula::Variable;
 use crate::integrator::{IntegrationError, Integrator};
+use crate::kinematics;
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
 use crate::plant::{CableEffect, Plant};
 use distribution::{DistributionError, Redundancy, Selection};
 use internal::{InternalSystem, Layout};
-use wrench::{Context, Prescribed};
+use wrench::Prescribed;
 
 /// A quantity with its first three derivatives in time.
 pub type Jet = num_dual::Dual3_64;
@@ -279,7 +280,8 @@ impl<'a> InverseDynamics<'a> {
             acceleration: motion.jets(2),
             disturbance: motion.disturbance_jets(),
         };
-        let (cables, acceleration) = wrench::cable_motion(&self.plant, &prescribed);
+        let cables = kinematics::cables(self.plant.geometry(), &prescribed.pose, &prescribed.twist);
+        let omega = prescribed.twist[2];
         let wrench = wrench::required(&self.plant, &prescribed, &cables);
         let at = |error| InverseError::Distribution { time, error };
         let rows = distribution::rows(&cables);
@@ -290,14 +292,14 @@ impl<'a> InverseDynamics<'a> {
         let tension = distribution.lift(&rows, &wrench, &selection, &tension).map_err(at)?;
         Ok(Rigid {
             motion,
-            prescribed,
             length: cables.map(|c| c.length),
             speed: cables.map(|c| c.speed),
-            acceleration,
+            acceleration: cables.map(|c| c.length_acceleration(&prescribed.acceleration, omega)),
             angular_rate: cables.map(|c| c.angular_rate),
             wrench: asked,
             tension,
             selection,
+            prescribed,
         })
     }
 
@@ -330,22 +332,25 @@ impl<'a> InverseDynamics<'a> {
             } else {
                 (rigid.length[i], rigid.speed[i], rigid.acceleration[i])
             };
-            pull[i] -= cable.axial_mass(length) * second + cable.axial_bias(length, speed, rigid.angular_rate[i]);
+            pull[i] -= plant.chain(i).axial_force([length, speed, second], rigid.angular_rate[i]);
         }
-        let mut context = Context {
-            geometry: plant.geometry(),
-            inputs: Inputs {
-                winch_force: PerCable::filled(plant.cables(), Jet::from(0.0)),
-                disturbance: rigid.prescribed.disturbance,
-            },
-            length: rigid.length,
-            speed: rigid.speed,
-            unstretched,
-            // As the forward evaluation has it: the rate is a state only where the paid-out end has a mass.
-            unstretched_rate: winch_speed,
-            motion: &rigid.prescribed,
+        let inputs = Inputs {
+            winch_force: PerCable::filled(plant.cables(), Jet::from(0.0)),
+            disturbance: rigid.prescribed.disturbance,
         };
-        let winch = winch::forces(plant, &pull, &winch_speed, &mut context)?;
+        let context = PlatformContext {
+            time: rigid.prescribed.time,
+            geometry: plant.geometry(),
+            pose: &rigid.prescribed.pose,
+            twist: &rigid.prescribed.twist,
+            inputs: &inputs,
+            cable_length: &rigid.length,
+            cable_speed: &rigid.speed,
+            unstretched_length: &unstretched,
+            // As the forward evaluation has it: the rate is a state only where the paid-out end has a mass.
+            unstretched_rate: &winch_speed,
+        };
+        let winch = winch::forces(plant, &pull, &context)?;
         let command = winch::commands(plant, &winch.force, &rigid, &unstretched)?;
         let mut states = vec![0.0; plant.dimension()];
         for k in 0..3 {

@@ -2,10 +2,9 @@
 
 use num_dual::Dual64;
 
-use super::wrench::Context;
 use super::{InverseError, Jet, Rigid};
-use crate::dynamics::MAX_EFFECT_STATES;
-use crate::effect::{EffectKind, WinchContext};
+use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
+use crate::effect::{EffectKind, PlatformContext, WinchContext};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
@@ -22,20 +21,19 @@ pub(super) struct WinchSide {
 pub(super) fn forces(
     plant: &Plant,
     pull: &PerCable<Jet>,
-    speed: &PerCable<Jet>,
-    context: &mut Context<'_, Jet>,
+    context: &PlatformContext<'_, Jet>,
 ) -> Result<WinchSide, InverseError> {
-    let time = context.motion.time;
+    let time = context.time;
     let mut force = pull.map(|p| p.re);
     for _ in 0..ROUNDS {
-        context.inputs.winch_force = force.map(Jet::from);
+        let inputs = Inputs { winch_force: force.map(Jet::from), ..*context.inputs };
+        let context = PlatformContext { inputs: &inputs, ..*context };
         let cables = plant.cables();
         let mut states = PerCable::filled(cables, [0.0; MAX_EFFECT_STATES]);
         let mut next = PerCable::filled(cables, 0.0);
         for i in 0..cables {
-            let added =
-                plant.cable[i].pull.iter().fold(Jet::from(0.0), |sum, kind| sum + kind.pull(&context.view(), i));
-            let winch = WinchContext { time, speed: speed[i] };
+            let added = plant.chain(i).added(&context);
+            let winch = WinchContext { time, speed: context.unstretched_rate[i] };
             next[i] = command(plant, i, pull[i], added, &winch, &mut states[i])?;
         }
         let change = (0..cables).map(|i| (next[i] - force[i]).abs()).fold(0.0, f64::max);
@@ -62,8 +60,7 @@ pub(super) fn commands(
 ) -> Result<PerCable<f64>, InverseError> {
     let mut command = *force;
     for (i, command) in command.iter_mut().enumerate() {
-        let cable = &plant.data().cables[i];
-        let winch = &cable.winch;
+        let winch = &plant.data().cables[i].winch;
         if !winch.command.is_servo() {
             *command /= winch.force_per_command();
             continue;
@@ -76,11 +73,8 @@ pub(super) fn commands(
                 limit: winch.force_limit,
             });
         }
-        // The servo wants what its force would make of the tension and the mass that it knows.
-        let (length, rate) = (unstretched[i].re, unstretched[i].v1);
-        let own = cable.axial_bias(length, rate, rigid.angular_rate[i].re);
-        let wanted = (rigid.tension[i].re - own - *command) / cable.axial_mass(length);
-        *command = winch.command_for(wanted, length, rate);
+        let (paid_out, turning) = ([unstretched[i].re, unstretched[i].v1], rigid.angular_rate[i].re);
+        *command = plant.chain(i).servo_command(*command, rigid.tension[i].re, paid_out, turning);
     }
     Ok(command)
 }

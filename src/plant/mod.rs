@@ -127,12 +127,12 @@ pub struct Plant {
 /// What there is to compute, so that an evaluation passes over the rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Has {
-    /// Effects that add a wrench on the platform or a force on a cable.
+    /// Effects that add a wrench on the platform or a force along a cable.
     pub(crate) force: bool,
     /// Effects on an elastic law.
     pub(crate) law: bool,
-    /// Effects that swing across a cable.
-    pub(crate) swing: bool,
+    /// Effects that are a force across a cable.
+    pub(crate) across: bool,
     /// Winches that make their own force to follow a speed or a length.
     pub(crate) servo: bool,
     /// Winches that are commanded by torque.
@@ -213,7 +213,7 @@ impl Plant {
         }
         for c in &mut data.cables {
             // Without any mass at the winch the lumped model has no second state: its limit is the massless spring.
-            if c.model == CableModel::LumpedMass && c.axial_mass(1.0) == 0.0 {
+            if c.model == CableModel::LumpedMass && c.axial_density() + c.drum_mass == 0.0 {
                 c.model = CableModel::MasslessSpring;
             }
         }
@@ -230,9 +230,7 @@ impl Plant {
         if let Some(i) = cable.iter().position(|c| c.states > MAX_EFFECT_STATES) {
             return Err(PlantError::TooManyStates { cable: i + 1, found: cable[i].states });
         }
-        let on_cable = |c: &CableEffects| {
-            !(c.command.is_empty() && c.loss.is_empty() && c.pull.is_empty() && c.transverse.is_empty())
-        };
+        let on_cable = |c: &CableEffects| !(c.command.is_empty() && c.loss.is_empty() && c.pull.is_empty());
         let command = parameters.winch.command;
         for (spec, kind) in effects.iter().zip(&kinds) {
             kind.check_command(command).map_err(|message| SpecError::new(&spec.id, message))?;
@@ -245,7 +243,7 @@ impl Plant {
             servo: command.is_servo(),
             torque: command == WinchCommand::Torque,
             law: cable.iter().any(|c| !c.law.is_empty()),
-            swing: cable.iter().any(|c| !c.swing.is_empty()),
+            across: cable.iter().any(|c| !(c.transverse.is_empty() && c.swing.is_empty())),
             pulley: data.geometry.pulley_radius.iter().any(|r| *r != 0.0),
             end_mass: data.cables.iter().any(|c| c.end_density != 0.0),
             states: cable.iter().any(|c| c.states > 0),

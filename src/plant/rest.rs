@@ -1,7 +1,7 @@
 //! The plant's states at a start and at rest.
 
 use super::{CableEffect, Plant};
-use crate::dynamics::{self, Inputs, MAX_EFFECT_STATES};
+use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
 use crate::effect::{PlatformContext, WinchContext};
 use crate::kinematics;
 use crate::per_cable::PerCable;
@@ -69,7 +69,7 @@ impl Plant {
 
     /// Sets the states of swinging cables in `y` to those of straight ones that turn with the platform's motion in `y`.
     pub fn straighten(&self, y: &mut [f64]) {
-        if !self.has.swing {
+        if !self.has.across {
             return;
         }
         let cables = kinematics::cables(&self.data.geometry, &[y[0], y[1], y[2]], &[y[3], y[4], y[5]]);
@@ -109,27 +109,24 @@ impl Plant {
     pub(crate) fn pulls_at_rest(&self, context: &PlatformContext<'_, f64>) -> PerCable<f64> {
         let plant = self.at(context.time);
         PerCable::from_fn(self.cables(), |i| {
-            let effects = &plant.cable[i];
+            let cable = plant.chain(i);
             let mut states = [0.0; MAX_EFFECT_STATES];
             let command = context.inputs.winch_force[i];
             plant.start_effect_states(i, command, 0.0, &mut states);
-            let added = effects.pull.iter().map(|kind| kind.pull(context, i)).sum();
             let winch = WinchContext { time: context.time, speed: 0.0 };
-            dynamics::winch_pull(plant, i, command, added, &winch, &states, &mut [0.0; MAX_EFFECT_STATES])
+            cable.pull(command, cable.added(context), &winch, &states, &mut [0.0; MAX_EFFECT_STATES])
         })
     }
 
     /// The unstretched length (m) of `cable` (from 0) at which it carries `tension` (N) at rest, at this chord (m) and
     /// these effect states. Not positive where no length does: a sagging cable needs a tension.
     pub fn unstretched_length_for(&self, cable: usize, time: f64, chord: f64, tension: f64, states: &[f64]) -> f64 {
-        let plant = self.at(time);
-        dynamics::unstretched_length(&plant.data.cables[cable], &plant.cable[cable].law, time, chord, tension, states)
+        self.at(time).chain(cable).unstretched_length(time, chord, tension, states)
     }
 
     /// The tension (N) of `cable` (from 0) at rest at this chord and unstretched length (m) and these effect states; less
     /// than zero where it would be slack.
     pub fn tension_for(&self, cable: usize, time: f64, chord: f64, unstretched: f64, states: &[f64]) -> f64 {
-        let plant = self.at(time);
-        dynamics::elastic_tension(&plant.data.cables[cable], &plant.cable[cable].law, time, chord, unstretched, states)
+        self.at(time).chain(cable).spring(time, chord, unstretched, states)
     }
 }

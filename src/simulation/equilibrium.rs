@@ -41,14 +41,8 @@ pub fn load_at_rest(plant: &Plant, time: f64, pose: &[f64; 3], inputs: &Inputs) 
 
 fn load(plant: &Plant, context: &PlatformContext<'_, f64>) -> [f64; 3] {
     let phi = context.pose[2];
-    let weight = plant.weight([phi.cos(), phi.sin()]);
-    let mut wrench: [f64; 3] = std::array::from_fn(|k| context.inputs.disturbance[k] + weight[k]);
-    for kind in &plant.wrench {
-        for (sum, added) in wrench.iter_mut().zip(kind.wrench(context)) {
-            *sum += added;
-        }
-    }
-    wrench
+    let (weight, applied) = (plant.own_load([phi.cos(), phi.sin()], 0.0), plant.applied_wrench(context));
+    std::array::from_fn(|k| weight[k] + applied[k])
 }
 
 /// Force and torque (N, N m) left on the platform at rest at `pose` with every cable carrying its winch's pull.

@@ -6,7 +6,7 @@ use num_dual::Dual64;
 
 use super::stiffness::tension_and_slope;
 use super::{LinearModel, StaticsError};
-use crate::dynamics::{MAX_EFFECT_STATES, elastic_tension};
+use crate::dynamics::{Held, MAX_EFFECT_STATES};
 use crate::inverse::wrench::{Prescribed, required};
 use crate::kinematics;
 use crate::parameters::CableModel;
@@ -211,10 +211,11 @@ pub fn locked_model(
         let cables = kinematics::cables(plant.geometry(), &motion.pose, &motion.twist);
         let mut wrench = required(plant, &motion, &cables);
         for i in (0..plant.cables()).filter(|i| tension[*i] > 0.0) {
-            let (cable, l) = (&data.cables[i], Dual64::from(unstretched[i]));
-            let states = states[i].map(Dual64::from);
-            let spring = elastic_tension(cable, &plant.cable[i].law, time.into(), cables[i].length, l, &states);
-            let tension = spring + cables[i].speed * cable.damping / l;
+            let (k, states) = (&cables[i], states[i].map(Dual64::from));
+            let (chord, paid_out) = ([k.length, k.speed], [unstretched[i].into(), Dual64::from(0.0)]);
+            let (angular_rate, slack, states) = (k.angular_rate, false, &states[..]);
+            let held = Held { time: time.into(), chord, paid_out, angular_rate, slack, states };
+            let tension = plant.chain(i).carried(&held);
             for (sum, row) in wrench.iter_mut().zip(cables[i].jacobian_row()) {
                 *sum += tension * row;
             }

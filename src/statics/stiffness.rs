@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use num_dual::Dual64;
 
 use super::StaticsError;
-use crate::dynamics::{MAX_EFFECT_STATES, elastic_tension};
+use crate::dynamics::MAX_EFFECT_STATES;
 use crate::geometry::Geometry;
 use crate::inverse::wrench::{Prescribed, required};
 use crate::kinematics;
@@ -66,10 +66,9 @@ pub(super) fn tension_and_slope(
     unstretched: f64,
     states: &[f64; MAX_EFFECT_STATES],
 ) -> (f64, f64) {
-    let data = &plant.data().cables[cable];
     let states = states.map(Dual64::from);
     let length = Dual64::from_re(length).derivative();
-    let tension = elastic_tension(data, &plant.cable[cable].law, time.into(), length, unstretched.into(), &states);
+    let tension = plant.chain(cable).spring(time.into(), length, unstretched.into(), &states);
     (tension.re, tension.eps)
 }
 

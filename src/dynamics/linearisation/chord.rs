@@ -70,7 +70,7 @@ impl Chord {
     pub(super) fn along(&self, a: &[f64; 3]) -> (f64, [f64; 3], [f64; 3]) {
         let k = &self.kinematics;
         let omega = self.twist[2];
-        let value = dot(&self.row, a) + k.length_acceleration_bias(omega);
+        let value = k.length_acceleration(a, omega);
         let rate = k.angular_rate;
         let mut by_pose = self.row_change(a);
         let mut by_twist = self.normal.map(|n| 2.0 * rate * n);
@@ -88,9 +88,8 @@ impl Chord {
     pub(super) fn across(&self, a: &[f64; 3]) -> (f64, [f64; 3], [f64; 3]) {
         let k = &self.kinematics;
         let omega = self.twist[2];
-        // 3 ḟ α̇ - (L̇ + ḟ) α̇ of the straight part f.
         let given_off = 2.0 * k.pulley_radius * k.angular_rate;
-        let value = dot(&self.normal, a) + (k.speed + given_off) * k.angular_rate - omega * omega * k.arm_dot_normal();
+        let value = k.acceleration_across(a, omega);
         let mut by_pose = self.normal_change(a);
         let mut by_twist = combine(k.angular_rate, &self.row, k.speed + 2.0 * given_off, &self.turn);
         for c in 0..3 {

@@ -3,15 +3,13 @@
 
 use num_dual::DualSVec64;
 
-use crate::effect::{PlatformContext, StrainContext, SwingContext, WinchContext};
-use crate::parameters::{CableDamper, CableInertia, CableModel};
+use crate::effect::{PlatformContext, WinchContext};
+use crate::parameters::{CableDamper, CableModel};
 use crate::per_cable::PerCable;
 use crate::plant::{Plant, axial_states};
 use crate::scalar::Real;
 
-use super::super::instant::{swing_tension, winch_pull};
-use super::super::servo::Held;
-use super::super::{CableData, Evaluation, Inputs, MAX_EFFECT_STATES, elastic};
+use super::super::{Evaluation, Held, Inputs, MAX_EFFECT_STATES};
 use super::BLOCK;
 
 /// What reaches a cable from outside: length `L`, its rate, angular rate, acceleration `L̈`, winch force, direction `α`.
@@ -98,16 +96,16 @@ impl Local<'_> {
         let mut d =
             Derivatives { transverse: 0.0, tension_by: nothing, transverse_by: nothing, rates_by: [nothing; BLOCK] };
         let (chord, speed) = (k.length, k.speed);
-        let turning_square = 0.5 * data.acting_density();
-        let rate_square = if data.inertia == CableInertia::Paper { turning_square } else { 0.0 };
-        let mass_slope = data.density * data.axial_share();
+        let constants = &self.plant.constants;
+        let (rate_square, turning_square) = (constants.rate_square[self.cable], constants.turning_square[self.cable]);
+        let mass_slope = constants.axial_density[self.cable];
         let tension = self.evaluation.tension[self.cable];
         let strain_rate = data.damper == CableDamper::StrainRate;
         let [length, rate] = [self.own[0], self.own[1]];
         match data.model {
             CableModel::LumpedMass => {
                 let inverse = 1.0 / length;
-                let share = data.paid_out_share(chord, length);
+                let share = if strain_rate { chord / length } else { 1.0 };
                 let damping = data.damping * inverse;
                 let t = &mut d.tension_by;
                 if !self.slack {
@@ -120,7 +118,7 @@ impl Local<'_> {
                         t[OUTSIDE] += damping * rate * share * inverse;
                     }
                 }
-                let mass = 1.0 / data.axial_mass(length);
+                let mass = 1.0 / constants.axial_mass(self.cable, length);
                 let acceleration = self.evaluation.unstretched_acceleration[self.cable];
                 let across = 2.0 * turning_square * length * k.angular_rate;
                 d.rates_by[0][OUTSIDE + 1] = 1.0;
@@ -139,13 +137,13 @@ impl Local<'_> {
                     t[0] = mass_slope * self.acceleration - across * k.angular_rate * k.angular_rate;
                     t[1] = 2.0 * rate_square * speed;
                     t[2] = -across * chord * k.angular_rate;
-                    t[3] = data.axial_mass(chord);
+                    t[3] = constants.axial_mass(self.cable, chord);
                     t[4] = 1.0;
                 }
                 if data.model == CableModel::MasslessSpring {
                     let stiffness = data.axial_stiffness / length;
                     let lag = length / data.damping;
-                    let share = data.paid_out_share(chord, length);
+                    let share = if strain_rate { chord / length } else { 1.0 };
                     let pull = stiffness * (chord - length) - tension;
                     let r = &mut d.rates_by[0];
                     r[0] = (stiffness - t[0]) * lag;
@@ -214,8 +212,8 @@ impl Local<'_> {
     ) -> LocalRates<S> {
         let zero = S::from(0.0);
         let i = self.cable;
-        let data = &self.plant.data.cables[i];
-        let effects = &self.plant.cable[i];
+        let cable = self.plant.chain(i);
+        let (data, effects) = (cable.data, cable.effects);
         let axial = axial_states(data.model);
         let mut states = [zero; MAX_EFFECT_STATES];
         states[..effects.states].copy_from_slice(&own[axial..axial + effects.states]);
@@ -246,60 +244,36 @@ impl Local<'_> {
                 unstretched_length: &replaced(e.unstretched, unstretched),
                 unstretched_rate: &replaced(e.unstretched_rate, unstretched_rate),
             };
-            added = effects.pull.iter().fold(added, |sum, kind| sum + kind.pull(&context, i));
+            added = cable.added(&context);
         }
+        let (chord, paid_out) = ([length, speed], [unstretched, unstretched_rate]);
+        let mut held = Held { time, chord, paid_out, angular_rate: turning, slack: self.slack, states: &states };
         let winch = WinchContext { time, speed: unstretched_rate };
-        let mut command = command;
-        if self.plant.has.servo {
-            let (chord, paid_out) = ([length, speed], [unstretched, unstretched_rate]);
-            let held = Held { chord, paid_out, angular_rate: turning, slack: self.slack };
-            command = self.plant.servo(i, time, command, &held, &states);
-        }
-        let pull = winch_pull(self.plant, i, command, added, &winch, &states, &mut effect_rates);
-        let elastic = |unstretched| elastic::tension(data, &effects.law, time, length, unstretched, &states);
-        let mut tension = match data.model {
-            CableModel::LumpedMass => {
-                elastic(unstretched) + data.damper_force(length, speed, unstretched, unstretched_rate)
-            }
+        let pull = cable.pull(cable.drive(command, &held), added, &winch, &states, &mut effect_rates);
+        let tension = match data.model {
+            _ if self.slack => zero,
+            CableModel::LumpedMass => cable.carried(&held),
             CableModel::Rigid | CableModel::MasslessSpring => {
-                pull + data.axial_bias(length, speed, turning) + data.axial_mass(length) * acceleration
+                pull + cable.axial_force([length, speed, acceleration], turning)
             }
         };
-        if self.slack {
-            tension = zero;
-        }
         match data.model {
             CableModel::Rigid => {}
             CableModel::MasslessSpring => {
-                let opening = (elastic(unstretched) - tension) * unstretched / data.damping;
-                rates[0] = (speed + opening) / data.paid_out_share(length, unstretched);
+                let spring = cable.spring(time, length, unstretched, &states);
+                rates[0] = cable.paid_out_rate(spring, tension, chord, unstretched);
+                held.paid_out[1] = rates[0];
             }
             CableModel::LumpedMass => {
+                let bias = cable.axial_force([unstretched, unstretched_rate, zero], turning);
                 rates[0] = unstretched_rate;
-                rates[1] = (tension - pull - data.axial_bias(unstretched, unstretched_rate, turning))
-                    / data.axial_mass(unstretched);
+                rates[1] = (tension - pull - bias) / cable.axial_mass(unstretched);
             }
         }
-        let strain_rate = match data.model {
-            _ if self.slack => zero,
-            CableModel::Rigid => zero,
-            CableModel::MasslessSpring | CableModel::LumpedMass => {
-                CableData::strain_rate([length, speed], [unstretched, rates[0]])
-            }
-        };
-        let context = StrainContext { tension, strain_rate };
-        for (kind, at) in &effects.law {
-            kind.strain_rates(&context, &states[*at..], &mut effect_rates[*at..]);
-        }
+        cable.law_rates(tension, &held, &mut effect_rates);
         let k = &self.evaluation.kinematics[i];
         let span = length - (k.length - k.span) + direction * k.pulley_radius;
-        let mut transverse =
-            effects.transverse.iter().fold(zero, |sum, kind| sum + kind.transverse_force(span, turning));
-        let carried = swing_tension(data.model, tension, pull, self.slack);
-        let swing = SwingContext { length: span, angular_rate: turning, tension: carried };
-        for (kind, at) in &effects.swing {
-            transverse += kind.swing(&swing, &states[*at..], &mut effect_rates[*at..]);
-        }
+        let transverse = cable.across(span, tension, pull, &held, &mut effect_rates);
         rates[axial..axial + effects.states].copy_from_slice(&effect_rates[..effects.states]);
         LocalRates { tension, transverse, rates }
     }
