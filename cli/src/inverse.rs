@@ -21,7 +21,10 @@ use crate::{model, number, output, terminal, trajectory_csv};
 /// More rows than this are taken for a slip of the pen.
 const MOST_ROWS: f64 = 1e7;
 
-/// Winch forces for a trajectory, tensions kept within bounds.
+/// Share of a winch force by which it may be beyond a limit at which it lies.
+const ROUNDING: f64 = 1e-6;
+
+/// Winch forces for a trajectory, tensions and forces kept within bounds.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  \
     cdpr inverse --trajectory circle.csv --step 0.01 --held -o forces.csv --start circle.toml\n  \
@@ -30,8 +33,9 @@ const MOST_ROWS: f64 = 1e7;
     with them ax, ay (m/s2), alpha (rad/s2); and any of disturbance_force_x, disturbance_force_y (N), disturbance_torque \
     (N m); without such a column the disturbance of the model's [start] acts all the time. The motion is met at every sample; between them it is a spline of degree 7. The forces are a table of inputs for cdpr \
     simulate, torques, speeds or lengths where these command the model's winches, with tensions and paid-out lengths beside them.\n\n\
-    Where no tensions within the bounds make the motion, the command fails and says when, which wrench was asked for and \
-    what comes nearest.")]
+    Where no tensions within the bounds make the motion with winch forces within theirs, the command fails and says when, which \
+    wrench was asked for and what comes nearest. What a change of tension takes in an elastic cable comes on top of the force; the \
+    tensions leave room for it where they can, and where they cannot, a warning says when and at which winch.")]
 pub(crate) struct Arguments {
     /// The model file; the default model without it
     #[arg(long, value_name = "FILE.toml")]
@@ -50,6 +54,12 @@ pub(crate) struct Arguments {
     held: bool,
     #[command(flatten)]
     choice: Choice,
+    /// Smallest winch force in N
+    #[arg(long, value_name = "N", default_value = "0", value_parser = number::finite, allow_negative_numbers = true)]
+    force_min: f64,
+    /// Largest winch force in N; without it the model's force_limit where winches follow a speed or length, and none elsewhere
+    #[arg(long, value_name = "N", value_parser = number::finite, allow_negative_numbers = true)]
+    force_max: Option<f64>,
     /// Table of forces
     #[arg(short, long, value_name = "FORCES.csv", value_parser = output::table())]
     output: PathBuf,
@@ -92,10 +102,22 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             Some(path) => BadInput::in_file(path, error),
             None => BadInput(error.to_string()),
         })?;
-    let mut forces = Forces::begin(arguments, model.parameters.cables(), model.parameters.winch.command)?;
+    let winch = model.parameters.winch;
+    let own_limit = if winch.command.is_servo() { winch.force_limit } else { f64::INFINITY };
+    let limits = [arguments.force_min, arguments.force_max.unwrap_or(own_limit)];
+    let problem = problem.within_forces(limits[0], limits[1]).map_err(|error| {
+        BadInput(error.to_string().replace("`force_min`", "--force-min").replace("`force_max`", "--force-max"))
+    })?;
+    let all = if arguments.held { with_middles(&times) } else { times };
+    let failed = |error: InverseError| match error {
+        InverseError::Pose { .. } => BadInput::in_file(&arguments.trajectory, error).into(),
+        error => anyhow::Error::from(error).context(arguments.trajectory.display().to_string()),
+    };
+    let problem = problem.with_room(&all, model.relative_tolerance).map_err(failed)?;
+    let mut forces = Forces::begin(arguments, model.parameters.cables(), winch.command, limits)?;
     let done = if arguments.held {
         let mut row = None;
-        let done = problem.each(&with_middles(&times), model.relative_tolerance, |instant| -> anyhow::Result<()> {
+        let done = problem.each(&all, model.relative_tolerance, |instant| -> anyhow::Result<()> {
             // A row waits for the forces in the middle of its time; the last keeps its own.
             match row.take() {
                 None => row = Some(instant),
@@ -105,25 +127,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         });
         done.and_then(|()| row.map_or(Ok(()), |last| forces.row(&last, &last.inputs())))
     } else {
-        problem.each(&times, model.relative_tolerance, |instant| forces.row(&instant, &instant.inputs()))
+        problem.each(&all, model.relative_tolerance, |instant| forces.row(&instant, &instant.inputs()))
     };
-    done.map_err(|error| match error.downcast::<InverseError>() {
-        Ok(error @ InverseError::Pose { .. }) => BadInput::in_file(&arguments.trajectory, error).into(),
-        Ok(error) => anyhow::Error::from(error).context(arguments.trajectory.display().to_string()),
-        Err(other) => other,
-    })?;
+    done.map_err(|error| error.downcast::<InverseError>().map_or_else(|other| other, failed))?;
     let summary = forces.finish()?;
     if let (Some(path), Some(first)) = (&arguments.start, &summary.first) {
         start_on(&mut model, first);
         whole::write(path, model.to_toml())?;
     }
-    if let Some((time, cable, force)) = summary.pushed {
-        terminal::tell(&format!(
-            "warning: at t = {time} s the force of winch {} is {force:.1} N, and a winch cannot push. The tensions are \
-             within their bounds, but the cable's own inertia takes more than they leave, most where they have a kink: raise \
-             --tension-min, round the kinks with --smooth, or take --objective analytic-centre",
-            cable + 1
-        ));
+    if let Some(beyond) = &summary.beyond {
+        terminal::tell(&beyond.warning(limits));
     }
     // The table may have gone to standard output.
     if whole_file::is_stream(&arguments.output) { Ok(()) } else { summary.tell() }
@@ -151,6 +164,8 @@ fn with_middles(times: &[f64]) -> Vec<f64> {
 /// The table of forces being written.
 struct Forces {
     csv: csv::Writer<WholeFile>,
+    /// The least and the largest winch force (N).
+    limits: [f64; 2],
     summary: Summary,
 }
 
@@ -164,12 +179,44 @@ struct Summary {
     tension: [f64; 2],
     /// Least and largest winch force (N).
     force: [f64; 2],
-    /// Where a winch is asked to push the most: time (s), cable (from 0), force (N).
-    pushed: Option<(f64, usize, f64)>,
+    /// Where a winch force is farthest beyond its limits.
+    beyond: Option<Beyond>,
+}
+
+/// A winch force beyond its limits.
+struct Beyond {
+    /// Time (s).
+    time: f64,
+    /// From 0.
+    cable: usize,
+    /// N.
+    force: f64,
+    /// By how much (N).
+    excess: f64,
+    /// Rows of which some force is.
+    rows: usize,
+}
+
+impl Beyond {
+    /// What is said of it.
+    fn warning(&self, [least, most]: [f64; 2]) -> String {
+        let Self { time, cable, force, rows, .. } = self;
+        let winch = cable + 1;
+        let limit = match force < &least {
+            true if least == 0.0 => "and a winch cannot push".to_owned(),
+            true => format!("below the {least} N of --force-min"),
+            false => format!("above its limit of {most} N"),
+        };
+        format!(
+            "warning: at t = {time} s the force of winch {winch} is {force:.1} N, {limit}; in {rows} rows some force is. No \
+             tensions within the bounds leave room for how fast they change themselves, most where they have a kink: round the \
+             kinks with --objective minimum-norm and --smooth, take --objective analytic-centre, or widen the tensions' bounds"
+        )
+    }
 }
 
 impl Forces {
-    fn begin(arguments: &Arguments, cables: usize, command: WinchCommand) -> anyhow::Result<Self> {
+    fn begin(arguments: &Arguments, cables: usize, command: WinchCommand, limits: [f64; 2]) -> anyhow::Result<Self> {
         let mut csv = csv::Writer::from_writer(WholeFile::create(&arguments.output)?);
         let mut header = vec!["time".to_owned()];
         header.extend(input_names(cables, command));
@@ -181,7 +228,8 @@ impl Forces {
         let none = [f64::INFINITY, f64::NEG_INFINITY];
         Ok(Self {
             csv,
-            summary: Summary { first: None, rows: 0, at_bound: 0, tension: none, force: none, pushed: None },
+            limits,
+            summary: Summary { first: None, rows: 0, at_bound: 0, tension: none, force: none, beyond: None },
         })
     }
 
@@ -201,9 +249,15 @@ impl Forces {
         for (range, values) in [(&mut summary.tension, instant.tension), (&mut summary.force, instant.winch_force)] {
             *range = values.iter().fold(*range, |[low, high], v| [low.min(*v), high.max(*v)]);
         }
-        for (cable, &force) in instant.winch_force.iter().enumerate() {
-            if force < summary.pushed.map_or(0.0, |(_, _, least)| least) {
-                summary.pushed = Some((instant.time, cable, force));
+        let [least, most] = self.limits;
+        let excess = |force: f64| (least - force).max(force - most);
+        let worst = instant.winch_force.iter().enumerate().max_by(|a, b| excess(*a.1).total_cmp(&excess(*b.1)));
+        if let Some((cable, &force)) = worst.filter(|(_, force)| excess(**force) > ROUNDING * force.abs().max(1.0)) {
+            let rows = summary.beyond.as_ref().map_or(0, |beyond| beyond.rows) + 1;
+            let found = Beyond { time: instant.time, cable, force, excess: excess(force), rows };
+            match &mut summary.beyond {
+                Some(beyond) if beyond.excess >= found.excess => beyond.rows = rows,
+                beyond => *beyond = Some(found),
             }
         }
         if summary.first.is_none() {

@@ -97,6 +97,41 @@ fn impossible_motions_and_bad_tables_are_told_apart() {
     assert!(!at.join("f.csv").exists());
 }
 
+/// A start within half a second takes 2.5 kN of the cables' own inertia, more than the least tension.
+#[test]
+fn winch_forces_keep_within_their_limits_or_a_warning_says_where_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut table = "time,x,y,phi\n".to_owned();
+    for k in 0..=40 {
+        let turn = std::f64::consts::TAU * f64::from(k) / 120.0;
+        let _ = writeln!(table, "{:?},{:?},{:?},0.0", 0.5 * f64::from(k), 5.0 * turn.cos(), 5.0 * turn.sin());
+    }
+    std::fs::write(at.join("sudden.csv"), table).unwrap();
+    let run = |more: &[&str]| {
+        let common = ["inverse", "--trajectory", "sudden.csv", "--ends", "rest", "--step", "0.02", "-o", "f.csv"];
+        cdpr(at, &[&common[..], &["--objective", "minimum-norm", "--smooth", "500"], more].concat())
+    };
+    let least = |told: &str| -> f64 {
+        let line = told.lines().find(|line| line.starts_with("winch forces")).unwrap();
+        line.split_whitespace().nth(2).unwrap().parse().unwrap()
+    };
+    let free = run(&["--force-min", "-1e5"]);
+    assert!(least(&done(&free)) < -1000.0, "{}", text(&free.stdout));
+    let kept = run(&[]);
+    assert!(least(&done(&kept)) >= 0.0 && !text(&kept.stderr).contains("warning"), "{}", text(&kept.stdout));
+    let warned = text(&run(&["--tension-max", "12000", "--force-max", "9500", "--force-min", "2500"]).stderr);
+    assert!(warned.contains("t = ") && warned.contains("winch"), "{warned}");
+    let refused = run(&["--force-max", "500"]);
+    assert_eq!(refused.status.code(), Some(1));
+    for part in ["at t = ", "winch 1 keeps within the limits of its force", "none is within the bounds of tension"] {
+        assert!(text(&refused.stderr).contains(part), "{}", text(&refused.stderr));
+    }
+    let wrong = run(&["--force-min", "5", "--force-max", "5"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(text(&wrong.stderr).contains("--force-max is 5"), "{}", text(&wrong.stderr));
+}
+
 /// Exit code 2, a message that names what is wrong, and no file left behind.
 #[test]
 fn bad_input_is_named_and_leaves_nothing_behind() {

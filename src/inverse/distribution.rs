@@ -75,7 +75,15 @@ impl Bounds {
     pub fn middle(&self) -> f64 {
         0.5 * (self.lower + self.upper)
     }
+
+    /// The same for each of `cables` cables.
+    pub fn of_each(&self, cables: usize) -> Limits {
+        PerCable::filled(cables, [self.lower, self.upper])
+    }
 }
+
+/// The smallest and the largest tension (N) of each cable: the bounds, and what else there is that narrows them.
+pub type Limits<S = f64> = PerCable<[S; 2]>;
 
 /// What is made smallest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -155,15 +163,29 @@ pub trait Redundancy {
     /// The distribution problem that is solved.
     fn distribution(&self) -> Distribution;
 
-    /// Where the answer lies for the tensions that exert `wrench` (N, N m) through `structure` (3×n).
+    /// Where the answer lies for the tensions within `limits`, which lie within the bounds, that exert `wrench` (N, N m) through
+    /// `structure` (3×n).
     ///
     /// # Errors
     /// No feasible tensions, a singular pose, a solver that gave up.
+    fn select_within(
+        &self,
+        structure: &Matrix3xX<f64>,
+        wrench: &[f64; 3],
+        limits: &Limits,
+    ) -> Result<(Selection, PerCable<f64>), DistributionError>;
+
+    /// The same where nothing but the bounds limits the tensions.
+    ///
+    /// # Errors
+    /// As [`Redundancy::select_within`].
     fn select(
         &self,
         structure: &Matrix3xX<f64>,
         wrench: &[f64; 3],
-    ) -> Result<(Selection, PerCable<f64>), DistributionError>;
+    ) -> Result<(Selection, PerCable<f64>), DistributionError> {
+        self.select_within(structure, wrench, &self.distribution().bounds.of_each(structure.ncols()))
+    }
 }
 
 /// Cables that leave one degree of redundancy, so that the tensions that exert a wrench are a line.
@@ -243,17 +265,23 @@ impl TensionLine<f64> {
     /// The interval of `λ` (N) within the bounds, with the cable that makes each end; `None` where it is empty (Pott, *Cable-Driven
     /// Parallel Robots*, 2018, chapter 3).
     pub fn feasible(&self, bounds: &Bounds) -> Option<[(f64, Option<AtBound>); 2]> {
+        self.feasible_within(&bounds.of_each(FOUR))
+    }
+
+    /// The same within each cable's own limits.
+    pub fn feasible_within(&self, limits: &Limits) -> Option<[(f64, Option<AtBound>); 2]> {
         let (mut low, mut high) = ((f64::NEG_INFINITY, None), (f64::INFINITY, None));
-        let slack = 1e-12 * bounds.upper;
+        let slack = 1e-12 * limits.iter().fold(0.0_f64, |most, limits| most.max(limits[1]));
         for cable in 0..FOUR {
             let (t, n) = (self.minimum_norm[cable], self.internal[cable]);
+            let [lower, upper] = limits[cable];
             if n.abs() < 1e-14 {
-                if t < bounds.lower - slack || t > bounds.upper + slack {
+                if t < lower - slack || t > upper + slack {
                     return None;
                 }
                 continue;
             }
-            let (first, last) = if n > 0.0 { (bounds.lower, bounds.upper) } else { (bounds.upper, bounds.lower) };
+            let (first, last) = if n > 0.0 { (lower, upper) } else { (upper, lower) };
             let (a, b) = ((first - t) / n, (last - t) / n);
             if a > low.0 {
                 low = (a, Some(AtBound { cable, tension: first }));
@@ -268,10 +296,10 @@ impl TensionLine<f64> {
 
 impl Objective {
     /// Slope of the objective along the line, positive beyond the minimum.
-    fn slope<S: Real>(&self, line: &TensionLine<S>, lambda: S, bounds: &Bounds) -> S {
+    fn slope<S: Real>(&self, line: &TensionLine<S>, lambda: S, bounds: &Bounds, limits: &Limits<S>) -> S {
         let tension = line.at(lambda);
         let mut sum = S::from(0.0);
-        for (t, n) in tension.into_iter().zip(line.internal) {
+        for ((t, n), [lower, upper]) in tension.into_iter().zip(line.internal).zip(limits) {
             sum += n * match self {
                 Self::MinimumNorm => t,
                 // Scaled, so that high powers stay within range.
@@ -281,17 +309,15 @@ impl Objective {
                 }
                 Self::MidTension => t - bounds.middle(),
                 Self::Near(tension) => t - *tension,
-                Self::SmoothNorm(width) => {
-                    t + ((-t + bounds.upper).recip() - (t - bounds.lower).recip()) * (width * width)
-                }
-                Self::AnalyticCentre => (-t + bounds.upper).recip() - (t - bounds.lower).recip(),
+                Self::SmoothNorm(width) => t + ((*upper - t).recip() - (t - *lower).recip()) * (width * width),
+                Self::AnalyticCentre => (*upper - t).recip() - (t - *lower).recip(),
             };
         }
         sum
     }
 
     /// The `λ` of the objective's own minimum, within the open interval `(low, high)` for those that never reach a bound.
-    fn minimum(&self, line: &TensionLine<f64>, low: f64, high: f64, bounds: &Bounds) -> f64 {
+    fn minimum(&self, line: &TensionLine<f64>, [low, high]: [f64; 2], bounds: &Bounds, limits: &Limits) -> f64 {
         match self {
             Self::MinimumNorm => 0.0,
             Self::MidTension => line.internal.iter().map(|n| n * bounds.middle()).sum(),
@@ -301,10 +327,10 @@ impl Objective {
                 let (mut a, mut b) = (low, high);
                 let inward = 1e-13 * (high - low);
                 if matches!(self, Self::PNorm(_)) {
-                    if self.slope(line, a, bounds) >= 0.0 {
+                    if self.slope(line, a, bounds, limits) >= 0.0 {
                         return a - 1.0;
                     }
-                    if self.slope(line, b, bounds) <= 0.0 {
+                    if self.slope(line, b, bounds, limits) <= 0.0 {
                         return b + 1.0;
                     }
                 } else {
@@ -315,7 +341,7 @@ impl Objective {
                     if middle <= a || middle >= b {
                         break;
                     }
-                    if self.slope(line, middle, bounds) < 0.0 {
+                    if self.slope(line, middle, bounds, limits) < 0.0 {
                         a = middle;
                     } else {
                         b = middle;
@@ -327,7 +353,13 @@ impl Objective {
     }
 
     /// `λ` at the minimum in any number type, from its real part: two derivatives a step by the implicit function theorem.
-    fn minimum_with_derivatives<S: Real>(&self, line: &TensionLine<S>, lambda: f64, bounds: &Bounds) -> S {
+    fn minimum_with_derivatives<S: Real>(
+        &self,
+        line: &TensionLine<S>,
+        lambda: f64,
+        bounds: &Bounds,
+        limits: &Limits<S>,
+    ) -> S {
         let real =
             TensionLine { minimum_norm: line.minimum_norm.map(|t| t.re()), internal: line.internal.map(|n| n.re()) };
         let curvature = match self {
@@ -338,24 +370,25 @@ impl Objective {
                     minimum_norm: real.minimum_norm.map(num_dual::Dual64::from_re),
                     internal: real.internal.map(num_dual::Dual64::from_re),
                 };
-                self.slope(&line, dual, bounds).eps
+                let limits = limits.map(|limits| limits.map(|limit| limit.re().into()));
+                self.slope(&line, dual, bounds, &limits).eps
             }
         };
         if matches!(self, Self::PNorm(_)) && curvature * bounds.upper < 1e-250 {
             // With all tensions at the mean a high power is flat; the square's minimum passes through the same point.
-            return Self::MidTension.minimum_with_derivatives(line, lambda, bounds);
+            return Self::MidTension.minimum_with_derivatives(line, lambda, bounds, limits);
         }
         let mut refined = S::from(lambda);
         for _ in 0..3 {
-            refined -= self.slope(line, refined, bounds) / curvature;
+            refined -= self.slope(line, refined, bounds, limits) / curvature;
         }
         refined
     }
 }
 
 impl Distribution {
-    /// Tensions in any number type for a [`Selection`] and tensions made on the real parts, from the rows of `J_M` and the
-    /// wrench.
+    /// Tensions in any number type for a [`Selection`] and tensions made on the real parts, from the rows of `J_M`, the wrench and
+    /// the limits.
     ///
     /// # Errors
     /// See [`Redundancy::select`].
@@ -363,19 +396,20 @@ impl Distribution {
         &self,
         rows: &PerCable<[S; 3]>,
         wrench: &[S; 3],
-        selection: &Selection,
-        tension: &PerCable<f64>,
+        limits: &Limits<S>,
+        (selection, tension): (&Selection, &PerCable<f64>),
     ) -> Result<PerCable<S>, DistributionError> {
         if rows.len() != FOUR {
-            return general::lift(self, rows, wrench, selection, tension);
+            return general::lift(self, rows, wrench, limits, (selection, tension));
         }
         let line = TensionLine::new(rows, wrench)?;
         let at_bound = selection.iter().enumerate().find_map(|(cable, bound)| bound.map(|tension| (cable, tension)));
         if let Some((cable, tension)) = at_bound {
-            return Ok(line.at((-line.minimum_norm[cable] + tension) / line.internal[cable]));
+            let limit = nearer(tension, &limits[cable]);
+            return Ok(line.at((limit - line.minimum_norm[cable]) / line.internal[cable]));
         }
         let lambda: f64 = (0..FOUR).map(|i| (tension[i] - line.minimum_norm[i].re()) * line.internal[i].re()).sum();
-        Ok(line.at(self.objective.minimum_with_derivatives(&line, lambda, &self.bounds)))
+        Ok(line.at(self.objective.minimum_with_derivatives(&line, lambda, &self.bounds, limits)))
     }
 
     /// The tensions (N) that exert `wrench` (N, N m) through `structure` (3×n): (26), (27) solved for them.
@@ -387,15 +421,21 @@ impl Distribution {
     }
 }
 
+/// That of a cable's limits (N) at which its tension is.
+fn nearer<S: Real>(tension: f64, [lower, upper]: &[S; 2]) -> S {
+    if (tension - lower.re()).abs() <= (tension - upper.re()).abs() { *lower } else { *upper }
+}
+
 impl Redundancy for Distribution {
     fn distribution(&self) -> Distribution {
         *self
     }
 
-    fn select(
+    fn select_within(
         &self,
         structure: &Matrix3xX<f64>,
         wrench: &[f64; 3],
+        limits: &Limits,
     ) -> Result<(Selection, PerCable<f64>), DistributionError> {
         let cables = structure.ncols();
         if cables < 3 {
@@ -403,20 +443,20 @@ impl Redundancy for Distribution {
         }
         let infeasible = |found| Err(DistributionError::Infeasible(Box::new(found)));
         if cables != FOUR {
-            let found = nearest(structure, wrench, &self.bounds);
+            let found = nearest_within(structure, wrench, limits);
             let arm = torque_arm(structure);
             let [x, y, torque] = found.shortfall;
             if x.abs().max(y.abs()).max(torque.abs() / arm) > 1e-9 * self.bounds.upper {
                 return infeasible(found);
             }
             let rows = PerCable::from_fn(cables, |i| std::array::from_fn(|k| -structure[(k, i)]));
-            return general::solve(self, &rows, wrench);
+            return general::solve(self, &rows, wrench, limits);
         }
         let line = TensionLine::of(structure, wrench)?;
-        let Some([low, high]) = line.feasible(&self.bounds) else {
-            return infeasible(nearest(structure, wrench, &self.bounds));
+        let Some([low, high]) = line.feasible_within(limits) else {
+            return infeasible(nearest_within(structure, wrench, limits));
         };
-        let own = self.objective.minimum(&line, low.0, high.0, &self.bounds);
+        let own = self.objective.minimum(&line, [low.0, high.0], &self.bounds, limits);
         let (lambda, selection) = if own <= low.0 {
             (low.0, low.1)
         } else if own >= high.0 {
@@ -446,25 +486,32 @@ pub fn minimum_norm(structure: &Matrix3xX<f64>, wrench: &[f64; 3]) -> Result<Per
 /// stops the step, and a bound is let go where that would bring the wrench nearer (P. B. Stark, R. L. Parker,
 /// Computational Statistics 10, 1995).
 pub fn nearest(structure: &Matrix3xX<f64>, wrench: &[f64; 3], bounds: &Bounds) -> Infeasible {
+    nearest_within(structure, wrench, &bounds.of_each(structure.ncols()))
+}
+
+/// The same within each cable's own limits.
+pub fn nearest_within(structure: &Matrix3xX<f64>, wrench: &[f64; 3], limits: &Limits) -> Infeasible {
     let arm = torque_arm(structure);
     let scale = Vector3::new(1.0, 1.0, 1.0 / arm);
     let a = Matrix3xX::from_fn(structure.ncols(), |r, c| structure[(r, c)] * scale[r]);
     let target = Vector3::from(*wrench).component_mul(&scale);
     let cables = a.ncols();
-    let mut tension = DVector::from_element(cables, bounds.lower);
+    let [lower, upper] = [0, 1].map(|side| limits.map(|limits| limits[side]));
+    let largest = upper.iter().fold(0.0_f64, |most, limit| most.max(*limit));
+    let mut tension = DVector::from_column_slice(&lower);
     let mut free = vec![false; cables];
     // Each round frees one cable and lowers the misfit, so no set of free cables comes back; 3ⁿ is far beyond need.
     for _ in 0..100 * cables {
         let slope = a.tr_mul(&(target - &a * &tension));
-        let gain = |i: &usize| if tension[*i] <= bounds.lower { slope[*i] } else { -slope[*i] };
+        let gain = |i: &usize| if tension[*i] <= lower[*i] { slope[*i] } else { -slope[*i] };
         let best = (0..cables).filter(|i| !free[*i]).max_by(|i, j| gain(i).total_cmp(&gain(j)));
         match best {
-            Some(i) if gain(&i) > 1e-12 * target.norm().max(bounds.upper) => free[i] = true,
+            Some(i) if gain(&i) > 1e-12 * target.norm().max(largest) => free[i] = true,
             _ => break,
         }
         while let Some(step) = step_of_free(&a, &target, &tension, &free) {
             let reach = |i: usize| {
-                let room = if step[i] > 0.0 { bounds.upper - tension[i] } else { bounds.lower - tension[i] };
+                let room = if step[i] > 0.0 { upper[i] - tension[i] } else { lower[i] - tension[i] };
                 if step[i] == 0.0 { 1.0 } else { (room / step[i]).max(0.0) }
             };
             let blocking = (0..cables).filter(|i| free[*i]).min_by(|i, j| reach(*i).total_cmp(&reach(*j)));
@@ -473,14 +520,14 @@ pub fn nearest(structure: &Matrix3xX<f64>, wrench: &[f64; 3], bounds: &Bounds) -
                 break;
             };
             tension += &step * reach(i);
-            tension[i] = if step[i] > 0.0 { bounds.upper } else { bounds.lower };
+            tension[i] = if step[i] > 0.0 { upper[i] } else { lower[i] };
             free[i] = false;
         }
     }
     let reached = structure * &tension;
     Infeasible {
         wrench: *wrench,
-        nearest_tension: PerCable::from_fn(cables, |i| tension[i].clamp(bounds.lower, bounds.upper)),
+        nearest_tension: PerCable::from_fn(cables, |i| tension[i].clamp(lower[i], upper[i])),
         nearest_wrench: reached.into(),
         shortfall: std::array::from_fn(|k| wrench[k] - reached[k]),
     }

@@ -23,16 +23,23 @@ pub use trajectory::{Ends, Motion, Samples, SplineTrajectory, Trajectory, Trajec
 use std::sync::Arc;
 
 use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
-use crate::effect::{EffectKind, EffectSpec, PlatformContext, find};
+use crate::effect::{EffectKind, EffectSpec, find};
 use crate::formula::Variable;
 use crate::integrator::{IntegrationError, Integrator};
-use crate::kinematics;
-use crate::parameters::CableModel;
+use crate::kinematics::{self, CableKinematics};
+use crate::parameters::{CableModel, ParameterError};
 use crate::per_cable::PerCable;
 use crate::plant::{CableEffect, Plant};
-use distribution::{DistributionError, Redundancy, Selection};
+use distribution::{Bounds, DistributionError, Limits, Redundancy, Selection};
 use internal::{InternalSystem, Layout};
 use wrench::Prescribed;
+
+/// Most runs in which the room inside the limits of the winch forces is found.
+const ROOM_PASSES: usize = 6;
+/// What may be missing of it (N).
+const ROOM_LEFT: f64 = 1e-6;
+/// How much more room is made than was missing.
+const ROOM_FACTOR: f64 = 1.05;
 
 /// A quantity with its first three derivatives in time.
 pub type Jet = num_dual::Dual3_64;
@@ -83,13 +90,41 @@ pub enum InverseError {
         /// Why, with the wrench and the nearest feasible tensions.
         error: DistributionError,
     },
+    /// No tensions, because of the limits of the winch forces.
+    #[error(
+        "at t = {time} s, with the tension of {} narrowed by the limits of the winch force: {error}",
+        cables_named(.cables)
+    )]
+    Narrowed {
+        /// Time (s).
+        time: f64,
+        /// The cables (from 1) whose tensions they narrow.
+        cables: Vec<usize>,
+        /// Why, with the wrench and the nearest feasible tensions.
+        error: DistributionError,
+    },
+    /// The limits of a winch force and the bounds of its cable's tension exclude each other.
+    #[error(
+        "at t = {time} s winch {cable} keeps within the limits of its force with tensions from {least:.6} to {most:.6} N, \
+         of which none is within the bounds of tension"
+    )]
+    NoTension {
+        /// Time (s).
+        time: f64,
+        /// Cable, from 1.
+        cable: usize,
+        /// The least tension that the force's limits leave (N).
+        least: f64,
+        /// The largest (N).
+        most: f64,
+    },
     /// The trajectory leaves the space between the anchors.
     #[error("at t = {time} s: {error}")]
     Pose {
         /// Time (s).
         time: f64,
         /// What is wrong with the pose.
-        error: crate::parameters::ParameterError,
+        error: ParameterError,
     },
     /// A time outside the trajectory, or times that do not increase.
     #[error("t = {time} s is outside the trajectory or not above the time before it")]
@@ -100,6 +135,12 @@ pub enum InverseError {
     /// The paid-out lengths could not be integrated.
     #[error("the paid-out lengths could not be integrated: {0}")]
     Integration(IntegrationError),
+}
+
+/// Cables (from 1) as an error names them.
+fn cables_named(cables: &[usize]) -> String {
+    let numbers: Vec<String> = cables.iter().map(usize::to_string).collect();
+    format!("{} {}", if cables.len() == 1 { "cable" } else { "cables" }, numbers.join(", "))
 }
 
 /// The answer at one instant. SI units.
@@ -145,6 +186,10 @@ pub struct InverseDynamics<'a> {
     plant: Arc<Plant>,
     trajectory: &'a dyn Trajectory,
     redundancy: &'a dyn Redundancy,
+    /// The least and the largest winch force (N).
+    forces: Option<[f64; 2]>,
+    /// How far inside them (N) the tensions aim, for what their own change takes.
+    room: [f64; 2],
     layout: Layout,
 }
 
@@ -234,7 +279,49 @@ impl<'a> InverseDynamics<'a> {
             });
         }
         let layout = Layout::new(&plant);
-        Ok(Self { plant, trajectory, redundancy, layout })
+        Ok(Self { plant, trajectory, redundancy, forces: None, room: [0.0; 2], layout })
+    }
+
+    /// The same with winch forces from `least` to `most` (N), which may be infinite. They narrow the bounds of each tension by what
+    /// the cable's inertia and the winch's losses take at that instant.
+    ///
+    /// In elastic cables the force also depends on how fast the tension changes; for that [`InverseDynamics::with_room`] leaves room.
+    ///
+    /// # Errors
+    /// `most` not above `least`.
+    pub fn within_forces(mut self, least: f64, most: f64) -> Result<Self, ParameterError> {
+        if least.is_nan() || most.is_nan() || most <= least {
+            return Err(ParameterError::new("force_max", most, format!("a number above `force_min` ({least})")));
+        }
+        self.forces = Some([least, most]);
+        Ok(self)
+    }
+
+    /// The same with tensions that aim so far inside the limits of the winch forces that what the tensions' own change takes in elastic
+    /// cables has room at these times (s). The room is the same all along the motion, so that it changes no tension's rate. Where
+    /// there are no tensions with that room, or no end to it as at a kink, none is left, and forces may be beyond their limits.
+    ///
+    /// # Errors
+    /// As [`InverseDynamics::run`].
+    pub fn with_room(mut self, times: &[f64], relative_tolerance: f64) -> Result<Self, InverseError> {
+        let Some([least, most]) = self.forces else { return Ok(self) };
+        for pass in 0..ROOM_PASSES {
+            let mut beyond = [0.0_f64; 2];
+            let run = self.each::<InverseError>(times, relative_tolerance, |instant| {
+                for force in instant.winch_force {
+                    beyond = [beyond[0].max(least - force), beyond[1].max(force - most)];
+                }
+                Ok(())
+            });
+            match run {
+                Err(error) if pass == 0 => return Err(error),
+                Err(_) => break,
+                Ok(()) if beyond.iter().all(|force| *force <= ROOM_LEFT) => return Ok(self),
+                Ok(()) => (0..2).for_each(|side| self.room[side] += ROOM_FACTOR * beyond[side]),
+            }
+        }
+        self.room = [0.0; 2];
+        Ok(self)
     }
 
     /// Number of internal states: paid-out lengths of damped elastic cables, and states of elastic laws.
@@ -283,13 +370,23 @@ impl<'a> InverseDynamics<'a> {
         let cables = kinematics::cables(self.plant.geometry(), &prescribed.pose, &prescribed.twist);
         let omega = prescribed.twist[2];
         let wrench = wrench::required(&self.plant, &prescribed, &cables);
-        let at = |error| InverseError::Distribution { time, error };
         let rows = distribution::rows(&cables);
         let structure = nalgebra::Matrix3xX::from_fn(rows.len(), |r, c| -rows[c][r].re);
         let asked = wrench.map(|w| w.re);
-        let (selection, tension) = self.redundancy.select(&structure, &asked).map_err(at)?;
         let distribution = self.redundancy.distribution();
-        let tension = distribution.lift(&rows, &wrench, &selection, &tension).map_err(at)?;
+        let limits = self.limits(&distribution.bounds, &prescribed, &cables)?;
+        let real = limits.map(|limits| limits.map(|limit| limit.re));
+        let at = |error| {
+            let bounds = [distribution.bounds.lower(), distribution.bounds.upper()];
+            let cables: Vec<usize> = (0..real.len()).filter(|i| real[*i] != bounds).map(|i| i + 1).collect();
+            if cables.is_empty() {
+                InverseError::Distribution { time, error }
+            } else {
+                InverseError::Narrowed { time, cables, error }
+            }
+        };
+        let (selection, tension) = self.redundancy.select_within(&structure, &asked, &real).map_err(at)?;
+        let tension = distribution.lift(&rows, &wrench, &limits, (&selection, &tension)).map_err(at)?;
         Ok(Rigid {
             motion,
             length: cables.map(|c| c.length),
@@ -301,6 +398,37 @@ impl<'a> InverseDynamics<'a> {
             selection,
             prescribed,
         })
+    }
+
+    /// What the tensions may be: within the bounds, and such that the winch forces are within theirs.
+    fn limits(
+        &self,
+        bounds: &Bounds,
+        motion: &Prescribed<Jet>,
+        cables: &PerCable<CableKinematics<Jet>>,
+    ) -> Result<Limits<Jet>, InverseError> {
+        let plant = &*self.plant;
+        let mut limits = bounds.of_each(plant.cables()).map(|limits| limits.map(Jet::from));
+        let Some([least, most]) = self.forces else { return Ok(limits) };
+        let forces = [least + self.room[0], most - self.room[1]];
+        let (lengths, speeds) = (cables.map(|c| c.length), cables.map(|c| c.speed));
+        let inputs = Inputs { winch_force: cables.map(|_| Jet::from(0.0)), disturbance: motion.disturbance };
+        let context = motion.context(plant.geometry(), &inputs, [&lengths, &speeds], [&lengths, &speeds]);
+        for (i, [lower, upper]) in limits.iter_mut().enumerate() {
+            let tension = |force: f64| winch::tension_under(plant, i, force, motion, &cables[i], &context);
+            let [least, most] = forces.map(|force| if force.is_finite() { tension(force) } else { force.into() });
+            if least.re > lower.re {
+                *lower = least;
+            }
+            if most.re < upper.re {
+                *upper = most;
+            }
+            if upper.re <= lower.re {
+                let (time, cable) = (motion.time.re, i + 1);
+                return Err(InverseError::NoTension { time, cable, least: least.re, most: most.re });
+            }
+        }
+        Ok(limits)
     }
 
     /// The answer at `time` (s) for these internal states (see [`InverseDynamics::start`]): wrench (26), (27), tensions, winch
@@ -338,18 +466,9 @@ impl<'a> InverseDynamics<'a> {
             winch_force: PerCable::filled(plant.cables(), Jet::from(0.0)),
             disturbance: rigid.prescribed.disturbance,
         };
-        let context = PlatformContext {
-            time: rigid.prescribed.time,
-            geometry: plant.geometry(),
-            pose: &rigid.prescribed.pose,
-            twist: &rigid.prescribed.twist,
-            inputs: &inputs,
-            cable_length: &rigid.length,
-            cable_speed: &rigid.speed,
-            unstretched_length: &unstretched,
-            // As the forward evaluation has it: the rate is a state only where the paid-out end has a mass.
-            unstretched_rate: &winch_speed,
-        };
+        // As the forward evaluation has it: the rate is a state only where the paid-out end has a mass.
+        let (chord, paid_out) = ([&rigid.length, &rigid.speed], [&unstretched, &winch_speed]);
+        let context = rigid.prescribed.context(plant.geometry(), &inputs, chord, paid_out);
         let winch = winch::forces(plant, &pull, &context)?;
         let command = winch::commands(plant, &winch.force, &rigid, &unstretched)?;
         let mut states = vec![0.0; plant.dimension()];

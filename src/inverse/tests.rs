@@ -6,6 +6,8 @@ use crate::parameters::{CableInertia, CableParameters, Parameters};
 use crate::per_cable::PerCable;
 use nalgebra::DMatrix;
 
+mod forces;
+
 /// A smooth motion in closed form: each coordinate a sum of two sines.
 struct Sines {
     amplitude: [[f64; 2]; 3],

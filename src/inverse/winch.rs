@@ -2,9 +2,12 @@
 
 use num_dual::Dual64;
 
+use super::wrench::Prescribed;
 use super::{InverseError, Jet, Rigid};
 use crate::dynamics::{Inputs, MAX_EFFECT_STATES};
 use crate::effect::{EffectKind, PlatformContext, WinchContext};
+use crate::kinematics::CableKinematics;
+use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
@@ -49,6 +52,33 @@ pub(super) fn forces(
         effect: "expression",
         reason: "the winch forces that it depends on do not settle".to_owned(),
     })
+}
+
+/// The tension (N) of `cable` under this winch force (N), the motion prescribed and what follows a command settled; but for what
+/// the rate of the tension itself takes in an elastic cable.
+pub(super) fn tension_under(
+    plant: &Plant,
+    cable: usize,
+    force: f64,
+    motion: &Prescribed<Jet>,
+    k: &CableKinematics<Jet>,
+    context: &PlatformContext<'_, Jet>,
+) -> Jet {
+    let chain = plant.chain(cable);
+    let winch = WinchContext { time: motion.time, speed: k.speed };
+    let settled = chain.effects.command.iter().filter(|(kind, _)| kind.states() == 0);
+    let force = settled.fold(Jet::from(force), |force, (kind, _)| kind.command(force, &[], &mut [], &winch));
+    let driven = force + chain.added(context);
+    let pull = chain.effects.loss.iter().fold(driven, |sum, (kind, _)| sum + kind.loss(driven, &winch));
+    let end = [k.length, k.speed, k.length_acceleration(&motion.acceleration, motion.twist[2])];
+    let tension = pull + chain.axial_force(end, k.angular_rate);
+    if chain.data.model != CableModel::LumpedMass || tension.re <= 0.0 {
+        return tension;
+    }
+    // The winch end moves as the chord does, shorter by the strain.
+    let states = [Jet::from(0.0); MAX_EFFECT_STATES];
+    let shorter = chain.unstretched_length(motion.time, k.length, tension, &states) / k.length;
+    pull + chain.axial_force(end.map(|value| value * shorter), k.angular_rate)
 }
 
 /// What winches that are to pull with these forces (N) are told, in the unit of their command.

@@ -3,6 +3,7 @@
 use crate::dynamics::Inputs;
 use crate::dynamics::matrix3;
 use crate::effect::{EffectKind, PlatformContext};
+use crate::geometry::Geometry;
 use crate::kinematics::CableKinematics;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
@@ -18,6 +19,29 @@ pub(crate) struct Prescribed<S> {
     pub(crate) disturbance: [S; 3],
 }
 
+impl<S: Real> Prescribed<S> {
+    /// What platform-side effects see under the motion, from length and rate of the chords and of what is paid out.
+    pub(crate) fn context<'a>(
+        &'a self,
+        geometry: &'a Geometry,
+        inputs: &'a Inputs<S>,
+        [cable_length, cable_speed]: [&'a PerCable<S>; 2],
+        [unstretched_length, unstretched_rate]: [&'a PerCable<S>; 2],
+    ) -> PlatformContext<'a, S> {
+        PlatformContext {
+            time: self.time,
+            geometry,
+            pose: &self.pose,
+            twist: &self.twist,
+            inputs,
+            cable_length,
+            cable_speed,
+            unstretched_length,
+            unstretched_rate,
+        }
+    }
+}
+
 /// `A T` for the prescribed motion (26), (27): the platform's inertia, less disturbance, effects and the cables' transverse
 /// forces (22), (25).
 pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &PerCable<CableKinematics<S>>) -> [S; 3] {
@@ -27,17 +51,7 @@ pub(crate) fn required<S: Real>(plant: &Plant, p: &Prescribed<S>, cables: &PerCa
     // Effects on the platform that the inverse problem admits see neither winch forces nor unstretched lengths.
     let inputs = Inputs { winch_force: cables.map(|_| S::from(0.0)), disturbance: p.disturbance };
     let (lengths, speeds) = (cables.map(|c| c.length), cables.map(|c| c.speed));
-    let context = PlatformContext {
-        time: p.time,
-        geometry: &data.geometry,
-        pose: &p.pose,
-        twist: &p.twist,
-        inputs: &inputs,
-        cable_length: &lengths,
-        cable_speed: &speeds,
-        unstretched_length: &lengths,
-        unstretched_rate: &speeds,
-    };
+    let context = p.context(&data.geometry, &inputs, [&lengths, &speeds], [&lengths, &speeds]);
     let (own, applied) = (plant.own_load(rotation, omega), plant.applied_wrench(&context));
     let mut wrench = matrix3::product(&plant.platform_mass(rotation).full(), &p.acceleration);
     for k in 0..3 {

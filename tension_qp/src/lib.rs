@@ -5,7 +5,8 @@
 //! is a crate of its own so that the solver stays out of the plant, which becomes an FMU's binary.
 
 use cdpr::inverse::distribution::{
-    Bounds, Distribution, DistributionError, Infeasible, Objective, Redundancy, Selection, TensionLine, torque_arm,
+    Bounds, Distribution, DistributionError, Infeasible, Limits, Objective, Redundancy, Selection, TensionLine,
+    torque_arm,
 };
 use cdpr::per_cable::PerCable;
 use clarabel::algebra::CscMatrix;
@@ -31,12 +32,12 @@ fn sparse(matrix: &DMatrix<f64>) -> CscMatrix<f64> {
     CscMatrix::from(&rows)
 }
 
-/// `min ½ tᵀ P t + qᵀ t` with `E t = e` and `lower <= t <= upper`; `None` where the constraints contradict each other.
+/// `min ½ tᵀ P t + qᵀ t` with `E t = e` and `t` within the limits; `None` where the constraints contradict each other.
 fn solve(
     p: &DMatrix<f64>,
     q: &[f64],
     (equality, right): (&DMatrix<f64>, &[f64]),
-    (lower, upper): (f64, f64),
+    limits: &Limits,
 ) -> Result<Option<Vec<f64>>, DistributionError> {
     let (n, m) = (q.len(), equality.nrows());
     let mut constraints = DMatrix::zeros(m + 2 * n, n);
@@ -46,8 +47,8 @@ fn solve(
         constraints[(m + i, i)] = 1.0;
         constraints[(m + n + i, i)] = -1.0;
     }
-    bound.extend(vec![upper; n]);
-    bound.extend(vec![-lower; n]);
+    bound.extend(limits.iter().map(|[_, upper]| *upper));
+    bound.extend(limits.iter().map(|[lower, _]| -lower));
     let mut cones: Vec<SupportedConeT<f64>> = Vec::new();
     if m > 0 {
         cones.push(ZeroConeT(m));
@@ -83,17 +84,26 @@ impl QuadraticProgramme {
         wrench: &[f64; 3],
         bounds: &Bounds,
     ) -> Result<Infeasible, DistributionError> {
+        Self::nearest_within(structure, wrench, &bounds.of_each(structure.ncols()))
+    }
+
+    fn nearest_within(
+        structure: &Matrix3xX<f64>,
+        wrench: &[f64; 3],
+        limits: &Limits,
+    ) -> Result<Infeasible, DistributionError> {
         let arm = torque_arm(structure);
         let scale = [1.0, 1.0, 1.0 / arm];
-        let unit = bounds.upper();
+        let unit = limits.iter().fold(0.0_f64, |most, limits| most.max(limits[1]));
+        let scaled = limits.map(|limits| limits.map(|limit| limit / unit));
         let a = DMatrix::from_fn(3, structure.ncols(), |r, c| structure[(r, c)] * scale[r]);
         let target = Vector3::from_fn(|k, _| wrench[k] * scale[k] / unit);
         let q = -(a.transpose() * target);
         let free = DMatrix::zeros(0, structure.ncols());
-        let solution = solve(&(a.transpose() * &a), q.as_slice(), (&free, &[]), (bounds.lower() / unit, 1.0))?
+        let solution = solve(&(a.transpose() * &a), q.as_slice(), (&free, &[]), &scaled)?
             .ok_or_else(|| DistributionError::NotSolved("a box cannot be empty".to_owned()))?;
         let tension =
-            DVector::from_fn(structure.ncols(), |i, _| (solution[i] * unit).clamp(bounds.lower(), bounds.upper()));
+            DVector::from_fn(structure.ncols(), |i, _| (solution[i] * unit).clamp(limits[i][0], limits[i][1]));
         let reached = structure * &tension;
         Ok(Infeasible {
             wrench: *wrench,
@@ -109,10 +119,11 @@ impl Redundancy for QuadraticProgramme {
         self.distribution
     }
 
-    fn select(
+    fn select_within(
         &self,
         structure: &Matrix3xX<f64>,
         wrench: &[f64; 3],
+        limits: &Limits,
     ) -> Result<(Selection, PerCable<f64>), DistributionError> {
         let Distribution { objective, bounds } = self.distribution;
         let unit = bounds.upper();
@@ -131,15 +142,14 @@ impl Redundancy for QuadraticProgramme {
         let scale = [1.0, 1.0, 1.0 / arm];
         let equality = DMatrix::from_fn(3, structure.ncols(), |r, c| structure[(r, c)] * scale[r]);
         let right: Vec<f64> = (0..3).map(|k| wrench[k] * scale[k] / unit).collect();
-        let (lower, upper) = (bounds.lower() / unit, 1.0);
+        let scaled = limits.map(|limits| limits.map(|limit| limit / unit));
         let identity = DMatrix::identity(structure.ncols(), structure.ncols());
-        let Some(t) = solve(&identity, &vec![-reference; structure.ncols()], (&equality, &right), (lower, upper))?
-        else {
-            return Err(DistributionError::Infeasible(Box::new(Self::nearest(structure, wrench, &bounds)?)));
+        let Some(t) = solve(&identity, &vec![-reference; structure.ncols()], (&equality, &right), &scaled)? else {
+            return Err(DistributionError::Infeasible(Box::new(Self::nearest_within(structure, wrench, limits)?)));
         };
         // The solver's answer is put on the line of exact solutions: at the bound that it touches, or at its own place.
         let touched = (0..structure.ncols())
-            .flat_map(|i| [(i, lower), (i, upper)])
+            .flat_map(|i| scaled[i].map(|bound| (i, bound)))
             .map(|(i, bound)| (i, bound, (t[i] - bound).abs()))
             .min_by(|a, b| a.2.total_cmp(&b.2));
         let own: f64 = line.internal.iter().map(|n| n * reference * unit).sum();

@@ -1,12 +1,12 @@
 //! Tension distribution with any number of cables: one convex problem, by a primal-dual interior-point method.
 //!
-//! Counted from the middle of the bounds in units of half their width, tensions are `t_i` in `[-1, 1]`, the objective is
+//! Counted from the middle of the bounds in units of half their width, tensions are `t_i`, in `[-1, 1]` or closer limits of their own, the objective is
 //! `Σ f(t_i)`, and the wrench asks for `A t = b`, three rows whatever the number of cables. Its Hessian is diagonal, so a
 //! Newton step is one 3×3 system (S. J. Wright, Primal-Dual Interior-Point Methods, 1997; with tensions as the unknowns
 //! Borgstrom and others, IEEE Trans. Robot. 25, 2009). The cables that end at a bound are then fixed there and the rest is
 //! solved once more, to rounding and with derivatives.
 
-use super::{Distribution, DistributionError, Objective, Selection};
+use super::{Distribution, DistributionError, Limits, Objective, Selection, nearer};
 use crate::dynamics::matrix3;
 use crate::per_cable::PerCable;
 use crate::scalar::Real;
@@ -35,7 +35,7 @@ struct Cost {
 }
 
 impl Cost {
-    fn slope<S: Real>(&self, t: S) -> S {
+    fn slope<S: Real>(&self, t: S, [low, high]: [S; 2]) -> S {
         match self.objective {
             Objective::MinimumNorm => t + self.middle,
             Objective::MidTension => t,
@@ -48,28 +48,29 @@ impl Cost {
                 }
             }
             Objective::SmoothNorm(width) => {
-                t + self.middle + ((-t + 1.0).recip() - (t + 1.0).recip()) * (width * width)
+                t + self.middle + ((high - t).recip() - (t - low).recip()) * (width * width)
             }
-            Objective::AnalyticCentre => (-t + 1.0).recip() - (t + 1.0).recip(),
+            Objective::AnalyticCentre => (high - t).recip() - (t - low).recip(),
         }
     }
 
     /// The curvature; a p-norm's is bounded near the middle, where it is flat or sharp.
-    fn curvature(&self, t: f64) -> f64 {
+    fn curvature(&self, t: f64, [low, high]: [f64; 2]) -> f64 {
+        let barrier = (high - t).powi(-2) + (t - low).powi(-2);
         match self.objective {
             Objective::MinimumNorm | Objective::MidTension | Objective::Near(_) => 1.0,
             Objective::PNorm(p) => (p - 1.0) / self.reach * (t.abs() / self.reach).max(1e-9).powf(p - 2.0),
-            Objective::SmoothNorm(width) => 1.0 + width * width * ((1.0 - t).powi(-2) + (1.0 + t).powi(-2)),
-            Objective::AnalyticCentre => (1.0 - t).powi(-2) + (1.0 + t).powi(-2),
+            Objective::SmoothNorm(width) => 1.0 + width * width * barrier,
+            Objective::AnalyticCentre => barrier,
         }
     }
 
     /// What a step of Newton's method far from the minimum divides by: for a p-norm below 2 the slope over `t`, with
     /// which it does not jump across the middle to and fro.
-    fn majorant(&self, t: f64) -> f64 {
+    fn majorant(&self, t: f64, limits: [f64; 2]) -> f64 {
         match self.objective {
-            Objective::PNorm(p) if p < 2.0 => self.curvature(t) / (p - 1.0),
-            _ => self.curvature(t),
+            Objective::PNorm(p) if p < 2.0 => self.curvature(t, limits) / (p - 1.0),
+            _ => self.curvature(t, limits),
         }
     }
 }
@@ -87,11 +88,12 @@ fn counted_in(unit: f64, objective: Objective) -> Objective {
 struct Scaled<S> {
     rows: PerCable<[S; 3]>,
     wrench: [S; 3],
+    limits: Limits<S>,
 }
 
 impl<S: Real> Scaled<S> {
     /// From the rows of `J_M` and a wrench (N, N m).
-    fn new(jacobian: &PerCable<[S; 3]>, wrench: &[S; 3], distribution: &Distribution) -> Self {
+    fn new(jacobian: &PerCable<[S; 3]>, wrench: &[S; 3], limits: &Limits<S>, distribution: &Distribution) -> Self {
         let bounds = distribution.bounds;
         let half = 0.5 * (bounds.upper - bounds.lower);
         let arm = jacobian.iter().map(|r| r[2].re().abs()).fold(0.0, f64::max).max(1e-9);
@@ -102,7 +104,8 @@ impl<S: Real> Scaled<S> {
                 rest[k] -= row[k] * (bounds.middle() / half);
             }
         }
-        Self { rows, wrench: rest }
+        let limits = limits.map(|limits| limits.map(|limit| (limit - bounds.middle()) / half));
+        Self { rows, wrench: rest, limits }
     }
 
     /// `b - A t`.
@@ -146,9 +149,10 @@ pub(super) fn solve(
     distribution: &Distribution,
     jacobian: &PerCable<[f64; 3]>,
     wrench: &[f64; 3],
+    limits: &Limits,
 ) -> Result<(Selection, PerCable<f64>), DistributionError> {
     let bounds = distribution.bounds;
-    let problem = Scaled::new(jacobian, wrench, distribution);
+    let problem = Scaled::new(jacobian, wrench, limits, distribution);
     let cables = jacobian.len();
     let half = 0.5 * (bounds.upper - bounds.lower);
     let mut cost =
@@ -159,15 +163,15 @@ pub(super) fn solve(
     if matches!(cost.objective, Objective::PNorm(_)) {
         let squares = Cost { objective: Objective::MidTension, ..cost };
         let near = central_path(&squares, &problem)?;
-        cost.reach = reach(near.iter().map(|place| Place::scaled(*place)));
+        cost.reach = reach((0..cables).map(|i| near[i].scaled(problem.limits[i])));
     }
     let place = central_path(&cost, &problem)?;
-    let bound = place.map(|place| match place {
-        Place::Lower => Some(bounds.lower),
-        Place::Upper => Some(bounds.upper),
+    let bound = PerCable::from_fn(cables, |i| match place[i] {
+        Place::Lower => Some(limits[i][0]),
+        Place::Upper => Some(limits[i][1]),
         Place::Free(_) => None,
     });
-    let near = place.map(Place::scaled);
+    let near = PerCable::from_fn(cables, |i| place[i].scaled(problem.limits[i]));
     let t = finish(&cost, &problem, &bound, &near)?;
     Ok((bound, t.map(|t| bounds.middle() + half * t)))
 }
@@ -180,12 +184,12 @@ pub(super) fn lift<S: Real>(
     distribution: &Distribution,
     jacobian: &PerCable<[S; 3]>,
     wrench: &[S; 3],
-    selection: &Selection,
-    tension: &PerCable<f64>,
+    limits: &Limits<S>,
+    (selection, tension): (&Selection, &PerCable<f64>),
 ) -> Result<PerCable<S>, DistributionError> {
     let bounds = distribution.bounds;
     let half = 0.5 * (bounds.upper - bounds.lower);
-    let problem = Scaled::new(jacobian, wrench, distribution);
+    let problem = Scaled::new(jacobian, wrench, limits, distribution);
     let near = tension.map(|t| (t - bounds.middle()) / half);
     let reach = reach(near.iter().copied());
     let flat = reach <= LEAST_REACH;
@@ -209,10 +213,10 @@ enum Place {
 
 impl Place {
     /// The scaled tension.
-    fn scaled(self) -> f64 {
+    fn scaled(self, [low, high]: [f64; 2]) -> f64 {
         match self {
-            Self::Lower => -1.0,
-            Self::Upper => 1.0,
+            Self::Lower => low,
+            Self::Upper => high,
             Self::Free(t) => t,
         }
     }
@@ -226,22 +230,27 @@ fn reach(scaled: impl Iterator<Item = f64>) -> f64 {
 /// Follows the central path to the minimum.
 fn central_path(cost: &Cost, problem: &Scaled<f64>) -> Result<PerCable<Place>, DistributionError> {
     let cables = problem.rows.len();
-    let mut t = PerCable::filled(cables, 0.0_f64);
+    let limits = &problem.limits;
+    let mut t = limits.map(|[low, high]| 0.5 * (low + high));
+    let below = |t: &PerCable<f64>, i: usize| t[i] - limits[i][0];
+    let above = |t: &PerCable<f64>, i: usize| limits[i][1] - t[i];
     let (mut low, mut high) = (PerCable::filled(cables, 1.0), PerCable::filled(cables, 1.0));
     let mut multiplier = [0.0; 3];
     for _ in 0..STEPS {
-        let gap: f64 = (0..cables).map(|i| low[i] * (1.0 + t[i]) + high[i] * (1.0 - t[i])).sum();
+        let gap: f64 = (0..cables).map(|i| low[i] * below(&t, i) + high[i] * above(&t, i)).sum();
         let missing = problem.missing(&t);
         let unmet = (0..cables)
-            .map(|i| (cost.slope(t[i]) - matrix3::dot(&problem.rows[i], &multiplier) - low[i] + high[i]).abs())
+            .map(|i| {
+                (cost.slope(t[i], limits[i]) - matrix3::dot(&problem.rows[i], &multiplier) - low[i] + high[i]).abs()
+            })
             .fold(0.0, f64::max);
         let size = missing.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
         let settled = gap < SETTLED * cables as f64 && size < SETTLED;
         if settled && unmet < 1e-9 * (1.0 + low.iter().chain(&high).fold(0.0_f64, |a, b| a.max(*b))) {
             return Ok(PerCable::from_fn(cables, |i| {
-                if low[i] > 1.0 + t[i] {
+                if low[i] > below(&t, i) {
                     Place::Lower
-                } else if high[i] > 1.0 - t[i] {
+                } else if high[i] > above(&t, i) {
                     Place::Upper
                 } else {
                     Place::Free(t[i])
@@ -249,12 +258,12 @@ fn central_path(cost: &Cost, problem: &Scaled<f64>) -> Result<PerCable<Place>, D
             }));
         }
         let centre = 0.1 * gap / (2.0 * cables as f64);
-        let free = weights(t.map(|t| cost.majorant(t)));
+        let free = weights(PerCable::from_fn(cables, |i| cost.majorant(t[i], limits[i])));
         let weight =
-            PerCable::from_fn(cables, |i| 1.0 / (1.0 / free[i] + low[i] / (1.0 + t[i]) + high[i] / (1.0 - t[i])));
+            PerCable::from_fn(cables, |i| 1.0 / (1.0 / free[i] + low[i] / below(&t, i) + high[i] / above(&t, i)));
         let pull = PerCable::from_fn(cables, |i| {
-            matrix3::dot(&problem.rows[i], &multiplier) - cost.slope(t[i]) + centre / (1.0 + t[i])
-                - centre / (1.0 - t[i])
+            matrix3::dot(&problem.rows[i], &multiplier) - cost.slope(t[i], limits[i]) + centre / below(&t, i)
+                - centre / above(&t, i)
         });
         let Some(inverse) = normal_inverse(&problem.rows, &weight) else { break };
         let mut right = missing;
@@ -265,11 +274,11 @@ fn central_path(cost: &Cost, problem: &Scaled<f64>) -> Result<PerCable<Place>, D
         }
         let turn = matrix3::product(&inverse, &right);
         let step = PerCable::from_fn(cables, |i| weight[i] * (pull[i] + matrix3::dot(&problem.rows[i], &turn)));
-        let low_step = PerCable::from_fn(cables, |i| (centre - low[i] * step[i]) / (1.0 + t[i]) - low[i]);
-        let high_step = PerCable::from_fn(cables, |i| (centre + high[i] * step[i]) / (1.0 - t[i]) - high[i]);
+        let low_step = PerCable::from_fn(cables, |i| (centre - low[i] * step[i]) / below(&t, i) - low[i]);
+        let high_step = PerCable::from_fn(cables, |i| (centre + high[i] * step[i]) / above(&t, i) - high[i]);
         let room = |value: f64, step: f64| if step < 0.0 { -TO_THE_BOUND * value / step } else { 1.0 };
         let primal =
-            (0..cables).map(|i| room(1.0 + t[i], step[i]).min(room(1.0 - t[i], -step[i]))).fold(1.0_f64, f64::min);
+            (0..cables).map(|i| room(below(&t, i), step[i]).min(room(above(&t, i), -step[i]))).fold(1.0_f64, f64::min);
         let dual =
             (0..cables).map(|i| room(low[i], low_step[i]).min(room(high[i], high_step[i]))).fold(1.0_f64, f64::min);
         for i in 0..cables {
@@ -295,16 +304,21 @@ fn finish<S: Real>(
     // Those at a bound do not count: their curvature is without end.
     let weight = weights(PerCable::from_fn(cables, |i| match bound[i] {
         Some(_) => f64::INFINITY,
-        None => cost.curvature(near[i]),
+        None => cost.curvature(near[i], problem.limits[i].map(|limit| limit.re())),
     }));
     let inverse = normal_inverse(&real, &weight).ok_or_else(|| {
         DistributionError::NotSolved("so many cables are at a bound that the others cannot balance the wrench".into())
     })?;
     let inverse = inverse.map(|row| row.map(S::from));
-    let mut t = near.map(S::from);
+    let mut t = PerCable::from_fn(cables, |i| match bound[i] {
+        Some(_) => nearer(near[i], &problem.limits[i]),
+        None => S::from(near[i]),
+    });
     let mut multiplier = [S::from(0.0); 3];
     for _ in 0..LAST_STEPS {
-        let pull = PerCable::from_fn(cables, |i| matrix3::dot(&problem.rows[i], &multiplier) - cost.slope(t[i]));
+        let pull = PerCable::from_fn(cables, |i| {
+            matrix3::dot(&problem.rows[i], &multiplier) - cost.slope(t[i], problem.limits[i])
+        });
         let mut right = problem.missing(&t);
         for i in 0..cables {
             for k in 0..3 {
@@ -361,7 +375,8 @@ mod tests {
             for objective in OBJECTIVES {
                 let distribution = Distribution { objective, bounds: Bounds::new(1e3, 4e3).unwrap() };
                 let Ok((_, closed)) = distribution.select(&structure, &wrench) else { continue };
-                let (_, found) = solve(&distribution, &rows, &wrench).unwrap();
+                let limits = distribution.bounds.of_each(4);
+                let (_, found) = solve(&distribution, &rows, &wrench, &limits).unwrap();
                 let worst = closed.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                 assert!(worst < 1e-3, "{objective:?}: {closed:?} {found:?}");
                 compared += 1;
@@ -390,7 +405,7 @@ mod tests {
                     let free: Vec<usize> = (0..cables).filter(|i| place[*i].is_none()).collect();
                     let slope = nalgebra::DVector::from_iterator(
                         free.len(),
-                        free.iter().map(|i| cost.slope((tension[*i] - bounds.middle()) / 95.0)),
+                        free.iter().map(|i| cost.slope((tension[*i] - bounds.middle()) / 95.0, [-1.0, 1.0])),
                     );
                     let a = nalgebra::DMatrix::from_fn(free.len(), 3, |r, c| structure[(c, free[r])]);
                     let fitted = a.clone().svd(true, true).solve(&slope, 1e-12).unwrap();
@@ -400,7 +415,7 @@ mod tests {
                     for i in (0..cables).filter(|i| place[*i].is_some()) {
                         let t = (tension[i] - bounds.middle()) / 95.0;
                         let force = (structure.column(i).transpose() * nalgebra::Vector3::from_fn(|k, _| fitted[k]))[0];
-                        let excess = cost.slope(t) - force;
+                        let excess = cost.slope(t, [-1.0, 1.0]) - force;
                         assert!(excess * t.signum() < 1e-6, "{cables} {objective:?}: cable {i} {excess}");
                     }
                 }
@@ -436,7 +451,8 @@ mod tests {
                 let pose = [time * 0.2, time * time * 0.1, time * 0.05];
                 let wrench = [time * 4.0, Jet::from(10.0), time * 0.1];
                 let rows = rows(&crate::kinematics::cables(&geometry, &pose, &[Jet::from(0.0); 3]));
-                let lifted = distribution.lift(&rows, &wrench, &selection, &plain).unwrap();
+                let limits = bounds.of_each(cables).map(|limits| limits.map(Jet::from));
+                let lifted = distribution.lift(&rows, &wrench, &limits, (&selection, &plain)).unwrap();
                 let h = 1e-4;
                 let (ahead, behind) = (tension(0.7 + h).unwrap().1, tension(0.7 - h).unwrap().1);
                 for i in 0..cables {

@@ -184,7 +184,8 @@ fn derivatives_are_there_even_with_all_tensions_at_the_mean() {
         let distribution = Distribution { objective, bounds };
         let structure = structure_matrix(&geometry(), &[0.0; 3]);
         let (selection, tension) = distribution.select(&structure, &[0.0; 3]).unwrap();
-        let lifted = distribution.lift(&rows(&cables), &wrench, &selection, &tension).unwrap();
+        let limits = bounds.of_each(4).map(|limits| limits.map(Jet::from));
+        let lifted = distribution.lift(&rows(&cables), &wrench, &limits, (&selection, &tension)).unwrap();
         for (lifted, plain) in lifted.iter().zip(tension) {
             assert!(
                 (lifted.re - plain).abs() < 1e-9 && lifted.v1.abs() < 1.0 && lifted.v1 != 0.0,
