@@ -2,37 +2,50 @@
 
 use crate::scalar::Real;
 
-/// A drum whose axis lies `eccentricity` (m) beside its centre: its lever is `r + e sin(s/r + ψ)` where the encoder has counted `s`.
+/// A drum whose lever is not one: its axis may lie beside its centre, and it gets smaller as it pays out. Where the encoder has counted
+/// `s` the lever is `r + e sin(s/r + ψ) - r κ s`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EccentricDrum {
+pub struct Drum {
     /// `e` (m), smaller than the radius.
     pub eccentricity: f64,
-    /// `r` (m).
+    /// `r` (m), of the wave.
     pub radius: f64,
     /// `ψ` (rad).
     pub phase: f64,
+    /// `κ` (1/m): the share of its radius that the drum loses with each metre counted; not negative.
+    pub shrink: f64,
 }
 
-impl EccentricDrum {
+impl Default for Drum {
+    /// A round one of one layer.
+    fn default() -> Self {
+        Self { eccentricity: 0.0, radius: 1.0, phase: 0.0, shrink: 0.0 }
+    }
+}
+
+impl Drum {
     /// The length (m) that is paid out where the encoder has counted `counted` (m): the lever summed over the angle.
     fn length<S: Real>(&self, counted: S) -> S {
         let angle = counted / self.radius + self.phase;
-        counted - (angle.cos() - self.phase.cos()) * self.eccentricity
+        counted - (angle.cos() - self.phase.cos()) * self.eccentricity - counted * counted * (0.5 * self.shrink)
     }
 
     /// Its derivative.
     fn slope<S: Real>(&self, counted: S) -> S {
-        (counted / self.radius + self.phase).sin() * (self.eccentricity / self.radius) + 1.0
+        let wave = (counted / self.radius + self.phase).sin() * (self.eccentricity / self.radius);
+        wave + 1.0 - counted * self.shrink
     }
 
     /// Its second derivative (1/m).
     fn curvature<S: Real>(&self, counted: S) -> S {
-        (counted / self.radius + self.phase).cos() * (self.eccentricity / (self.radius * self.radius))
+        let wave = (counted / self.radius + self.phase).cos() * (self.eccentricity / (self.radius * self.radius));
+        wave - self.shrink
     }
 
     /// What the encoder has counted (m) where `length` (m) is paid out.
     fn counted<S: Real>(&self, length: S) -> S {
-        let mut counted = length.re();
+        // Without its wave: the smaller root of the square, all of the drum where it holds no more.
+        let mut counted = 2.0 * length.re() / (1.0 + (1.0 - 2.0 * self.shrink * length.re()).max(0.0).sqrt());
         for _ in 0..50 {
             let step = (self.length(counted) - length.re()) / self.slope(counted);
             counted -= step;
@@ -55,7 +68,7 @@ impl EccentricDrum {
 pub(crate) struct LengthSensor {
     pub(crate) factor: f64,
     pub(crate) bias: f64,
-    pub(crate) drum: Option<EccentricDrum>,
+    pub(crate) drum: Option<Drum>,
 }
 
 impl Default for LengthSensor {

@@ -2,7 +2,7 @@
 //!
 //! One trait, [`Effect`], says what an effect is; each effect is one file here and one line in the list below.
 //! An effect acts at one [`Stage`] of the plant. The order of the stages along the winch is fixed:
-//! command → delay → saturation → lag → gain → bias → power limit → added force → losses → cable.
+//! command → delay → saturation → dead band → lag → gain → bias → power limit → added force → losses → cable.
 
 mod context;
 mod entry;
@@ -19,7 +19,7 @@ use entry::{parameter, signed};
 use num_dual::Dual64;
 
 use crate::dynamics::PlantData;
-use crate::length_sensor::EccentricDrum;
+use crate::length_sensor::Drum;
 use crate::per_cable::PerCable;
 use crate::pose_sensor::PoseSensor;
 use crate::scalar::Real;
@@ -59,6 +59,9 @@ pub trait Effect: Sized {
     /// change nothing.
     const ALWAYS: Option<&'static str> = None;
 
+    /// Why inverse dynamics cannot turn it round; `None` where it can.
+    const NO_INVERSE: Option<&'static str> = None;
+
     /// Whether it sets numbers that other effects scale, and so comes before them.
     const SETS_WHAT_OTHERS_SCALE: bool = false;
 
@@ -81,6 +84,14 @@ pub trait Effect: Sized {
     /// # Errors
     /// What was found and what it takes.
     fn check_command(&self, _command: WinchCommand) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Why it cannot be on a robot whose cables are at most so long (m).
+    ///
+    /// # Errors
+    /// What was found and what it takes.
+    fn check_length(&self, _longest: f64) -> Result<(), String> {
         Ok(())
     }
 
@@ -202,10 +213,8 @@ pub trait Effect: Sized {
         (1.0, 0.0)
     }
 
-    /// [`Stage::Sensor`]: the drum by which an unstretched length is measured, where it is off its axis.
-    fn eccentric_drum(&self) -> Option<EccentricDrum> {
-        None
-    }
+    /// [`Stage::Sensor`]: changes the drum by which an unstretched length is measured.
+    fn drum(&self, _drum: &mut Drum) {}
 
     /// [`Stage::Sensor`]: factor and bias (N) of a measured tension, as of a length.
     fn tension_sensor(&self) -> (f64, f64) {
@@ -282,6 +291,7 @@ catalogue! {
     winch_torque_ripple::WinchTorqueRipple,
     winch_force_gain::WinchForceGain,
     winch_force_bias::WinchForceBias,
+    winch_dead_band::WinchDeadBand,
     winch_lag::WinchLag,
     winch_delay::WinchDelay,
     winch_saturation::WinchSaturation,
@@ -302,6 +312,7 @@ catalogue! {
     length_sensor_bias::LengthSensorBias,
     length_sensor_scale::LengthSensorScale,
     winch_drum_eccentricity::WinchDrumEccentricity,
+    winch_drum_layers::WinchDrumLayers,
     tension_sensor_gain::TensionSensorGain,
     tension_sensor_bias::TensionSensorBias,
     pose_sensor_bias::PoseSensorBias,
@@ -334,12 +345,23 @@ impl EffectKind {
         dispatch!(self, e => of(e))
     }
 
+    pub(crate) fn no_inverse(&self) -> Option<&'static str> {
+        fn of<E: Effect>(_: &E) -> Option<&'static str> {
+            E::NO_INVERSE
+        }
+        dispatch!(self, e => of(e))
+    }
+
     pub(crate) fn check_command(&self, command: WinchCommand) -> Result<(), String> {
         dispatch!(self, e => e.check_command(command))
     }
 
     pub fn change(&self, data: &mut PlantData, cables: &PerCable<bool>) {
         dispatch!(self, e => e.change(data, cables))
+    }
+
+    pub(crate) fn check_length(&self, longest: f64) -> Result<(), String> {
+        dispatch!(self, e => e.check_length(longest))
     }
 
     pub fn delay(&self) -> f64 {
@@ -454,8 +476,8 @@ impl EffectKind {
         dispatch!(self, e => e.length_sensor())
     }
 
-    pub fn eccentric_drum(&self) -> Option<EccentricDrum> {
-        dispatch!(self, e => e.eccentric_drum())
+    pub fn drum(&self, drum: &mut Drum) {
+        dispatch!(self, e => e.drum(drum));
     }
 
     pub fn tension_sensor(&self) -> (f64, f64) {

@@ -1,7 +1,7 @@
 //! Eccentric drum: l = s - e (cos(s/r + ψ) - cos ψ) where the encoder has counted s.
 
 use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
-use crate::length_sensor::EccentricDrum;
+use crate::length_sensor::Drum;
 use crate::winch::WinchCommand;
 
 /// Eccentric drum: l = s - e (cos(s/r + ψ) - cos ψ) where the encoder has counted s.
@@ -12,13 +12,15 @@ use crate::winch::WinchCommand;
 ///
 /// Shows in: a wave of the measured unstretched length along the length, one period a turn of the drum.
 ///
-/// Valid for: winches commanded by force; one layer on the drum. A torque would find the lever in its force, and a servo would follow
+/// Valid for: winches commanded by force; layers on the drum are another effect. A torque would find the lever in its force, and a servo would follow
 /// its encoder; with those commands the effect is refused.
 ///
 /// Source: A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018 (winch transmission); the lever summed over the angle.
 #[derive(Clone, Debug)]
 pub struct WinchDrumEccentricity {
-    drum: EccentricDrum,
+    eccentricity: f64,
+    radius: f64,
+    phase: f64,
 }
 
 impl Effect for WinchDrumEccentricity {
@@ -38,7 +40,7 @@ impl Effect for WinchDrumEccentricity {
         texts: &[],
         shows_in: "a wave of the measured unstretched length along the length, one period a turn of the drum",
         source: "A. Pott, Cable-Driven Parallel Robots: Theory and Application, 2018 (winch transmission); the lever summed over the angle",
-        validity: "winches commanded by force; one layer on the drum",
+        validity: "winches commanded by force",
         look_alikes: &[
             LookAlike { id: "length_sensor_scale", separate_by: "a range of lengths over several turns of the drum" },
         ],
@@ -50,7 +52,7 @@ impl Effect for WinchDrumEccentricity {
             let message = format!("`eccentricity` is {eccentricity} m, expected less than half of `drum_radius` ({radius} m)");
             return Err(SpecError::new(&spec.id, message));
         }
-        Ok(Self { drum: EccentricDrum { eccentricity, radius, phase } })
+        Ok(Self { eccentricity, radius, phase })
     }
 
     fn check_command(&self, command: WinchCommand) -> Result<(), String> {
@@ -64,7 +66,8 @@ impl Effect for WinchDrumEccentricity {
         Stage::Sensor
     }
 
-    fn eccentric_drum(&self) -> Option<EccentricDrum> {
-        Some(self.drum)
+    fn drum(&self, drum: &mut Drum) {
+        let Self { eccentricity, radius, phase } = *self;
+        *drum = Drum { eccentricity, radius, phase, ..*drum };
     }
 }

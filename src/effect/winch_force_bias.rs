@@ -42,7 +42,7 @@ impl Effect for WinchForceBias {
     }
 
     fn stage(&self) -> Stage {
-        Stage::Command(4)
+        Stage::Command(5)
     }
 
     fn command<S: Real>(&self, force: S, _states: &[S], _rates: &mut [S], _context: &WinchContext<S>) -> S {

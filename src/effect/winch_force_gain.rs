@@ -43,7 +43,7 @@ impl Effect for WinchForceGain {
     }
 
     fn stage(&self) -> Stage {
-        Stage::Command(3)
+        Stage::Command(4)
     }
 
     fn command<S: Real>(&self, force: S, _states: &[S], _rates: &mut [S], _context: &WinchContext<S>) -> S {

@@ -53,7 +53,7 @@ impl Effect for WinchLag {
     }
 
     fn stage(&self) -> Stage {
-        Stage::Command(2)
+        Stage::Command(3)
     }
 
     fn states(&self) -> usize {

@@ -43,7 +43,7 @@ impl Effect for WinchPowerLimit {
     }
 
     fn stage(&self) -> Stage {
-        Stage::Command(5)
+        Stage::Command(6)
     }
 
     fn command<S: Real>(&self, force: S, _states: &[S], _rates: &mut [S], context: &WinchContext<S>) -> S {

@@ -230,6 +230,9 @@ impl<'a> InverseDynamics<'a> {
         let plant =
             if plant.next_switch(f64::NEG_INFINITY).is_some() { Arc::new(plant.at(first).clone()) } else { plant };
         for (cable, data) in plant.cable.iter().zip(&plant.data().cables) {
+            if let Some((kind, reason)) = cable.command.iter().find_map(|(kind, _)| Some((kind, kind.no_inverse()?))) {
+                return Err(InverseError::Refused { effect: kind.info().id, reason });
+            }
             if cable.delay > 0.0 {
                 return Err(InverseError::Refused {
                     effect: "winch_delay",

@@ -388,6 +388,7 @@ fn effects_that_cannot_be_turned_round_are_refused_by_name() {
     };
     for (effects, part) in [
         (vec![effect("winch_delay", None, &[0.1])], "winch_delay"),
+        (vec![effect("winch_dead_band", Some(2), &[50.0, 0.1])], "winch_dead_band"),
         (vec![effect("cable_transverse_mode", Some(1), &[0.2, 0.0, 0.0])], "cable_transverse_mode"),
         (vec![EffectSpec::expression("platform.force_x", "0.1*winch_force[2]").unwrap()], "expression"),
         (vec![effect("winch_saturation", Some(2), &[0.0, 10e3])], "effect `winch_saturation` of cable 2"),

@@ -3,6 +3,7 @@
 use super::{CableEffects, EffectStates};
 use crate::dynamics::PlantData;
 use crate::effect::{EffectKind, EffectSpec, Stage, acts_on};
+use crate::length_sensor::Drum;
 use crate::parameters::Parameters;
 use crate::pose_sensor::PoseSensor;
 
@@ -103,7 +104,9 @@ impl CableEffects {
             let mut line = (sensor.factor, sensor.bias);
             behind(&mut line, kind.length_sensor());
             (sensor.factor, sensor.bias) = line;
-            sensor.drum = kind.eccentric_drum().or(sensor.drum);
+            let mut drum = sensor.drum.unwrap_or_default();
+            kind.drum(&mut drum);
+            sensor.drum = (drum != Drum::default()).then_some(drum);
         }
         behind(&mut self.tension_sensor, kind.tension_sensor());
     }

@@ -232,8 +232,11 @@ impl Plant {
         }
         let on_cable = |c: &CableEffects| !(c.command.is_empty() && c.loss.is_empty() && c.pull.is_empty());
         let command = parameters.winch.command;
+        // From any anchor to the far end of a platform at any other.
+        let longest = 2.0 * (data.geometry.size() + data.geometry.attachment_scale());
         for (spec, kind) in effects.iter().zip(&kinds) {
-            kind.check_command(command).map_err(|message| SpecError::new(&spec.id, message))?;
+            let checked = kind.check_command(command).and_then(|()| kind.check_length(longest));
+            checked.map_err(|message| SpecError::new(&spec.id, message))?;
         }
         if command.is_servo() {
             check_servo(&data)?;

@@ -167,6 +167,25 @@ fn a_rate_limit_makes_a_ramp_of_a_step_and_ends_as_a_lag() {
     }
 }
 
+/// A step within the band changes nothing; one beyond it is followed to the band, as far behind on the way back.
+#[test]
+fn a_dead_band_is_play_with_a_lag() {
+    let mut simulation = at_rest(&[effect("winch_dead_band", Some(2), &[200.0, 0.1])], 2e4);
+    let mut inputs = simulation.inputs();
+    let mut from = 2e4;
+    for (command, ends) in [(20150.0, 2e4), (19850.0, 2e4), (21e3, 20800.0), (20500.0, 20700.0), (20600.0, 20700.0)] {
+        inputs.winch_force[1] = command;
+        simulation.set_inputs(inputs);
+        for k in 1..=20 {
+            simulation.advance(0.1).unwrap();
+            let expected = ends + (from - ends) * (-f64::from(k)).exp();
+            let found = simulation.evaluate().pull[1];
+            assert!((found - expected).abs() < 1e-4, "{command} after {k}: {found} {expected}");
+        }
+        from = ends + (from - ends) * (-20.0_f64).exp();
+    }
+}
+
 #[test]
 fn a_lag_follows_a_step_exponentially() {
     let mut simulation = at_rest(&[effect("winch_lag", Some(2), &[0.3])], 2e4);

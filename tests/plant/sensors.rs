@@ -143,6 +143,40 @@ fn an_eccentric_drum_counts_another_length_than_it_pays_out() {
     assert!(error.contains("commanded by force"), "{error}");
 }
 
+/// Wound up turn by turn: each turn is shorter than the one before by the angle's share of a layer.
+#[test]
+fn layers_on_a_drum_count_more_than_is_paid_out() {
+    let (d, n, r) = (0.012, 25.0, 0.6);
+    let layers = EffectSpec::new("winch_drum_layers", Some(2), &[d, n, r]).unwrap();
+    let wave = EffectSpec::new("winch_drum_eccentricity", Some(2), &[0.01, r, 0.7]).unwrap();
+    for (effects, e) in [(vec![layers.clone()], 0.0), (vec![wave, layers.clone()], 0.01)] {
+        let (with, without) = (moving(&effects), moving(&[]));
+        assert_eq!(with.states(), without.states());
+        let (out, y) = (with.outputs(), without.states());
+        let at = with.plant().unstretched_index(1).unwrap();
+        let (angle, rate) = (out.unstretched_length[1] / r, out.unstretched_length_rate[1] / r);
+        let lever = |angle: f64| r - d * angle / (std::f64::consts::TAU * n) + e * (angle + 0.7).sin();
+        let parts = 200_000;
+        let h = angle / f64::from(parts);
+        let summed: f64 = (0..parts).map(|k| h * lever((f64::from(k) + 0.5) * h)).sum();
+        assert!((summed - y[at]).abs() < 1e-5, "{summed} {}", y[at]);
+        assert!((rate * lever(angle) - y[at + 1]).abs() < 1e-12);
+        assert!(out.unstretched_length[1] > y[at] + 50.0);
+        let shown = Start {
+            unstretched_length: out.unstretched_length,
+            unstretched_length_rate: out.unstretched_length_rate,
+            ..Start::default()
+        };
+        let behind = shown.behind_sensors(with.plant());
+        assert!((behind.unstretched_length[1] - y[at]).abs() < 1e-9);
+        assert!((behind.unstretched_length_rate[1] - y[at + 1]).abs() < 1e-12);
+    }
+    // 0.3 m of drum hold 942 m of such a cable, less than from one anchor to the farthest.
+    let small = EffectSpec::new("winch_drum_layers", None, &[0.012, 40.0, 0.3]).unwrap();
+    let error = cdpr::plant::Plant::new(Default::default(), vec![small]).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("942.4") && error.contains("on the drum"), "{error}");
+}
+
 /// What the sensor of a slack cable shows is its bias; a host is told by `slack` and not by the sign.
 #[test]
 fn the_tension_sensor_of_a_slack_cable_shows_its_bias() {

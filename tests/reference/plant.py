@@ -102,7 +102,7 @@ class Plant:
         ]
         self.first_creep = 6 + n * (self.has_length + self.has_length_rate)
         self.first_lag = self.first_creep + len(self.creeps)
-        self.first_swing = self.first_lag + len(self.winches.lags)
+        self.first_swing = self.first_lag + len(self.winches.bands) + len(self.winches.lags)
         self.first_bristle = self.first_swing + 2 * len(self.swings)
         self.ropes = [
             (i, e.values["force"], e.values["yield_strain"])
@@ -547,7 +547,7 @@ class Plant:
             y[self.lengths] = unstretched
         if self.has_length_rate and unstretched_rate is not None:
             y[self.length_rates] = unstretched_rate
-        if self.winches.lags:
+        if self.winches.bands or self.winches.lags:
             y[self.first_lag : self.first_swing] = self.winches.lag_at_rest(limited)
         for k, (i, _) in enumerate(self.swings):
             # Straight, and moving as the chord does.
@@ -604,6 +604,19 @@ class Plant:
                     out["unstretched_length_rate" + n] = r * rate
                     out["winch_angle" + n] = r * turned / drum[i]
                     out["winch_rate" + n] = r * rate / drum[i]
+            case "winch_drum_layers":
+                # What is wound up shrinks with the length; the angle is the sum of dl/radius.
+                full, thick, n = v["drum_radius"], v["cable_diameter"], v["turns"]
+                drum = self.parameters.of_winches("drum_radius")
+                for i in cables:
+                    at = f"[{i + 1}]"
+                    radius = np.sqrt(full**2 - thick * out["unstretched_length" + at] / (np.pi * n))
+                    turned = 2.0 * np.pi * n * (full - radius) / thick
+                    rate = out["unstretched_length_rate" + at] / radius
+                    out["unstretched_length" + at] = full * turned
+                    out["unstretched_length_rate" + at] = full * rate
+                    out["winch_angle" + at] = full * turned / drum[i]
+                    out["winch_rate" + at] = full * rate / drum[i]
             case "length_sensor_bias":
                 for i in cables:
                     out[f"{channel}[{i + 1}]"] += v["bias"]

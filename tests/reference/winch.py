@@ -71,6 +71,11 @@ class WinchChain:
             (i, e.values["time_constant"], e.values.get("rate_limit", 0.0) or math.inf)
             for i, e in self._each("winch_lag")
         ]
+        # A dead band is a state as well, before the lags.
+        self.bands = [
+            (i, e.values["band"], e.values["time_constant"])
+            for i, e in self._each("winch_dead_band")
+        ]
         # Friction that gives before it slides keeps a deflection on each winch.
         self.bristles = [
             (i, e.values)
@@ -93,17 +98,21 @@ class WinchChain:
         return limited
 
     def lag(self, limited: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The lagged force and the rates of the lag states."""
+        """The force behind dead bands and lags, and the rates of their states."""
         force = np.array(limited, dtype=float)
-        rates = np.zeros(len(self.lags))
-        for k, (i, time_constant, limit) in enumerate(self.lags):
+        rates = np.zeros(len(self.bands) + len(self.lags))
+        for k, (i, band, time_constant) in enumerate(self.bands):
+            error = force[i] - states[k]
+            rates[k] = (error - min(max(error, -band), band)) / time_constant
+            force[i] = states[k]
+        for k, (i, time_constant, limit) in enumerate(self.lags, start=len(self.bands)):
             rates[k] = min(max((force[i] - states[k]) / time_constant, -limit), limit)
             force[i] = states[k]
         return force, rates
 
     def lag_at_rest(self, limited: np.ndarray) -> np.ndarray:
-        """Lag states that have settled on the given force."""
-        return np.array([limited[i] for i, *_ in self.lags])
+        """States of dead bands and lags that have settled on the given force."""
+        return np.array([limited[i] for i, *_ in self.bands + self.lags])
 
     def bristle_rates(self, reeling_rate: np.ndarray, deflections: np.ndarray) -> np.ndarray:
         """Rates of the deflections (LuGre): v - s0 |v|/g z, where g is the sliding friction."""

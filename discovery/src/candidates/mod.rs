@@ -512,7 +512,7 @@ mod tests {
     use crate::data::recording::record;
 
     /// Effects that are not looked for, and why.
-    const NOT_SOUGHT: [(&str, &str); 9] = [
+    const NOT_SOUGHT: [(&str, &str); 11] = [
         (
             "anchor_compliance",
             "at lengths that change little it is an error of the cable's stiffness, which is looked for",
@@ -521,6 +521,14 @@ mod tests {
         ("cable_wind", "at poses near each other it is a steady wind and drag, which are looked for"),
         ("pulley_radius", "to first order in the angle it is an anchor off across its cable, which is looked for"),
         ("pulley_wrap_friction", "to first order it is the capstan loss, as whose form it is tried"),
+        (
+            "winch_dead_band",
+            "what it holds back depends on the turns of the whole command, not in proportion to the band; lag and bias are looked for",
+        ),
+        (
+            "winch_drum_layers",
+            "over lengths that change little it is the scale of a length sensor, which is looked for",
+        ),
         ("winch_power_limit", "where it is reached it is a limit of the force, which is looked for"),
         ("winch_torque_ripple", "waves along the paid-out length are found in the spectrum and named as terms"),
         ("cable_elasticity", "another base model, which `discover` tries as such"),
