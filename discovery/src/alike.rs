@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::candidates::Combination;
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
-use crate::kalman::{Keep, Randomness, filter};
+use crate::kalman::Randomness;
 use crate::signature;
 use crate::whiten::{Normal, whiten};
 
@@ -33,8 +33,7 @@ pub(crate) fn likeness(
             let forcing =
                 signature::forcing(&fit.model, &fit.examined, &variations, &columns, linear, trial, trajectory);
             let randomness = for_trial(randomness, trial);
-            let filtered = filter(linear, &randomness, Keep::Innovations);
-            whiten(linear, &randomness, &filtered, &forcing, None)
+            whiten(linear, &randomness, &forcing)
         })
         .collect();
     let mut normal = Normal::empty(variations.len());

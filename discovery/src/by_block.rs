@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::instruments::Clocks;
-use crate::kalman::{Keep, filter};
 use crate::model::Examined;
 use crate::outcome::Block;
 use crate::refine::{Free, solve, varied_models};
@@ -195,14 +194,13 @@ fn blocks(trials: &[Trial]) -> Vec<Vec<Block>> {
 fn parts(fit: &Fit, t: usize, trial: &Trial, forcing: &Forcing, blocks: &[Block]) -> Vec<Normal> {
     let linear = &fit.linear[t];
     let randomness = for_trial(&fit.randomness, trial);
-    let filtered = filter(linear, &randomness, Keep::Innovations);
     let mut normals = vec![Normal::empty(forcing.columns); PARTS * blocks.len()];
-    whitened_rows(linear, &randomness, &filtered, forcing, |at, e| {
+    whitened_rows(linear, &randomness, forcing, |at, innovation, e| {
         let time = trial.time[at / linear.channels];
         let block = blocks.iter().position(|b| time < b.end).unwrap_or(blocks.len() - 1);
         let Block { start, end, .. } = blocks[block];
         let part = (PARTS as f64 * (time - start) / (end - start)) as usize;
-        normals[PARTS * block + part.min(PARTS - 1)].push(e, filtered.whitened[at]);
+        normals[PARTS * block + part.min(PARTS - 1)].push(e, innovation);
     });
     normals.iter_mut().for_each(Normal::mirror);
     normals

@@ -298,8 +298,7 @@ impl Fit {
             .into_par_iter()
             .map(|t| {
                 let randomness = for_trial(&self.randomness, &trials[t]);
-                let filtered = filter(&self.linear[t], &randomness, Keep::Covariance);
-                (smooth(&self.linear[t], &randomness, &filtered), filtered.minus_two_log_likelihood)
+                smooth(&self.linear[t], &randomness)
             })
             .collect();
         for ((trajectory, (deviation, _)), pace) in self.trajectories.iter_mut().zip(&moves).zip(&self.pace) {
@@ -392,8 +391,7 @@ impl Fit {
         let all = Channel::all(self.examined.plant.cables());
         let of_trial = |(trial, linear): (&Trial, &LinearTrial)| {
             let randomness = for_trial(randomness, trial);
-            let filtered = filter(linear, &randomness, Keep::Covariance);
-            spread(linear, &randomness, &filtered, &restarts(trial, horizon))
+            spread(linear, &randomness, &restarts(trial, horizon))
         };
         let parts: Vec<Vec<(f64, usize)>> = trials.par_iter().zip(self.linear.par_iter()).map(of_trial).collect();
         let mut sums = vec![(0.0, 0); all.len()];

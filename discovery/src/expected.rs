@@ -15,7 +15,6 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::data::clean::median;
 use crate::estimate::{Fit, for_trial};
-use crate::kalman::{Keep, filter};
 use crate::model::WRENCH;
 use crate::path::LinearTrial;
 use crate::randomness::{Expected, Randomness};
@@ -62,8 +61,7 @@ pub(crate) fn minus_two_log_likelihood(fit: &Fit, trials: &[Trial], randomness: 
     let randomness = Randomness { expected, ..randomness.clone() };
     let of_trial = |((linear, trial), errors): ((&LinearTrial, &Trial), &Errors)| {
         let randomness = for_trial(&randomness, trial);
-        let filtered = filter(linear, &randomness, Keep::Innovations);
-        let normal = whiten(linear, &randomness, &filtered, &without_errors(linear, errors), None);
+        let normal = whiten(linear, &randomness, &without_errors(linear, errors));
         normal.minus_two_log_likelihood - normal.drop(&[1.0])
     };
     fit.linear.par_iter().zip(trials).zip(&errors).map(of_trial).sum()
@@ -79,7 +77,7 @@ fn without_errors(linear: &LinearTrial, errors: &Errors) -> Forcing {
             row.iter_mut().zip(acts).for_each(|(slot, by)| *slot -= (errors[k] * by) as f32);
         }
     }
-    Forcing { columns: 1, step, sensor: vec![0.0; linear.len * linear.channels] }
+    Forcing { first: 0, columns: 1, step, sensor: vec![0.0; linear.len * linear.channels] }
 }
 
 /// The expected errors of each trial.

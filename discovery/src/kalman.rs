@@ -10,10 +10,15 @@ use crate::randomness::ROOM;
 pub(crate) use crate::randomness::Randomness;
 use crate::vector::{BLOCK, FULL, add, add_each, block, dot, plus, plus_each, vectorised};
 
-/// Innovations, gains and what else later passes need; what was not to be kept is empty.
+/// Samples that are filtered and whitened together: what is kept of them stays near.
+pub(crate) const STRETCH: usize = 512;
+
+/// Innovations, gains and what else later passes need of some samples; what was not to be kept is empty.
 #[derive(Clone, Debug)]
 pub(crate) struct Filtered {
-    /// `Σ log S + ν²/S` over all measurements.
+    /// The first sample.
+    first: usize,
+    /// `Σ log S + ν²/S` over all measurements up to the last sample.
     pub(crate) minus_two_log_likelihood: f64,
     /// Innovation over its standard deviation, a number a measurement; `NAN` in gaps.
     pub(crate) whitened: Vec<f64>,
@@ -29,21 +34,14 @@ pub(crate) struct Filtered {
     updated: Vec<f64>,
     /// Its covariance before the measurements, a row a state, latent or noise with memory.
     covariance: Vec<f64>,
-    /// `Σ e ν` and count by channel: its ratio estimates the noise variance.
+    /// `Σ e ν` and count by channel up to the last sample: its ratio estimates the noise variance.
     pub(crate) noise_moment: Vec<(f64, usize)>,
 }
 
 impl Filtered {
-    /// Gain of a measurement, by its place among all: states, latents, zeros.
+    /// Gain of a measurement, by its place among those of the samples: states, latents, zeros.
     pub(crate) fn gain(&self, at: usize) -> &[f64] {
         &self.gain[at * self.stride..(at + 1) * self.stride]
-    }
-
-    /// Row `r` of the covariance before the measurements of sample `k`; only where it was kept.
-    pub(crate) fn covariance_row(&self, linear: &LinearTrial, k: usize, r: usize) -> &[f64] {
-        let rows = self.covariance.len() / (self.stride * linear.len);
-        let at = (k * rows + r) * self.stride;
-        &self.covariance[at..at + self.stride]
     }
 
     /// Deviation after the measurements of sample `k`: states, latents, zeros.
@@ -60,9 +58,11 @@ const STEP_ERROR: f64 = 1e-9;
 pub(crate) enum Keep {
     /// The likelihood alone.
     Likelihood,
-    /// Innovations, gains and states as well.
+    /// Innovations and states as well.
     Innovations,
-    /// And the covariance of the states.
+    /// And gains.
+    Gains,
+    /// And what the smoother needs.
     Covariance,
 }
 
@@ -103,7 +103,71 @@ macro_rules! by_room {
 
 /// Runs the filter over one trial.
 pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
-    by_width!(linear, randomness, run, linear, randomness, keep)
+    Run::new(linear, randomness).advance(linear.len, keep)
+}
+
+/// The covariance before the measurements of some samples, in their order: rows of states and processes.
+pub(crate) fn covariances(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    samples: impl IntoIterator<Item = usize>,
+) -> Vec<Vec<f64>> {
+    let mut run = Run::new(linear, randomness);
+    let at = |sample: usize| {
+        run.advance(sample, Keep::Likelihood);
+        run.standing.p.clone()
+    };
+    samples.into_iter().map(at).collect()
+}
+
+/// A run of the filter over one trial, that can be interrupted.
+pub(crate) struct Run<'a> {
+    linear: &'a LinearTrial,
+    randomness: &'a Randomness,
+    standing: Standing,
+}
+
+/// Where a run of the filter stands: before the measurements of a sample.
+#[derive(Clone)]
+struct Standing {
+    next: usize,
+    /// Deviation of states and processes from the trajectory.
+    x: Vec<f64>,
+    /// Its covariance, by rows.
+    p: Vec<f64>,
+    minus_two_log_likelihood: f64,
+    noise_moment: Vec<(f64, usize)>,
+}
+
+impl Standing {
+    fn new(linear: &LinearTrial, randomness: &Randomness) -> Self {
+        let (n, w) = (linear.states, linear.states + randomness.processes());
+        let mut x = vec![0.0; w];
+        x[..n].copy_from_slice(&linear.prior);
+        for (slot, latent) in x[n..].iter_mut().zip(linear.latents(0)) {
+            *slot = -latent;
+        }
+        let mut p = vec![0.0; w * w];
+        for c in 0..n {
+            p[c * w + c] = linear.prior_deviation[c].powi(2);
+        }
+        for l in 0..randomness.processes() {
+            p[(n + l) * w + n + l] = randomness.deviation(l).powi(2);
+        }
+        Self { next: 0, x, p, minus_two_log_likelihood: 0.0, noise_moment: vec![(0.0, 0); linear.channels] }
+    }
+}
+
+impl<'a> Run<'a> {
+    pub(crate) fn new(linear: &'a LinearTrial, randomness: &'a Randomness) -> Self {
+        Self { linear, randomness, standing: Standing::new(linear, randomness) }
+    }
+
+    /// Runs on over the samples before `end`.
+    pub(crate) fn advance(&mut self, end: usize, keep: Keep) -> Filtered {
+        let Self { linear, randomness, standing } = self;
+        by_width!(linear, randomness, run, linear, randomness, standing, end, keep)
+    }
 }
 
 /// What one measurement shows: places among states and processes, with slopes. Loops over it stay in wide registers, which
@@ -149,44 +213,39 @@ impl<const W: usize> Seen<W> {
 fn run<const N: usize, const W: usize, const FUSED: bool>(
     linear: &LinearTrial,
     randomness: &Randomness,
+    standing: &mut Standing,
+    end: usize,
     keep: Keep,
 ) -> Filtered {
     let (n, m, len) = (linear.states, linear.channels, linear.len);
     let w = n + randomness.processes();
     let remembered = randomness.shown_by_channel(m);
-    let rows = |from: Keep| if keep >= from { len } else { 0 };
-    let innovations = rows(Keep::Innovations);
+    let first = standing.next;
+    let rows = |from: Keep| if keep >= from { end - first } else { 0 };
+    let (innovations, gains) = (rows(Keep::Innovations), rows(Keep::Gains));
     let mut out = Filtered {
-        minus_two_log_likelihood: 0.0,
+        first,
+        minus_two_log_likelihood: standing.minus_two_log_likelihood,
         whitened: vec![f64::NAN; innovations * m],
         deviation: vec![f64::NAN; innovations * m],
         stride: W,
-        gain: vec![0.0; innovations * m * W],
-        predicted: vec![0.0; innovations * W],
+        gain: vec![0.0; gains * m * W],
+        predicted: vec![0.0; rows(Keep::Covariance) * W],
         updated: vec![0.0; innovations * W],
         covariance: vec![0.0; rows(Keep::Covariance) * w * W],
-        noise_moment: vec![(0.0, 0); m],
+        noise_moment: standing.noise_moment.clone(),
     };
     let mut x = [0.0; W];
-    x[..n].copy_from_slice(&linear.prior);
+    x[..w].copy_from_slice(&standing.x);
     let mut p = [[0.0; W]; W];
-    for c in 0..n {
-        p[c][c] = linear.prior_deviation[c].powi(2);
-    }
-    for (slot, latent) in x[n..].iter_mut().zip(linear.latents(0)) {
-        *slot = -latent;
-    }
-    for l in 0..randomness.processes() {
-        p[n + l][n + l] = randomness.deviation(l).powi(2);
-    }
+    p.iter_mut().zip(standing.p.chunks_exact(w)).for_each(|(row, values)| row[..w].copy_from_slice(values));
     let mut updates = vec![([0.0; W], [0.0; W]); m];
     let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new());
-    for k in 0..len {
-        if keep >= Keep::Innovations {
-            out.predicted.as_chunks_mut().0[k] = x;
-        }
+    for k in first..end {
+        let kept = k - first;
         if keep >= Keep::Covariance {
-            out.covariance.as_chunks_mut().0[k * w..(k + 1) * w].copy_from_slice(&p[..w]);
+            out.predicted.as_chunks_mut().0[kept] = x;
+            out.covariance.as_chunks_mut().0[kept * w..(kept + 1) * w].copy_from_slice(&p[..w]);
         }
         // One measurement after the other, and the covariance once for all of them.
         let mut used = 0;
@@ -212,10 +271,13 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
             add::<FUSED>(&mut x, innovation, &gain);
             updates[used] = (ph, gain.map(|g| -g));
             used += 1;
+            if keep >= Keep::Gains {
+                out.gain.as_chunks_mut().0[kept * m + j] = gain;
+            }
             if keep >= Keep::Innovations {
-                out.gain.as_chunks_mut().0[at] = gain;
-                out.deviation[at] = s.sqrt();
-                out.whitened[at] = innovation / out.deviation[at];
+                let deviation = s.sqrt();
+                out.deviation[kept * m + j] = deviation;
+                out.whitened[kept * m + j] = innovation / deviation;
             }
             out.minus_two_log_likelihood += s.ln() + innovation * innovation * inverse;
             out.noise_moment[j].0 += innovation * innovation * r * inverse;
@@ -229,31 +291,32 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
             *rows = updated;
         }
         if keep >= Keep::Innovations {
-            out.updated.as_chunks_mut().0[k] = x;
+            out.updated.as_chunks_mut().0[kept] = x;
         }
         if k + 1 < len {
             predict::<N, W, FUSED>(linear, randomness, k, &mut x, &mut p, &mut room);
         }
     }
+    standing.next = end;
+    standing.x.copy_from_slice(&x[..w]);
+    standing.p.chunks_exact_mut(w).zip(&p).for_each(|(values, row)| values.copy_from_slice(&row[..w]));
+    standing.minus_two_log_likelihood = out.minus_two_log_likelihood;
+    standing.noise_moment.clone_from(&out.noise_moment);
     out
 }
 
 /// How far simulations that run freely from what the filter knows are from the measurements where the model is right: sum
-/// of squares and count by channel. They begin anew at each of the samples `restarts`. Needs the covariance.
-pub(crate) fn spread(
-    linear: &LinearTrial,
-    randomness: &Randomness,
-    filtered: &Filtered,
-    restarts: &[usize],
-) -> Vec<(f64, usize)> {
-    by_width!(linear, randomness, spread_in, linear, randomness, filtered, restarts)
+/// of squares and count by channel. They begin anew at each of the samples `restarts`.
+pub(crate) fn spread(linear: &LinearTrial, randomness: &Randomness, restarts: &[usize]) -> Vec<(f64, usize)> {
+    let known = covariances(linear, randomness, restarts.iter().copied());
+    by_width!(linear, randomness, spread_in, linear, randomness, &known, restarts)
 }
 
 #[inline(always)]
 fn spread_in<const N: usize, const W: usize, const FUSED: bool>(
     linear: &LinearTrial,
     randomness: &Randomness,
-    filtered: &Filtered,
+    known: &[Vec<f64>],
     restarts: &[usize],
 ) -> Vec<(f64, usize)> {
     let (n, m) = (linear.states, linear.channels);
@@ -265,8 +328,8 @@ fn spread_in<const N: usize, const W: usize, const FUSED: bool>(
     let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new());
     let mut running = false;
     for k in 0..linear.len {
-        if restarts.binary_search(&k).is_ok() {
-            p[..w].copy_from_slice(&filtered.covariance.as_chunks().0[k * w..(k + 1) * w]);
+        if let Ok(at) = restarts.binary_search(&k) {
+            p.iter_mut().zip(known[at].chunks_exact(w)).for_each(|(row, values)| row[..w].copy_from_slice(values));
             running = true;
         } else if running {
             for j in 0..m {
@@ -395,27 +458,52 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     }
 }
 
-/// Smoothed deviations from the trajectory, `width` a sample, by the modified Bryson-Frazier recursion.
+/// Smoothed deviations from the trajectory, `width` a sample, by the modified Bryson-Frazier recursion, and `-2 log L`.
 ///
-/// G. J. Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973). Needs the covariance.
-pub(crate) fn smooth(linear: &LinearTrial, randomness: &Randomness, filtered: &Filtered) -> Vec<f64> {
-    by_width!(linear, randomness, smooth_in, linear, randomness, filtered)
+/// G. J. Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973). On the way there the filter
+/// is only told where it stands now and then; what the smoother needs of the samples between it tells again on the way back.
+pub(crate) fn smooth(linear: &LinearTrial, randomness: &Randomness) -> (Vec<f64>, f64) {
+    let acting = linear.width();
+    let mut run = Run::new(linear, randomness);
+    let mut passed = Vec::new();
+    while run.standing.next + STRETCH < linear.len {
+        passed.push(run.standing.clone());
+        run.advance(run.standing.next + STRETCH, Keep::Likelihood);
+    }
+    let mut deviation = vec![0.0; linear.len * acting];
+    let mut lambda = vec![0.0; linear.states + randomness.processes()];
+    let mut back = |filtered: &Filtered| {
+        let deviation = &mut deviation[filtered.first * acting..];
+        let lambda = &mut lambda;
+        by_width!(linear, randomness, smooth_in, linear, randomness, filtered, lambda, deviation);
+    };
+    let last = run.advance(linear.len, Keep::Covariance);
+    back(&last);
+    for standing in passed.into_iter().rev() {
+        let end = standing.next + STRETCH;
+        back(&Run { linear, randomness, standing }.advance(end, Keep::Covariance));
+    }
+    (deviation, last.minus_two_log_likelihood)
 }
 
+/// Goes back over the samples of `filtered`, from what those after them say (`adjoint`) on.
 #[inline(always)]
 fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
     linear: &LinearTrial,
     randomness: &Randomness,
     filtered: &Filtered,
-) -> Vec<f64> {
-    let (n, acting, m, len) = (linear.states, linear.width(), linear.channels, linear.len);
+    adjoint: &mut [f64],
+    deviation: &mut [f64],
+) {
+    let (n, acting, m) = (linear.states, linear.width(), linear.channels);
     let w = n + randomness.processes();
     let remembered = randomness.shown_by_channel(m);
     let (mut lambda, mut decay) = ([0.0; W], [0.0; W]);
-    let mut deviation = vec![0.0; len * acting];
-    for k in (0..len).rev() {
+    lambda[..w].copy_from_slice(adjoint);
+    for kept in (0..filtered.whitened.len() / m).rev() {
+        let k = filtered.first + kept;
         for j in (0..m).rev() {
-            let at = k * m + j;
+            let at = kept * m + j;
             if !filtered.whitened[at].is_finite() {
                 continue;
             }
@@ -428,12 +516,12 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
             }
         }
         // The covariance is symmetric: its rows are its columns.
-        let mut moved = filtered.predicted.as_chunks::<W>().0[k];
-        let covariance = &filtered.covariance.as_chunks::<W>().0[k * w..(k + 1) * w];
+        let mut moved = filtered.predicted.as_chunks::<W>().0[kept];
+        let covariance = &filtered.covariance.as_chunks::<W>().0[kept * w..(kept + 1) * w];
         for (row, value) in covariance.iter().zip(&lambda) {
             add::<FUSED>(&mut moved, -value, row);
         }
-        deviation[k * acting..(k + 1) * acting].copy_from_slice(&moved[..acting]);
+        deviation[kept * acting..(kept + 1) * acting].copy_from_slice(&moved[..acting]);
         if k > 0 {
             let columns = &linear.transition.as_chunks::<N>().0[(k - 1) * acting..k * acting];
             let mut back = [0.0; W];
@@ -449,7 +537,7 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
             lambda = back;
         }
     }
-    deviation
+    adjoint.copy_from_slice(&lambda[..w]);
 }
 
 #[cfg(test)]
@@ -541,7 +629,8 @@ mod tests {
 
     /// With everything that an instrument may have, in a trial with gaps.
     fn are_those_of_the_textbook(bench: &Bench) {
-        let mut trials = [record_on(bench, &[], 6.0, 3)];
+        // Longer than what is filtered together.
+        let mut trials = [record_on(bench, &[], 60.0, 3)];
         (20..30).for_each(|k| trials[0].measured[k][1] = f64::NAN);
         let fit = fitted_on(bench, &[], &trials);
         let plain = crate::estimate::for_trial(&fit.randomness, &trials[0]);
@@ -554,11 +643,9 @@ mod tests {
             Randomness { expected: Some(Expected { share: 0.6, time: 0.3, unrecorded: 0.0 }), ..rich.clone() };
         for randomness in [plain, rich, expected] {
             let linear = &fit.linear[0];
-            let filtered = filter(linear, &randomness, Keep::Covariance);
-            let smoothed = smooth(linear, &randomness, &filtered);
+            let (smoothed, own) = smooth(linear, &randomness);
             let (value, expected, covariances) = dense(linear, &randomness);
-            let error = (filtered.minus_two_log_likelihood - value).abs();
-            assert!(error < 1e-6 * value.abs(), "{} {value}", filtered.minus_two_log_likelihood);
+            assert!((own - value).abs() < 1e-6 * value.abs(), "{own} {value}");
             for c in 0..linear.states {
                 let of = |all: &[f64]| all.iter().skip(c).step_by(linear.width()).copied().collect::<Vec<f64>>();
                 let (own, expected) = (of(&smoothed), of(&expected));
@@ -567,9 +654,10 @@ mod tests {
                 assert!(worst < 1e-3 * size, "state {c}: {worst} of {size}");
             }
             // Rows of it are found beside noise with memory too.
-            let k = linear.len / 2;
+            let (k, w) = (linear.len / 2, linear.states + randomness.processes());
+            let own = &super::covariances(linear, &randomness, [k])[0];
             for (r, c) in (0..linear.width()).flat_map(|r| (0..linear.width()).map(move |c| (r, c))) {
-                let (own, expected) = (filtered.covariance_row(linear, k, r)[c], covariances[k][(r, c)]);
+                let (own, expected) = (own[r * w + c], covariances[k][(r, c)]);
                 let size = (covariances[k][(r, r)] * covariances[k][(c, c)]).sqrt();
                 assert!((own - expected).abs() <= 1e-3 * size, "{r}, {c}: {own} {expected}");
             }
@@ -598,8 +686,9 @@ mod tests {
         moved.residual.iter_mut().zip(&sensor).for_each(|(slot, value)| *slot += f64::from(*value));
         moved.defect.iter_mut().zip(&step).for_each(|(slot, value)| *slot -= f64::from(*value));
         let [before, after] = [linear, &moved].map(|linear| filter(linear, randomness, Keep::Innovations));
-        let forcing = crate::whiten::Forcing { columns: 1, step, sensor };
-        crate::whiten::whitened_rows(linear, randomness, &before, &forcing, |at, e| {
+        let forcing = crate::whiten::Forcing { first: 0, columns: 1, step, sensor };
+        crate::whiten::whitened_rows(linear, randomness, &forcing, |at, innovation, e| {
+            assert_eq!(innovation, before.whitened[at], "interrupted or not");
             let difference = after.whitened[at] - before.whitened[at];
             assert!((difference - e[0]).abs() < 1e-5 * (1.0 + e[0].abs()), "{at}: {difference} {}", e[0]);
         });

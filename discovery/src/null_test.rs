@@ -91,7 +91,7 @@ impl Weighing<'_> {
         let mut signatures = DMatrix::zeros(forcing.columns, BLOCK);
         let mut innovations = DMatrix::zeros(BLOCK, shifts.len());
         let mut filled = 0;
-        whitened_rows(linear, &randomness, &filtered, forcing, |at, e| {
+        whitened_rows(linear, &randomness, forcing, |at, _, e| {
             for (slot, value) in signatures.column_mut(filled).iter_mut().zip(e) {
                 *slot = *value as f32;
             }
@@ -299,7 +299,7 @@ mod tests {
             let columns = weighing.forcing[0].columns;
             let mut expected = vec![vec![0.0; columns]; 3];
             let mut pairs = [0; 3];
-            whitened_rows(&weighing.fit.linear[0], &randomness, &filtered, &weighing.forcing[0], |at, e| {
+            whitened_rows(&weighing.fit.linear[0], &randomness, &weighing.forcing[0], |at, _, e| {
                 let (k, j) = (at / 7, at % 7);
                 for (i, shift) in shifts.iter().enumerate() {
                     let place = (k + shift.samples) % trials[0].len() * 7 + j;

@@ -14,7 +14,6 @@ use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::extension::is_friction_law;
 use crate::fitted::Fitted;
-use crate::kalman::{Keep, filter};
 use crate::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
 use crate::round::{MOST_RIVALS, Signatures, effect_of, is_rival};
 use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search};
@@ -99,8 +98,7 @@ fn weigh_pairs(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Pe
                 .into_par_iter()
                 .map(|t| {
                     let randomness = for_trial(size, &trials[t]);
-                    let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
-                    whiten(&fit.linear[t], &randomness, &filtered, &reduced[t], None)
+                    whiten(&fit.linear[t], &randomness, &reduced[t])
                 })
                 .collect();
             let mut normal = Normal::empty(columns.len());

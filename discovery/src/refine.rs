@@ -8,7 +8,7 @@ use crate::data::Trial;
 use crate::estimate::{Fit, FitError, Look, for_trial};
 use crate::extension::{in_use, index_of, is_friction, value_of};
 use crate::instruments::Clocks;
-use crate::kalman::{Keep, Randomness, filter};
+use crate::kalman::Randomness;
 use crate::model::Examined;
 use crate::regression::ladder;
 use crate::signature::{Varied, sensitivities};
@@ -118,8 +118,7 @@ fn proposals(
             let forcing = clocks.beside(forcing, &fit.linear[t], &trials[t]);
             let whitened = sizes.par_iter().map(|randomness| {
                 let randomness = for_trial(randomness, &trials[t]);
-                let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
-                whiten(&fit.linear[t], &randomness, &filtered, &forcing, None)
+                whiten(&fit.linear[t], &randomness, &forcing)
             });
             whitened.collect()
         })

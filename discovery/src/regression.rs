@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
-use crate::kalman::{Keep, Randomness, filter};
+use crate::kalman::Randomness;
 use crate::signature::picked;
-use crate::whiten::{Forcing, Normal, whiten};
+use crate::whiten::{Forcing, Normal, whiten_pairs};
 
 /// The normal equations of all columns at one size of the latent disturbances.
 pub(crate) struct Level {
@@ -57,8 +57,7 @@ pub(crate) fn levels(
             .into_par_iter()
             .map(|t| {
                 let r = for_trial(randomness, &trials[t]);
-                let filtered = filter(&fit.linear[t], &r, Keep::Innovations);
-                whiten(&fit.linear[t], &r, &filtered, &used[t], Some(&pairs))
+                whiten_pairs(&fit.linear[t], &r, &used[t], &pairs)
             })
             .collect();
         let mut small = Normal::empty(columns.len());

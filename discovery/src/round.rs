@@ -6,7 +6,7 @@ use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::fitted::Fitted;
 use crate::journal::Outcome;
-use crate::kalman::{Keep, Randomness, filter};
+use crate::kalman::Randomness;
 use crate::null_test::Weighing;
 use crate::regression::{Scored, baseline, ladder, levels, rank};
 use crate::search::{EVIDENCE, ROUNDS, Search};
@@ -181,8 +181,7 @@ impl Search<'_> {
         let forcing = library_forcing(fit, trials, &library.only(scored.candidate));
         let parts = forcing.iter().enumerate().map(|(t, forcing)| {
             let randomness = for_trial(&sizes[scored.level], &trials[t]);
-            let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
-            let normal = whiten(&fit.linear[t], &randomness, &filtered, forcing, None);
+            let normal = whiten(&fit.linear[t], &randomness, forcing);
             normal.minus_two_log_likelihood - normal.drop(&scored.amplitudes)
         });
         parts.sum()

@@ -217,6 +217,7 @@ pub(crate) fn forcing(
     debug_assert_eq!(trajectory.width, base.states() + base.latents());
     let base_rates = end_rates(base, linear, trial, trajectory);
     let mut forcing = Forcing {
+        first: 0,
         columns: columns.len(),
         step: vec![0.0; (trial.len() - 1) * base.states() * columns.len()],
         sensor: vec![0.0; trial.len() * trial.channels.len() * columns.len()],
@@ -304,7 +305,7 @@ pub(crate) fn sensitivities(
 ) -> Forcing {
     let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), varied.len());
     let mut forcing =
-        Forcing { columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
+        Forcing { first: 0, columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
     if columns == 0 {
         return forcing;
     }
@@ -391,7 +392,7 @@ pub(crate) fn picked(forcing: &Forcing, columns: &[usize]) -> Forcing {
         let rows = values.chunks_exact(forcing.columns.max(1));
         rows.flat_map(|row| columns.iter().map(|c| row[*c])).collect()
     };
-    Forcing { columns: columns.len(), step: pick(&forcing.step), sensor: pick(&forcing.sensor) }
+    Forcing { first: forcing.first, columns: columns.len(), step: pick(&forcing.step), sensor: pick(&forcing.sensor) }
 }
 
 #[cfg(test)]

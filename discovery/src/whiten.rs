@@ -2,19 +2,22 @@
 
 use std::ops::Range;
 
-use crate::kalman::{Filtered, Randomness};
+use crate::kalman::{Keep, Randomness, Run, STRETCH};
 use crate::model::WRENCH;
 use crate::path::LinearTrial;
 use crate::vector::{BLOCK, add, block, plus, plus_each, vectorised};
 
-/// What a set of signatures does to one trial: forcing of the states at each step, and of the sensors at each sample.
+/// What a set of signatures does to one trial, or to some samples of it: forcing of the states at each step, and of the sensors
+/// at each sample.
 #[derive(Clone, Debug)]
 pub(crate) struct Forcing {
+    /// The first sample.
+    pub(crate) first: usize,
     /// Signatures.
     pub(crate) columns: usize,
-    /// `step[(k · states + r) · columns + c]`.
+    /// `step[((k - first) · states + r) · columns + c]`.
     pub(crate) step: Vec<f32>,
-    /// `sensor[(k · channels + j) · columns + c]`.
+    /// `sensor[((k - first) · channels + j) · columns + c]`.
     pub(crate) sensor: Vec<f32>,
 }
 
@@ -34,18 +37,20 @@ impl Acting for Forcing {
     }
 
     fn at_sample(&self, k: usize, sensor: &mut [f32]) {
-        sensor.copy_from_slice(&self.sensor[k * sensor.len()..(k + 1) * sensor.len()]);
+        let at = (k - self.first) * sensor.len();
+        sensor.copy_from_slice(&self.sensor[at..at + sensor.len()]);
     }
 
     fn over_step(&self, k: usize, step: &mut [f32]) {
-        step.copy_from_slice(&self.step[k * step.len()..(k + 1) * step.len()]);
+        let at = (k - self.first) * step.len();
+        step.copy_from_slice(&self.step[at..at + step.len()]);
     }
 }
 
 impl Forcing {
     /// Of no signature.
     pub(crate) fn none() -> Self {
-        Self { columns: 0, step: Vec::new(), sensor: Vec::new() }
+        Self { first: 0, columns: 0, step: Vec::new(), sensor: Vec::new() }
     }
 
     /// Its signatures, then those of another.
@@ -59,6 +64,7 @@ impl Forcing {
             both.flat_map(|(own, others)| own.iter().chain(others).copied()).collect()
         };
         Self {
+            first: self.first,
             columns: self.columns + other.columns,
             step: rows(&self.step, &other.step),
             sensor: rows(&self.sensor, &other.sensor),
@@ -118,6 +124,17 @@ impl Normal {
         }
     }
 
+    /// The same where some columns say nothing.
+    pub(crate) fn silence(&mut self, columns: &[usize]) {
+        for &c in columns {
+            self.right[c] = 0.0;
+            for other in 0..self.columns {
+                self.gram[c * self.columns + other] = 0.0;
+                self.gram[other * self.columns + c] = 0.0;
+            }
+        }
+    }
+
     /// Fall of `-2 log L` by signatures of these amplitudes.
     pub(crate) fn drop(&self, amplitudes: &[f64]) -> f64 {
         let rows = self.gram.chunks_exact(self.columns.max(1)).zip(&self.right).zip(amplitudes);
@@ -158,27 +175,60 @@ impl Normal {
 }
 
 /// Passes signatures through the filter and forms the normal equations (Willsky and Jones, generalised least squares).
-///
-/// With `pairs` only those entries `(a, b)`, `b <= a`, of the Gram matrix are formed; the others stay zero.
-pub(crate) fn whiten(
+pub(crate) fn whiten(linear: &LinearTrial, randomness: &Randomness, forcing: &dyn Acting) -> Normal {
+    weighed(linear, randomness, forcing, None)
+}
+
+/// The same of some entries `(a, b)`, `b <= a`, of the Gram matrix alone; the others stay zero.
+pub(crate) fn whiten_pairs(
     linear: &LinearTrial,
     randomness: &Randomness,
-    filtered: &Filtered,
+    forcing: &dyn Acting,
+    pairs: &[(usize, usize)],
+) -> Normal {
+    weighed(linear, randomness, forcing, Some(pairs))
+}
+
+fn weighed(
+    linear: &LinearTrial,
+    randomness: &Randomness,
     forcing: &dyn Acting,
     pairs: Option<&[(usize, usize)]>,
 ) -> Normal {
-    let mut normal = Normal::empty(forcing.columns());
-    normal.minus_two_log_likelihood = filtered.minus_two_log_likelihood;
-    let runs = runs(pairs.unwrap_or_default());
-    // Side by side, for the matrix is large.
-    let mut products = vec![0.0; pairs.map_or(0, <[_]>::len)];
-    whitened_rows(linear, randomness, filtered, forcing, |at, e| {
-        if pairs.is_none() {
-            return normal.push(e, filtered.whitened[at]);
+    let mut whitening = Whitening::new(linear, randomness, forcing.columns());
+    let mut products = Products::new(forcing.columns(), pairs);
+    whitening.advance(forcing, linear.len, |_, innovation, e| products.push(e, innovation));
+    products.normal(whitening.minus_two_log_likelihood())
+}
+
+/// Normal equations as they grow with the measurements.
+pub(crate) struct Products<'a> {
+    normal: Normal,
+    /// The entries that are formed, where these are not all.
+    pairs: Option<&'a [(usize, usize)]>,
+    runs: Vec<Entries>,
+    /// These entries side by side, for the matrix is large.
+    products: Vec<f64>,
+}
+
+impl<'a> Products<'a> {
+    pub(crate) fn new(columns: usize, pairs: Option<&'a [(usize, usize)]>) -> Self {
+        Self {
+            normal: Normal::empty(columns),
+            pairs,
+            runs: entries(pairs.unwrap_or_default()),
+            products: vec![0.0; pairs.map_or(0, <[_]>::len)],
         }
-        normal.push_right(e, filtered.whitened[at]);
-        let mut rest = &mut products[..];
-        for Run { row, columns } in &runs {
+    }
+
+    /// Takes up a measurement: whitened signatures and innovation.
+    pub(crate) fn push(&mut self, e: &[f64], innovation: f64) {
+        if self.pairs.is_none() {
+            return self.normal.push(e, innovation);
+        }
+        self.normal.push_right(e, innovation);
+        let mut rest = &mut self.products[..];
+        for Entries { row, columns } in &self.runs {
             let (own, others) = rest.split_at_mut(columns.len());
             rest = others;
             let factor = e[*row];
@@ -187,152 +237,205 @@ pub(crate) fn whiten(
                 own.iter_mut().zip(&e[columns.clone()]).for_each(|(slot, value)| *slot += factor * value);
             }
         }
-    });
-    for (product, (a, b)) in products.iter().zip(pairs.into_iter().flatten()) {
-        normal.gram[a * forcing.columns() + b] = *product;
     }
-    normal.mirror();
-    normal
+
+    /// The normal equations of all measurements so far.
+    pub(crate) fn normal(self, minus_two_log_likelihood: f64) -> Normal {
+        let mut normal = Normal { minus_two_log_likelihood, ..self.normal };
+        for (product, (a, b)) in self.products.iter().zip(self.pairs.into_iter().flatten()) {
+            normal.gram[a * normal.columns + b] = *product;
+        }
+        normal.mirror();
+        normal
+    }
 }
 
 /// Neighbouring entries of one row of a matrix.
-struct Run {
+struct Entries {
     row: usize,
     columns: Range<usize>,
 }
 
 /// Entries of a matrix as runs of neighbours, in their order.
-fn runs(pairs: &[(usize, usize)]) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
+fn entries(pairs: &[(usize, usize)]) -> Vec<Entries> {
+    let mut runs: Vec<Entries> = Vec::new();
     for &(row, column) in pairs {
         match runs.last_mut() {
             Some(run) if run.row == row && run.columns.end == column => run.columns.end += 1,
-            _ => runs.push(Run { row, columns: column..column + 1 }),
+            _ => runs.push(Entries { row, columns: column..column + 1 }),
         }
     }
     runs
 }
 
 /// Passes signatures through the filter: calls `visit` for every measurement in turn with its place among them (sample ·
-/// channels + channel) and the whitened signatures there.
+/// channels + channel), its innovation and the signatures there, both whitened.
 pub(crate) fn whitened_rows(
     linear: &LinearTrial,
     randomness: &Randomness,
-    filtered: &Filtered,
     forcing: &dyn Acting,
-    visit: impl FnMut(usize, &[f64]),
+    visit: impl FnMut(usize, f64, &[f64]),
 ) {
-    vectorised!(FUSED => rows::<FUSED>(linear, randomness, filtered, forcing, visit));
+    Whitening::new(linear, randomness, forcing.columns()).advance(forcing, linear.len, visit);
 }
 
 /// Signatures that are done at a time: a full register.
 const PANEL: usize = 8;
 type Panel = [f64; PANEL];
 
-#[inline(always)]
-fn rows<const FUSED: bool>(
-    linear: &LinearTrial,
-    randomness: &Randomness,
-    filtered: &Filtered,
-    forcing: &dyn Acting,
-    mut visit: impl FnMut(usize, &[f64]),
-) {
-    let (n, m, len) = (linear.states, linear.channels, linear.len);
-    let (acting, w) = (linear.width(), n + randomness.processes());
-    let remembered = randomness.shown_by_channel(m);
-    // Errors of forces move the states as the latent forces at their winches do.
-    let errors = randomness.force_errors();
-    let mut alone = vec![[0.0; PANEL]; errors];
-    let mut decay = vec![0.0; w - n];
-    let columns = forcing.columns();
-    let panels = columns.div_ceil(PANEL);
-    // Sensitivities of the predicted deviation: panel by panel, a row a state, latent or noise with memory, and zeros up to a
-    // full block.
-    let height = w.next_multiple_of(BLOCK);
-    let mut all = vec![[0.0; PANEL]; panels * height];
-    let mut next = vec![[0.0; PANEL]; linear.padded];
-    // A sample's measurements, what each of their gains does to the ones after it, and their signatures, whitened.
-    let mut used = Vec::with_capacity(m);
-    let mut carried = vec![0.0; m * m];
-    let mut whitened = vec![[0.0; PANEL]; m * panels];
-    let mut minus_e = vec![[0.0; PANEL]; m];
-    let mut begun = vec![false; panels];
-    let (mut sensor, mut step) = (vec![0.0; m * columns], vec![0.0; n * columns]);
-    for k in 0..len {
-        used.clear();
-        used.extend((k * m..(k + 1) * m).filter(|at| filtered.whitened[*at].is_finite()));
-        for (a, &at) in used.iter().enumerate() {
-            for (b, &before) in used[..a].iter().enumerate() {
-                let gain = filtered.gain(before);
-                let by_states: f64 = linear.shown_by(k, at - k * m).map(|(c, hc)| hc * gain[c]).sum();
-                carried[a * m + b] = by_states + remembered[at - k * m].clone().map(|l| gain[n + l]).sum::<f64>();
-            }
+/// Signatures on their way through the filter, stretch by stretch of time.
+pub(crate) struct Whitening<'a> {
+    linear: &'a LinearTrial,
+    randomness: &'a Randomness,
+    run: Run<'a>,
+    next: usize,
+    minus_two_log_likelihood: f64,
+    columns: usize,
+    /// Numbers of a panel below: states and processes, and zeros up to a full block.
+    height: usize,
+    /// Sensitivities of the predicted deviation: panel by panel, a row a state, latent or noise with memory.
+    sensitivities: Vec<Panel>,
+    /// What only acts later on has done nothing yet.
+    begun: Vec<bool>,
+}
+
+impl<'a> Whitening<'a> {
+    pub(crate) fn new(linear: &'a LinearTrial, randomness: &'a Randomness, columns: usize) -> Self {
+        let height = (linear.states + randomness.processes()).next_multiple_of(BLOCK);
+        let panels = columns.div_ceil(PANEL);
+        Self {
+            linear,
+            randomness,
+            run: Run::new(linear, randomness),
+            next: 0,
+            minus_two_log_likelihood: 0.0,
+            columns,
+            height,
+            sensitivities: vec![[0.0; PANEL]; panels * height],
+            begun: vec![false; panels],
         }
-        if k + 1 < len {
-            randomness.decays(linear.interval[k], &mut decay);
+    }
+
+    /// `-2 log L` of all measurements so far.
+    pub(crate) fn minus_two_log_likelihood(&self) -> f64 {
+        self.minus_two_log_likelihood
+    }
+
+    /// Goes on over the samples before `end`; `visit` as in [`whitened_rows`].
+    pub(crate) fn advance(
+        &mut self,
+        forcing: &dyn Acting,
+        end: usize,
+        mut visit: impl FnMut(usize, f64, &[f64]),
+    ) {
+        while self.next < end {
+            let to = end.min(self.next + STRETCH);
+            vectorised!(FUSED => self.rows::<FUSED>(forcing, to, &mut visit));
         }
-        // In one go: row by row and panel by panel each line would be waited for.
-        forcing.at_sample(k, &mut sensor);
-        if k + 1 < len {
-            forcing.over_step(k, &mut step);
-        }
-        for (panel, (s, begun)) in all.chunks_exact_mut(height).zip(&mut begun).enumerate() {
-            // What only acts later on has done nothing yet.
-            *begun = *begun || acts(&sensor, columns, panel) || acts(&step, columns, panel);
-            if !*begun {
-                whitened.iter_mut().skip(panel).step_by(panels).for_each(|e| *e = [0.0; PANEL]);
-                continue;
-            }
-            for (a, &at) in used.iter().enumerate() {
-                let mut e = taken(&sensor[(at - k * m) * columns..(at - k * m + 1) * columns], panel);
-                for (c, slope) in linear.shown_by(k, at - k * m) {
-                    e = plus::<PANEL, FUSED>(e, slope, &s[c]);
+    }
+
+    #[inline(always)]
+    fn rows<const FUSED: bool>(
+        &mut self,
+        forcing: &dyn Acting,
+        end: usize,
+        visit: &mut impl FnMut(usize, f64, &[f64]),
+    ) {
+        let Self { linear, randomness, run, next: first, columns, height, sensitivities, begun, .. } = self;
+        let (first, columns, height) = (std::mem::replace(first, end), *columns, *height);
+        let filtered = run.advance(end, Keep::Gains);
+        self.minus_two_log_likelihood = filtered.minus_two_log_likelihood;
+        let (n, m, len) = (linear.states, linear.channels, linear.len);
+        let (acting, w) = (linear.width(), n + randomness.processes());
+        let remembered = randomness.shown_by_channel(m);
+        // Errors of forces move the states as the latent forces at their winches do.
+        let errors = randomness.force_errors();
+        let mut alone = vec![[0.0; PANEL]; errors];
+        let mut decay = vec![0.0; w - n];
+        let panels = begun.len();
+        let mut next = vec![[0.0; PANEL]; linear.padded];
+        // A sample's measurements, what each of their gains does to the ones after it, and their signatures, whitened.
+        let mut used = Vec::with_capacity(m);
+        let mut carried = vec![0.0; m * m];
+        let mut whitened = vec![[0.0; PANEL]; m * panels];
+        let mut minus_e = vec![[0.0; PANEL]; m];
+        let (mut sensor, mut step) = (vec![0.0; m * columns], vec![0.0; n * columns]);
+        for k in first..end {
+            let kept = (k - first) * m;
+            used.clear();
+            used.extend((0..m).filter(|j| filtered.whitened[kept + j].is_finite()));
+            for (a, &j) in used.iter().enumerate() {
+                for (b, &before) in used[..a].iter().enumerate() {
+                    let gain = filtered.gain(kept + before);
+                    let by_states: f64 = linear.shown_by(k, j).map(|(c, hc)| hc * gain[c]).sum();
+                    carried[a * m + b] = by_states + remembered[j].clone().map(|l| gain[n + l]).sum::<f64>();
                 }
-                for l in remembered[at - k * m].clone() {
-                    e = plus::<PANEL, FUSED>(e, 1.0, &s[n + l]);
+            }
+            if k + 1 < len {
+                randomness.decays(linear.interval[k], &mut decay);
+            }
+            // In one go: row by row and panel by panel each line would be waited for.
+            forcing.at_sample(k, &mut sensor);
+            if k + 1 < len {
+                forcing.over_step(k, &mut step);
+            }
+            for (panel, (s, begun)) in sensitivities.chunks_exact_mut(height).zip(begun.iter_mut()).enumerate() {
+                *begun = *begun || acts(&sensor, columns, panel) || acts(&step, columns, panel);
+                if !*begun {
+                    whitened.iter_mut().skip(panel).step_by(panels).for_each(|e| *e = [0.0; PANEL]);
+                    continue;
                 }
-                for (carried, before) in carried[a * m..].iter().zip(&minus_e[..a]) {
-                    e = plus::<PANEL, FUSED>(e, *carried, before);
+                for (a, &j) in used.iter().enumerate() {
+                    let mut e = taken(&sensor[j * columns..(j + 1) * columns], panel);
+                    for (c, slope) in linear.shown_by(k, j) {
+                        e = plus::<PANEL, FUSED>(e, slope, &s[c]);
+                    }
+                    for l in remembered[j].clone() {
+                        e = plus::<PANEL, FUSED>(e, 1.0, &s[n + l]);
+                    }
+                    for (carried, before) in carried[a * m..].iter().zip(&minus_e[..a]) {
+                        e = plus::<PANEL, FUSED>(e, *carried, before);
+                    }
+                    let inverse = 1.0 / filtered.deviation[kept + j];
+                    whitened[a * panels + panel] = e.map(|value| value * inverse);
+                    minus_e[a] = e.map(|value| -value);
                 }
-                let inverse = 1.0 / filtered.deviation[at];
-                whitened[a * panels + panel] = e.map(|value| value * inverse);
-                minus_e[a] = e.map(|value| -value);
-            }
-            for (at, rows) in s.as_chunks_mut().0.iter_mut().enumerate() {
-                let mut sum = *rows;
-                for (measurement, minus_e) in used.iter().zip(&minus_e) {
-                    plus_each::<FUSED>(&mut sum, block(filtered.gain(*measurement), at), minus_e);
+                for (at, rows) in s.as_chunks_mut().0.iter_mut().enumerate() {
+                    let mut sum = *rows;
+                    for (j, minus_e) in used.iter().zip(&minus_e) {
+                        plus_each::<FUSED>(&mut sum, block(filtered.gain(kept + j), at), minus_e);
+                    }
+                    *rows = sum;
                 }
-                *rows = sum;
-            }
-            if k + 1 == len {
-                continue;
-            }
-            alone.copy_from_slice(&s[n + WRENCH..n + WRENCH + errors]);
-            for i in 0..errors {
-                let error = s[w - errors + i];
-                add::<FUSED>(&mut s[n + WRENCH + i], 1.0, &error);
-            }
-            let transition = &linear.transition[k * acting * linear.padded..(k + 1) * acting * linear.padded];
-            for first in (0..n).step_by(BLOCK) {
-                let mut sum = [[0.0; PANEL]; BLOCK];
-                for (r, sum) in (first..n).zip(&mut sum) {
-                    *sum = taken(&step[r * columns..(r + 1) * columns], panel);
+                if k + 1 == len {
+                    continue;
                 }
-                for (column, row) in transition.chunks_exact(linear.padded).zip(&*s) {
-                    plus_each::<FUSED>(&mut sum, block(column, first / BLOCK), row);
+                alone.copy_from_slice(&s[n + WRENCH..n + WRENCH + errors]);
+                for i in 0..errors {
+                    let error = s[w - errors + i];
+                    add::<FUSED>(&mut s[n + WRENCH + i], 1.0, &error);
                 }
-                next[first..first + BLOCK].copy_from_slice(&sum);
+                let transition = &linear.transition[k * acting * linear.padded..(k + 1) * acting * linear.padded];
+                for first in (0..n).step_by(BLOCK) {
+                    let mut sum = [[0.0; PANEL]; BLOCK];
+                    for (r, sum) in (first..n).zip(&mut sum) {
+                        *sum = taken(&step[r * columns..(r + 1) * columns], panel);
+                    }
+                    for (column, row) in transition.chunks_exact(linear.padded).zip(&*s) {
+                        plus_each::<FUSED>(&mut sum, block(column, first / BLOCK), row);
+                    }
+                    next[first..first + BLOCK].copy_from_slice(&sum);
+                }
+                s[n + WRENCH..n + WRENCH + errors].copy_from_slice(&alone);
+                let (states, processes) = s.split_at_mut(n);
+                states.copy_from_slice(&next[..n]);
+                for (row, decay) in processes.iter_mut().zip(&decay) {
+                    row.iter_mut().for_each(|value| *value *= decay);
+                }
             }
-            s[n + WRENCH..n + WRENCH + errors].copy_from_slice(&alone);
-            let (states, processes) = s.split_at_mut(n);
-            states.copy_from_slice(&next[..n]);
-            for (row, decay) in processes.iter_mut().zip(&decay) {
-                row.iter_mut().for_each(|value| *value *= decay);
+            for (j, e) in used.iter().zip(whitened.chunks_exact(panels.max(1))) {
+                visit(k * m + j, filtered.whitened[kept + j], &e.as_flattened()[..columns]);
             }
-        }
-        for (at, e) in used.iter().zip(whitened.chunks_exact(panels.max(1))) {
-            visit(*at, &e.as_flattened()[..columns]);
         }
     }
 }

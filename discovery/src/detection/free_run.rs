@@ -39,8 +39,15 @@ pub(super) struct Runs<'a> {
     pub(super) trial: &'a Trial,
     pub(super) randomness: &'a Randomness,
     pub(super) filtered: &'a Filtered,
+    /// The filter's covariance at each of [`after_starts`].
+    pub(super) covariances: &'a [Vec<f64>],
     pub(super) noise: Vec<f64>,
     pub(super) horizon: f64,
+}
+
+/// The samples after those at which free runs start: by then the filter has used the measurements of the start.
+pub(super) fn after_starts(trial: &Trial, horizon: f64) -> Vec<usize> {
+    restarts(trial, horizon).into_iter().map(|start| start + 1).filter(|after| *after < trial.len()).collect()
 }
 
 /// Numbers of some columns.
@@ -125,11 +132,11 @@ impl Runs<'_> {
             if k + 1 == linear.len {
                 break;
             }
-            if is_start(k) {
+            if let Ok(at) = starts.binary_search(&k) {
                 for (run, filter) in run.chunks_exact_mut(n).zip(filter.chunks_exact(all)) {
                     run.copy_from_slice(&filter[..n]);
                 }
-                began = Some(k);
+                began = Some((k, at));
             }
             randomness.decays(linear.interval[k], &mut decay);
             for (p, (filter, run)) in filter.chunks_exact_mut(all).zip(run.chunks_exact_mut(n)).enumerate() {
@@ -153,14 +160,14 @@ impl Runs<'_> {
         out
     }
 
-    /// Adds the covariance, by the error of the state from which a run `began`, of the sums of what the signatures do times
+    /// Adds the covariance, by the error of the state from which run `at` `began`, of the sums of what the signatures do times
     /// what the error does.
     #[inline(always)]
     fn add_start<const FUSED: bool>(
         &self,
         told: &[(usize, usize)],
         done: &[Panel],
-        began: usize,
+        (began, at): (usize, usize),
         out: &mut [FreeRuns],
     ) {
         let (linear, n) = (self.linear, self.linear.states);
@@ -191,7 +198,8 @@ impl Runs<'_> {
                 }
             }
         }
-        let covariance = DMatrix::from_fn(n, n, |r, c| self.filtered.covariance_row(linear, began + 1, r)[c]);
+        let width = n + self.randomness.processes();
+        let covariance = DMatrix::from_fn(n, n, |r, c| self.covariances[at][r * width + c]);
         let mut first = 0;
         for out in out {
             let by = DMatrix::from_fn(n, out.gram.nrows(), |r, c| {

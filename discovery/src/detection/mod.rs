@@ -25,16 +25,16 @@ use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, for_trial};
 use crate::extension::count_in_use;
 use crate::fitted::Fitted;
-use crate::kalman::{Keep, filter};
+use crate::kalman::{Keep, covariances, filter};
 use crate::outcome::DetectionLimit;
 use crate::refine::{free_parameters, varied_models};
 use crate::search::{EVIDENCE, Search};
 use crate::signature::{Varied, forcing, sensitivities};
 use crate::sizes::Sizes;
 use crate::verdict::{POLICY, Reach};
-use crate::whiten::{Forcing, Normal, whiten};
+use crate::whiten::{Forcing, Normal, whiten_pairs};
 
-use free_run::{FreeRuns, Runs};
+use free_run::{FreeRuns, Runs, after_starts};
 use motion::{is_of_motion, moves};
 pub(crate) use reading::Reading;
 use reading::{Kind, readings, untypical};
@@ -157,7 +157,8 @@ impl Search<'_> {
             let runs = Runs {
                 linear: &fit.linear[t],
                 trial,
-                filtered: &filter(&fit.linear[t], &randomness, Keep::Covariance),
+                filtered: &filter(&fit.linear[t], &randomness, Keep::Gains),
+                covariances: &covariances(&fit.linear[t], &randomness, after_starts(trial, reach.horizon)),
                 randomness: &randomness,
                 noise: trial.channels.iter().map(of).collect(),
                 horizon: reach.horizon,
@@ -402,8 +403,7 @@ fn pairs(blocks: &[Vec<usize>], columns: usize, free: usize) -> Vec<(usize, usiz
 fn normal(fit: &Fit, trials: &[Trial], forcing: &[Forcing], pairs: &[(usize, usize)]) -> Normal {
     let part = |t: usize| {
         let randomness = for_trial(&fit.randomness, &trials[t]);
-        let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
-        whiten(&fit.linear[t], &randomness, &filtered, &forcing[t], Some(pairs))
+        whiten_pairs(&fit.linear[t], &randomness, &forcing[t], pairs)
     };
     let parts: Vec<Normal> = (0..trials.len()).into_par_iter().map(part).collect();
     let mut normal = Normal::empty(forcing.first().map_or(0, |forcing| forcing.columns));
@@ -447,5 +447,5 @@ fn clear(forcing: &Forcing, nuisance: &DMatrix<f64>) -> Forcing {
         };
         values.chunks_exact(forcing.columns).flat_map(row).collect()
     };
-    Forcing { columns, step: of(&forcing.step), sensor: of(&forcing.sensor) }
+    Forcing { first: 0, columns, step: of(&forcing.step), sensor: of(&forcing.sensor) }
 }

@@ -125,7 +125,7 @@ fn what_another_parameter_makes_up_for_shows_less() {
     let nuisance = nuisance(&normal, columns);
     assert_eq!((nuisance.nrows(), nuisance.ncols()), (1, 2));
     assert!((nuisance[(0, 0)] - 1.0 / 3.0).abs() < 1e-12 && nuisance[(0, 1)].abs() < 1e-12, "{nuisance}");
-    let forcing = Forcing { columns: 3, step: vec![1.0, 2.0, 3.0], sensor: vec![0.5, 0.25, -1.5] };
+    let forcing = Forcing { first: 0, columns: 3, step: vec![1.0, 2.0, 3.0], sensor: vec![0.5, 0.25, -1.5] };
     let clear = clear(&forcing, &nuisance);
     assert_eq!((clear.columns, clear.step, clear.sensor), (2, vec![0.0, 2.0], vec![1.0, 0.25]));
 }
@@ -195,7 +195,7 @@ fn what_has_no_derivative_makes_up_for_nothing() {
     let found = super::nuisance(&normal, 1);
     assert!((found[(0, 0)] - 1.0).abs() < 1e-9 && found[(1, 0)] == 0.0, "{found}");
     let forcing =
-        crate::whiten::Forcing { columns: 3, step: vec![3.0, 1.0, f32::INFINITY], sensor: vec![5.0, 2.0, f32::NAN] };
+        crate::whiten::Forcing { first: 0, columns: 3, step: vec![3.0, 1.0, f32::INFINITY], sensor: vec![5.0, 2.0, f32::NAN] };
     let cleared = super::clear(&forcing, &found);
     assert_eq!((&cleared.step[..], &cleared.sensor[..]), (&[2.0][..], &[3.0][..]));
 }

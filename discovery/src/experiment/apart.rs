@@ -12,7 +12,7 @@ use crate::candidates::Combination;
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, first_randomness, for_trial};
 use crate::extension::count_in_use;
-use crate::kalman::{Keep, Randomness, filter};
+use crate::kalman::Randomness;
 use crate::late::comes_late;
 use crate::model::Examined;
 use crate::randomness::Memory;
@@ -274,8 +274,7 @@ fn normals(fit: &Fit, open: &Open, columns: &Columns, trial: &Trial) -> Result<V
     let sizes = std::iter::once(nothing.clone()).chain(LATENTS.map(|share| nothing.with_latents(share)));
     let at_size = |size: Randomness| {
         let size = for_trial(&size, trial);
-        let filtered = filter(linear, &size, Keep::Innovations);
-        let normal = whiten(linear, &size, &filtered, &all, None);
+        let normal = whiten(linear, &size, &all);
         (normal.minus_two_log_likelihood, combined(&normal, &sums))
     };
     Ok(sizes.map(at_size).collect())

@@ -8,7 +8,6 @@ use crate::detection::{GUST, columns_of, readings_of};
 use crate::estimate::{Fit, for_trial, noise_of_data};
 use crate::extension::count_in_use;
 use crate::fitted::Evidence;
-use crate::kalman::{Keep, filter};
 use crate::outcome::DetectionLimit;
 use crate::refine::{free_parameters, varied_models};
 use crate::search::{EVIDENCE, Search};
@@ -54,7 +53,7 @@ impl Lower<'_> {
         let signatures = forcing(model, examined, &own.variations, &own.columns, linear, &trial, trajectory);
         let all = signatures.beside(&sensitivities(examined, &free, linear, &trial, trajectory));
         let randomness = for_trial(randomness, &trial);
-        let normal = whiten(linear, &randomness, &filter(linear, &randomness, Keep::Innovations), &all, None);
+        let normal = whiten(linear, &randomness, &all);
         let nuisance: Vec<usize> = (own.columns.len()..all.columns).collect();
         let penalty = self.bench.penalty(&trial, interval);
         let mut first = 0;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::{At, Device, Kind, Sizing};
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, FitError, for_trial};
-use crate::kalman::{Keep, Randomness, filter};
+use crate::kalman::Randomness;
 use crate::path::LinearTrial;
 use crate::refine::solve;
 use crate::whiten::{Forcing, Normal, whiten};
@@ -58,7 +58,7 @@ impl Clocks {
                 sensor[at * columns + given + c] = -*rate as f32;
             }
         }
-        Forcing { columns, step, sensor }
+        Forcing { first: 0, columns, step, sensor }
     }
 
     /// Normal equations of the delays.
@@ -66,8 +66,7 @@ impl Clocks {
         let of_trial = |(trial, linear): (&Trial, &LinearTrial)| {
             let forcing = self.beside(Forcing::none(), linear, trial);
             let randomness = for_trial(randomness, trial);
-            let filtered = filter(linear, &randomness, Keep::Innovations);
-            whiten(linear, &randomness, &filtered, &forcing, None)
+            whiten(linear, &randomness, &forcing)
         };
         let parts: Vec<Normal> = trials.par_iter().zip(fit.linear.par_iter()).map(of_trial).collect();
         let mut normal = Normal::empty(self.count());

@@ -11,10 +11,10 @@ use super::SEGMENTS;
 use crate::candidates::Combination;
 use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
-use crate::kalman::{Keep, Randomness, filter};
+use crate::kalman::{Keep, Randomness};
 use crate::regression::{Penalty, ladder, subset};
 use crate::signature;
-use crate::whiten::{Acting, Forcing, Normal, whiten};
+use crate::whiten::{Acting, Forcing, Normal, whiten_pairs};
 
 /// Chance, over a whole recording, below which a sample of innovations is sudden; how many such times are looked at, and how
 /// many samples they are apart.
@@ -90,8 +90,7 @@ impl Segments {
                 let cut = Cut::new(&forcing, trial, edges);
                 let at_size = |size| {
                     let randomness = for_trial(size, trial);
-                    let filtered = filter(linear, &randomness, Keep::Innovations);
-                    whiten(linear, &randomness, &filtered, &cut, Some(&pairs))
+                    whiten_pairs(linear, &randomness, &cut, &pairs)
                 };
                 sizes.par_iter().map(at_size).collect()
             })

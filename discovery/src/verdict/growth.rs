@@ -12,7 +12,7 @@ use super::policy::Policy;
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::gap::restarts;
-use crate::kalman::{Keep, Randomness, filter};
+use crate::kalman::{Randomness, covariances};
 use crate::outcome::{HORIZON, HORIZONS};
 
 /// Shorter horizons (s) for robots whose motion grows too fast for those of the report.
@@ -45,9 +45,11 @@ pub(crate) fn attainable(fit: &Fit, trials: &[Trial], noise: &[f64], horizon: f6
 fn of_trial(fit: &Fit, t: usize, trial: &Trial, randomness: &Randomness, horizon: f64) -> (f64, usize) {
     let linear = &fit.linear[t];
     let n = linear.states;
-    let filtered = filter(linear, randomness, Keep::Covariance);
     let starts = restarts(trial, horizon);
-    let mut next = starts.iter().peekable();
+    // The sample of a restart is used for the state; the filter has the covariance at the one after it.
+    let known = covariances(linear, randomness, starts.iter().map(|k| k + 1).filter(|k| *k < linear.len));
+    let width = n + randomness.processes();
+    let mut next = starts.iter().zip(&known).peekable();
     let mut covariance: Vec<f64> = Vec::new();
     let (mut sum, mut count) = (0.0, 0);
     for k in 0..trial.len() {
@@ -71,9 +73,8 @@ fn of_trial(fit: &Fit, t: usize, trial: &Trial, randomness: &Randomness, horizon
         if k + 1 == trial.len() {
             break;
         }
-        // The sample of a restart is used for the state; the filter has the covariance at the one after it.
-        if next.next_if(|start| **start == k).is_some() {
-            covariance = (0..n).flat_map(|r| filtered.covariance_row(linear, k + 1, r)[..n].to_vec()).collect();
+        if let Some((_, known)) = next.next_if(|(start, _)| **start == k) {
+            covariance = known.chunks_exact(width).take(n).flat_map(|row| row[..n].to_vec()).collect();
         } else if !covariance.is_empty() {
             covariance = carried(&covariance, n, |c| linear.column(k, c));
         }
