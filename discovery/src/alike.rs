@@ -1,14 +1,12 @@
 //! How alike two effects are in the data at hand: the correlation of their whitened signatures.
 
 use cdpr::effect::EffectSpec;
-use rayon::prelude::*;
 
 use crate::candidates::Combination;
 use crate::data::Trial;
-use crate::estimate::{Fit, for_trial};
+use crate::estimate::Fit;
 use crate::kalman::Randomness;
-use crate::signature;
-use crate::whiten::{Normal, whiten};
+use crate::stream::normals;
 
 /// Correlation of what `effect` and each of `others` would add to the measurements of `trials`, in units of what is random
 /// there; `fit` is of the model without them. The mean is not taken off: a constant is a signature too. `None` where one
@@ -25,19 +23,7 @@ pub(crate) fn likeness(
     }
     let variations: Vec<EffectSpec> = [effect].into_iter().chain(others).cloned().collect();
     let columns: Vec<Combination> = (0..variations.len()).map(|at| vec![(at, 1.0)]).collect();
-    let parts: Vec<Normal> = trials
-        .par_iter()
-        .enumerate()
-        .map(|(t, trial)| {
-            let (linear, trajectory) = (&fit.linear[t], &fit.trajectories[t]);
-            let forcing =
-                signature::forcing(&fit.model, &fit.examined, &variations, &columns, linear, trial, trajectory);
-            let randomness = for_trial(randomness, trial);
-            whiten(linear, &randomness, &forcing)
-        })
-        .collect();
-    let mut normal = Normal::empty(variations.len());
-    parts.iter().for_each(|part| normal.add(part));
+    let normal = &normals(fit, trials, (&variations, &columns), std::slice::from_ref(randomness), None)[0];
     let product = |a: usize, b: usize| normal.gram[a * normal.columns + b];
     (1..normal.columns)
         .map(|other| {

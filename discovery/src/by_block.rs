@@ -11,7 +11,7 @@ use crate::instruments::Clocks;
 use crate::model::Examined;
 use crate::outcome::Block;
 use crate::refine::{Free, solve, varied_models};
-use crate::signature::{Varied, sensitivities};
+use crate::signature::{Along, Varied, sensitivities};
 use crate::survey::regularise;
 use crate::term::free_values;
 use crate::whiten::{Forcing, Normal, whitened_rows};
@@ -68,7 +68,7 @@ impl ByBlock {
         let parts: Vec<Vec<Normal>> = (0..trials.len())
             .into_par_iter()
             .map(|t| {
-                let forcing = sensitivities(&fit.examined, &varied, &fit.linear[t], &trials[t], &fit.trajectories[t]);
+                let forcing = sensitivities(&Along::new(fit, trials, t), &varied);
                 let forcing = clocks.beside(forcing, &fit.linear[t], &trials[t]);
                 parts(fit, t, &trials[t], &forcing, &blocks[t])
             })

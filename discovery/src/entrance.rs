@@ -17,7 +17,6 @@ use crate::fitted::Fitted;
 use crate::journal::Outcome;
 use crate::null_test::{Chance, Weighing};
 use crate::outcome::NullTest;
-use crate::regression::levels;
 use crate::round::Signatures;
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 use crate::verdict::POLICY;
@@ -93,11 +92,12 @@ impl Search<'_> {
     }
 
     /// What chance explains along a fit; none where the recordings are too short to tell.
-    fn chance(&self, fitted: &Fitted, Signatures { library, forcing }: &Signatures) -> Option<Chance> {
+    fn chance(&self, fitted: &Fitted, signatures: &Signatures) -> Option<Chance> {
         let (fit, trials) = (&fitted.train, &self.evidence.train[..]);
-        let randomness = &fit.randomness;
-        let level = &levels(fit, trials, forcing, library, std::slice::from_ref(randomness))[0];
-        Weighing { fit, trials, forcing, library, level, randomness, penalty: self.penalty }.chance()
+        let (library, randomness) = (&signatures.library, &fit.randomness);
+        let (level, chance) = Weighing { fit, trials, library, randomness, penalty: self.penalty }.chance()?;
+        signatures.keep(randomness, &level);
+        Some(chance)
     }
 }
 

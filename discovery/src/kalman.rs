@@ -11,7 +11,7 @@ pub(crate) use crate::randomness::Randomness;
 use crate::vector::{BLOCK, FULL, add, add_each, block, dot, plus, plus_each, vectorised};
 
 /// Samples that are filtered and whitened together: what is kept of them stays near.
-pub(crate) const STRETCH: usize = 512;
+pub(crate) const STRETCH: usize = 256;
 
 /// Innovations, gains and what else later passes need of some samples; what was not to be kept is empty.
 #[derive(Clone, Debug)]

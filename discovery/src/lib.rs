@@ -51,6 +51,7 @@ mod signature;
 mod sizes;
 mod spectrum;
 mod stability;
+mod stream;
 mod survey;
 mod term;
 mod variation;

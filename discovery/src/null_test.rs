@@ -22,8 +22,10 @@ use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::kalman::{Keep, Randomness, filter};
 use crate::outcome::NullTest;
-use crate::regression::{Level, Penalty, rank};
-use crate::whiten::{Forcing, whitened_rows};
+use crate::regression::{Level, Penalty, all_pairs, rank};
+use crate::signature::Along;
+use crate::stream::Stream;
+use crate::whiten::{Normal, Products, Whitening};
 
 /// Number of shifts.
 const SHIFTS: usize = 99;
@@ -36,14 +38,11 @@ const PHASE: f64 = 0.618_033_988_749_894_9;
 /// Measurements that are multiplied at a time.
 const BLOCK: usize = 256;
 
-/// A weighing of candidates: the fit whose innovations they are to explain, their signatures along it, and the normal
-/// equations at one size of the latent disturbances.
+/// A weighing of candidates: the fit whose innovations they are to explain, at one size of the latent disturbances.
 pub(crate) struct Weighing<'a> {
     pub(crate) fit: &'a Fit,
     pub(crate) trials: &'a [Trial],
-    pub(crate) forcing: &'a [Forcing],
     pub(crate) library: &'a Library,
-    pub(crate) level: &'a Level,
     pub(crate) randomness: &'a Randomness,
     pub(crate) penalty: Penalty,
 }
@@ -52,25 +51,33 @@ impl Weighing<'_> {
     /// Repeats the weighing with shifted innovations; `threshold` is the gain from which a candidate would be looked at.
     /// `None` where a trial is too short.
     pub(crate) fn null_test(&self, threshold: f64) -> Option<NullTest> {
-        Some(self.chance()?.against(self.gain(self.level), threshold))
+        let (level, chance) = self.chance()?;
+        Some(chance.against(self.gain(&level), threshold))
     }
 
-    /// What the best candidate gains from innovations that are shifted. `None` where a trial is too short.
-    pub(crate) fn chance(&self) -> Option<Chance> {
+    /// The normal equations of all candidates, and what the best one gains from innovations that are shifted. `None` where a
+    /// trial is too short.
+    pub(crate) fn chance(&self) -> Option<(Level, Chance)> {
         let shifts: Vec<Vec<Shift>> =
             (0..self.trials.len()).map(|t| shifts(&self.trials[t], t)).collect::<Option<_>>()?;
-        let parts: Vec<Shifted> = (0..self.trials.len()).into_par_iter().map(|t| self.shifted(t, &shifts[t])).collect();
-        let mut level = Level { normal: self.level.normal.clone() };
+        let pairs = all_pairs(self.library);
+        let of_trial = |t: usize| self.shifted(t, &shifts[t], &pairs);
+        let parts: Vec<(Normal, Shifted)> = (0..self.trials.len()).into_par_iter().map(of_trial).collect();
+        let mut normal = Normal::empty(self.library.columns.len());
+        parts.iter().for_each(|(part, _)| normal.add(part));
+        let found = Level { normal };
+        let mut level = found.clone();
         let gains = (0..SHIFTS).map(|i| {
-            let pairs: usize = parts.iter().map(|p| p.pairs[i]).sum();
+            let pairs: usize = parts.iter().map(|(_, p)| p.pairs[i]).sum();
             // Where a gap meets a measurement nothing is added: the others stand for it.
             let scale = (level.normal.count as f64 / pairs.max(1) as f64).sqrt();
             for (c, slot) in level.normal.right.iter_mut().enumerate() {
-                *slot = scale * parts.iter().map(|p| f64::from(p.right[(c, i)])).sum::<f64>();
+                *slot = scale * parts.iter().map(|(_, p)| f64::from(p.right[(c, i)])).sum::<f64>();
             }
             self.gain(&level)
         });
-        Some(Chance { gains: gains.collect() })
+        let gains = gains.collect();
+        Some((found, Chance { gains }))
     }
 
     /// Gain of the best candidate.
@@ -79,19 +86,22 @@ impl Weighing<'_> {
         ranked.first().map_or(f64::NEG_INFINITY, |best| level.normal.minus_two_log_likelihood - best.score)
     }
 
-    /// One trial's innovations, shifted the same in all channels, on its whitened signatures.
-    fn shifted(&self, t: usize, shifts: &[Shift]) -> Shifted {
-        let (linear, forcing) = (&self.fit.linear[t], &self.forcing[t]);
+    /// The normal equations of one trial, and its innovations, shifted the same in all channels, on its whitened signatures.
+    fn shifted(&self, t: usize, shifts: &[Shift], pairs: &[(usize, usize)]) -> (Normal, Shifted) {
+        let along = Along::new(self.fit, self.trials, t);
+        let (linear, columns) = (along.linear, self.library.columns.len());
         let randomness = for_trial(self.randomness, &self.trials[t]);
         let filtered = filter(linear, &randomness, Keep::Innovations);
         let whitened: Vec<f32> = filtered.whitened.iter().map(|v| *v as f32).collect();
         let wave = wave(linear.len);
-        let mut out = Shifted { right: DMatrix::zeros(forcing.columns, shifts.len()), pairs: vec![0; shifts.len()] };
+        let mut out = Shifted { right: DMatrix::zeros(columns, shifts.len()), pairs: vec![0; shifts.len()] };
         // A column a measurement, and a row a measurement, of the block at hand.
-        let mut signatures = DMatrix::zeros(forcing.columns, BLOCK);
+        let mut signatures = DMatrix::zeros(columns, BLOCK);
         let mut innovations = DMatrix::zeros(BLOCK, shifts.len());
         let mut filled = 0;
-        whitened_rows(linear, &randomness, forcing, |at, _, e| {
+        let mut products = Products::new(columns, Some(pairs));
+        let mut visit = |at: usize, innovation: f64, e: &[f64]| {
+            products.push(e, innovation);
             for (slot, value) in signatures.column_mut(filled).iter_mut().zip(e) {
                 *slot = *value as f32;
             }
@@ -106,9 +116,18 @@ impl Weighing<'_> {
                 out.right.gemm(1.0, &signatures, &innovations, 1.0);
                 filled = 0;
             }
-        });
+        };
+        let mut stream = Stream::new(along, (&self.library.variations, &self.library.columns));
+        let mut whitening = Whitening::new(linear, &randomness, columns);
+        while let Some(samples) = stream.stretch() {
+            whitening.advance(&stream.advance(samples.end), samples.end, &mut visit);
+        }
         out.right.gemm(1.0, &signatures.columns(0, filled), &innovations.rows(0, filled), 1.0);
-        out
+        let mut normal = products.normal(whitening.minus_two_log_likelihood());
+        let silent = stream.silent();
+        normal.silence(&silent);
+        silent.into_iter().for_each(|column| out.right.row_mut(column).fill(0.0));
+        (normal, out)
     }
 }
 
@@ -181,18 +200,16 @@ mod tests {
     use super::*;
     use crate::candidates::{Situation, catalogue};
     use crate::data::recording::{fitted, noise, record};
-    use crate::regression::levels;
-    use crate::round::Signatures;
+    use crate::stream::forcing;
+    use crate::whiten::whitened_rows;
 
     /// Calls `look` with the weighing of the catalogue on the default model.
     fn weigh<T>(trials: &[Trial], look: impl FnOnce(&Weighing<'_>) -> T) -> T {
         let fit = fitted(&[], trials);
         let library = catalogue(&fit.model, &Situation::of(trials));
-        let Signatures { library, forcing } = Signatures::new(&fit, trials, library);
-        let randomness = &fit.randomness;
-        let levels = levels(&fit, trials, &forcing, &library, std::slice::from_ref(randomness));
-        let (level, penalty) = (&levels[0], Penalty::new(levels[0].normal.count));
-        look(&Weighing { fit: &fit, trials, forcing: &forcing, library: &library, level, randomness, penalty })
+        let count = trials.iter().flat_map(|trial| trial.measured.iter().flatten()).filter(|v| v.is_finite()).count();
+        let (randomness, penalty) = (&fit.randomness, Penalty::new(count));
+        look(&Weighing { fit: &fit, trials, library: &library, randomness, penalty })
     }
 
     fn test(missing: &[(&str, &[f64])]) -> NullTest {
@@ -292,14 +309,16 @@ mod tests {
         weigh(&trials, |weighing| {
             let shift = |samples, waves, start| Shift { samples, waves, start };
             let shifts = [shift(0, 0, 0.0), shift(77, 1, 0.3), shift(250, 5, 0.9)];
-            let sums = weighing.shifted(0, &shifts);
+            let (normal, sums) = weighing.shifted(0, &shifts, &all_pairs(weighing.library));
             let randomness = for_trial(weighing.randomness, &trials[0]);
             let filtered = filter(&weighing.fit.linear[0], &randomness, Keep::Innovations);
             let wave = wave(trials[0].len());
-            let columns = weighing.forcing[0].columns;
+            let columns = weighing.library.columns.len();
+            let along = Along::new(weighing.fit, weighing.trials, 0);
+            let all = forcing(along, (&weighing.library.variations, &weighing.library.columns));
             let mut expected = vec![vec![0.0; columns]; 3];
             let mut pairs = [0; 3];
-            whitened_rows(&weighing.fit.linear[0], &randomness, &weighing.forcing[0], |at, _, e| {
+            whitened_rows(along.linear, &randomness, &all, |at, _, e| {
                 let (k, j) = (at / 7, at % 7);
                 for (i, shift) in shifts.iter().enumerate() {
                     let place = (k + shift.samples) % trials[0].len() * 7 + j;
@@ -312,10 +331,10 @@ mod tests {
                 }
             });
             assert_eq!(sums.pairs, pairs);
-            assert_eq!(pairs[0], weighing.level.normal.count);
+            assert_eq!(pairs[0], normal.count);
             assert!(pairs[1] < pairs[0]);
             for (c, i) in (0..columns).flat_map(|c| (0..3).map(move |i| (c, i))) {
-                let size = weighing.level.normal.gram[c * columns + c].sqrt();
+                let size = normal.gram[c * columns + c].sqrt();
                 let error = f64::from(sums.right[(c, i)]) - expected[i][c];
                 assert!(error.abs() < 1e-3 * (1.0 + size), "column {c}, shift {i}: {error}");
             }

@@ -11,14 +11,13 @@ use rayon::prelude::*;
 use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
 use crate::entrance::{Answer, Source};
-use crate::estimate::{Fit, FitError, for_trial};
+use crate::estimate::{Fit, FitError};
 use crate::extension::is_friction_law;
 use crate::fitted::Fitted;
 use crate::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
 use crate::round::{MOST_RIVALS, Signatures, effect_of, is_rival};
 use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search};
-use crate::signature::picked;
-use crate::whiten::{Forcing, Normal, whiten};
+use crate::stream::normals;
 
 /// Candidates of which pairs are formed.
 const PAIRED: usize = 30;
@@ -72,9 +71,9 @@ impl Search<'_> {
 
 /// All pairs of the best candidates, the best first.
 fn weigh_pairs(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty) -> Vec<Pair> {
-    let Signatures { library, forcing } = signatures;
+    let library = &signatures.library;
     let sizes = ladder(&fit.randomness);
-    let ranked = rank(library, &levels(fit, trials, forcing, library, &sizes[..1]), Penalty::NONE);
+    let ranked = rank(library, &levels(fit, trials, signatures, &sizes[..1]), Penalty::NONE);
     // Of each effect on each cable the best variant.
     let mut best: Vec<usize> = Vec::new();
     for scored in ranked {
@@ -90,22 +89,9 @@ fn weigh_pairs(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Pe
     let mut columns: Vec<usize> = best.iter().flat_map(|c| library.candidates[*c].columns.clone()).collect();
     columns.sort_unstable();
     columns.dedup();
-    let reduced: Vec<Forcing> = forcing.iter().map(|f| picked(f, &columns)).collect();
-    let joint: Vec<Level> = sizes
-        .iter()
-        .map(|size| {
-            let parts: Vec<Normal> = (0..trials.len())
-                .into_par_iter()
-                .map(|t| {
-                    let randomness = for_trial(size, &trials[t]);
-                    whiten(&fit.linear[t], &randomness, &reduced[t])
-                })
-                .collect();
-            let mut normal = Normal::empty(columns.len());
-            parts.iter().for_each(|part| normal.add(part));
-            Level { normal }
-        })
-        .collect();
+    let reduced = library.of_columns(&columns);
+    let joint = normals(fit, trials, (&reduced.variations, &reduced.columns), &sizes, None);
+    let joint: Vec<Level> = joint.into_iter().map(|normal| Level { normal }).collect();
     let place = |c: &usize| columns.binary_search(c).unwrap_or_default();
     let all: Vec<(usize, usize)> = (0..best.len()).flat_map(|b| (0..b).map(move |a| (a, b))).collect();
     let mut pairs: Vec<Pair> = all
@@ -191,7 +177,7 @@ mod tests {
         let trials = [record(&hidden, 40.0, 7), record(&hidden, 40.0, 8)];
         let fit = fitted(&[], &trials);
         let library = catalogue(&fit.model, &Situation::of(&trials));
-        let signatures = Signatures::new(&fit, &trials, library);
+        let signatures = Signatures::new(library);
         let pairs = weigh_pairs(&fit, &trials, &signatures, Penalty::new(5000));
         let found = [0, 1].map(|k| effect_of(&signatures.library, &pairs[0].members[k]).unwrap());
         for effect in &hidden {

@@ -11,7 +11,7 @@ use crate::instruments::Clocks;
 use crate::kalman::Randomness;
 use crate::model::Examined;
 use crate::regression::ladder;
-use crate::signature::{Varied, sensitivities};
+use crate::signature::{Along, Varied, sensitivities};
 use crate::sizes::Sizes;
 use crate::survey::regularise;
 use crate::term;
@@ -114,7 +114,7 @@ fn proposals(
     let parts: Vec<Vec<Normal>> = (0..trials.len())
         .into_par_iter()
         .map(|t| {
-            let forcing = sensitivities(&fit.examined, &varied, &fit.linear[t], &trials[t], &fit.trajectories[t]);
+            let forcing = sensitivities(&Along::new(fit, trials, t), &varied);
             let forcing = clocks.beside(forcing, &fit.linear[t], &trials[t]);
             let whitened = sizes.par_iter().map(|randomness| {
                 let randomness = for_trial(randomness, &trials[t]);

@@ -5,12 +5,14 @@ use rayon::prelude::*;
 
 use crate::candidates::{Candidate, Library};
 use crate::data::Trial;
-use crate::estimate::{Fit, for_trial};
+use crate::estimate::Fit;
 use crate::kalman::Randomness;
-use crate::signature::picked;
-use crate::whiten::{Forcing, Normal, whiten_pairs};
+use crate::round::Signatures;
+use crate::stream::normals;
+use crate::whiten::Normal;
 
 /// The normal equations of all columns at one size of the latent disturbances.
+#[derive(Clone)]
 pub(crate) struct Level {
     pub(crate) normal: Normal,
 }
@@ -42,36 +44,28 @@ const KEPT: usize = 40;
 pub(crate) fn levels(
     fit: &Fit,
     trials: &[Trial],
-    forcing: &[Forcing],
-    library: &Library,
+    signatures: &Signatures,
     sizes: &[Randomness],
 ) -> Vec<Level> {
-    let mut out: Vec<Level> = Vec::new();
-    let all = forcing[0].columns;
-    let mut columns: Vec<usize> = (0..all).collect();
-    let mut reduced: Option<Vec<Forcing>> = None;
-    for randomness in sizes {
-        let used = reduced.as_deref().unwrap_or(forcing);
+    let library = &signatures.library;
+    let mut out = vec![signatures.level(fit, trials, &sizes[0])];
+    if sizes.len() > 1 {
+        let best = rank(library, &out, Penalty::NONE);
+        let mut columns: Vec<usize> =
+            best.iter().take(KEPT).flat_map(|s| library.candidates[s.candidate].columns.clone()).collect();
+        columns.sort_unstable();
+        columns.dedup();
+        let kept = library.of_columns(&columns);
         let pairs = pairs(library, &columns);
-        let parts: Vec<Normal> = (0..trials.len())
-            .into_par_iter()
-            .map(|t| {
-                let r = for_trial(randomness, &trials[t]);
-                whiten_pairs(&fit.linear[t], &r, &used[t], &pairs)
-            })
-            .collect();
-        let mut small = Normal::empty(columns.len());
-        parts.iter().for_each(|p| small.add(p));
-        out.push(Level { normal: spread(&small, &columns, all) });
-        if reduced.is_none() && sizes.len() > 1 {
-            let best = rank(library, &out, Penalty::NONE);
-            columns = best.iter().take(KEPT).flat_map(|s| library.candidates[s.candidate].columns.clone()).collect();
-            columns.sort_unstable();
-            columns.dedup();
-            reduced = Some(forcing.iter().map(|f| picked(f, &columns)).collect());
-        }
+        let smaller = normals(fit, trials, (&kept.variations, &kept.columns), &sizes[1..], Some(&pairs));
+        out.extend(smaller.iter().map(|small| Level { normal: spread(small, &columns, library.columns.len()) }));
     }
     out
+}
+
+/// All pairs of columns that some candidate needs together.
+pub(crate) fn all_pairs(library: &Library) -> Vec<(usize, usize)> {
+    pairs(library, &(0..library.columns.len()).collect::<Vec<_>>())
 }
 
 /// Pairs of columns (by their place in `columns`) that some candidate needs together.

@@ -1,17 +1,18 @@
 //! One round of the search: all candidates weighed, the best fitted, its rivals kept.
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use crate::candidates::{Candidate, Library, Situation};
 use crate::data::Trial;
 use crate::entrance::{Answer, Source};
-use crate::estimate::{Fit, FitError, for_trial};
+use crate::estimate::{Fit, FitError};
 use crate::fitted::Fitted;
 use crate::journal::Outcome;
 use crate::kalman::Randomness;
 use crate::null_test::Weighing;
-use crate::regression::{Scored, baseline, ladder, levels, rank};
+use crate::regression::{Level, Scored, all_pairs, baseline, ladder, levels, rank};
 use crate::search::{EVIDENCE, ROUNDS, Search};
-use crate::signature;
-use crate::whiten::{Forcing, whiten};
+use crate::stream::normals;
 use cdpr::effect::EffectSpec;
 
 /// Share of the best candidate's gain at which a simpler one is preferred.
@@ -19,15 +20,40 @@ const SIMPLER: f64 = 0.93;
 /// Most rivals of one effect that are fitted in full.
 pub(crate) const MOST_RIVALS: usize = 3;
 
-/// Candidates and their signatures along a fit of the training data.
+/// Candidates along a fit of the training data.
 pub(crate) struct Signatures {
     pub(crate) library: Library,
-    pub(crate) forcing: Vec<Forcing>,
+    /// The normal equations of all of them at the size of what is random at which they were weighed last.
+    weighed: Mutex<Option<(Randomness, Level)>>,
 }
 
 impl Signatures {
-    pub(crate) fn new(fit: &Fit, trials: &[Trial], library: Library) -> Self {
-        Self { forcing: library_forcing(fit, trials, &library), library }
+    pub(crate) fn new(library: Library) -> Self {
+        Self { library, weighed: Mutex::default() }
+    }
+
+    /// The normal equations of all of them along their fit.
+    pub(crate) fn level(&self, fit: &Fit, trials: &[Trial], randomness: &Randomness) -> Level {
+        if let Some((known, level)) = &*self.known()
+            && known == randomness
+        {
+            return level.clone();
+        }
+        let columns = (&self.library.variations[..], &self.library.columns[..]);
+        let pairs = all_pairs(&self.library);
+        let normal = normals(fit, trials, columns, std::slice::from_ref(randomness), Some(&pairs)).remove(0);
+        let level = Level { normal };
+        self.keep(randomness, &level);
+        level
+    }
+
+    /// Keeps normal equations that were formed on another way.
+    pub(crate) fn keep(&self, randomness: &Randomness, level: &Level) {
+        *self.known() = Some((randomness.clone(), level.clone()));
+    }
+
+    fn known(&self) -> MutexGuard<'_, Option<(Randomness, Level)>> {
+        self.weighed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -48,25 +74,18 @@ impl Search<'_> {
     pub(crate) fn round(
         &mut self,
         fitted: &Fitted,
-        Signatures { library, forcing }: &Signatures,
+        signatures: &Signatures,
         source: Source,
         most_refusals: usize,
     ) -> Result<Option<Fitted>, FitError> {
+        let library = &signatures.library;
         let parsimony = source == Source::Catalogue;
         let e = self.evidence;
         let fit = &fitted.train;
         self.tried.extend(library.candidates.iter().map(|candidate| library.name(candidate)));
         let sizes = ladder(&fit.randomness);
-        let levels = levels(fit, &e.train, forcing, library, &sizes);
-        let weighing = Weighing {
-            fit,
-            trials: &e.train,
-            forcing,
-            library,
-            level: &levels[0],
-            randomness: &sizes[0],
-            penalty: self.penalty,
-        };
+        let levels = levels(fit, &e.train, signatures, &sizes);
+        let weighing = Weighing { fit, trials: &e.train, library, randomness: &sizes[0], penalty: self.penalty };
         let base = baseline(&levels);
         let ranked = rank(library, &levels, self.penalty);
         let gain = ranked.first().map_or(0.0, |best| base - best.score).max(0.0);
@@ -178,13 +197,10 @@ impl Search<'_> {
     /// `-2 log L` of the held-out data with a candidate of these amplitudes, foreseen by its signature.
     fn foreseen(&self, fitted: &Fitted, library: &Library, scored: &Scored, sizes: &[Randomness]) -> f64 {
         let (fit, trials) = (&fitted.holdout, &self.evidence.holdout);
-        let forcing = library_forcing(fit, trials, &library.only(scored.candidate));
-        let parts = forcing.iter().enumerate().map(|(t, forcing)| {
-            let randomness = for_trial(&sizes[scored.level], &trials[t]);
-            let normal = whiten(&fit.linear[t], &randomness, forcing);
-            normal.minus_two_log_likelihood - normal.drop(&scored.amplitudes)
-        });
-        parts.sum()
+        let own = library.only(scored.candidate);
+        let size = &sizes[scored.level..=scored.level];
+        let normal = &normals(fit, trials, (&own.variations, &own.columns), size, None)[0];
+        normal.minus_two_log_likelihood - normal.drop(&scored.amplitudes)
     }
 }
 
@@ -242,15 +258,6 @@ fn is_alike(own: &Candidate, other: &Candidate) -> bool {
 /// Whether another candidate with a share of the gain of `own` is worth a full comparison.
 pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64) -> bool {
     share > if is_alike(own, other) { 0.5 } else { 0.8 }
-}
-
-/// Signatures of a library along the fit's trajectories.
-fn library_forcing(fit: &Fit, trials: &[Trial], library: &Library) -> Vec<Forcing> {
-    let of_trial = |(t, trial)| {
-        let (variations, columns) = (&library.variations, &library.columns);
-        signature::forcing(&fit.model, &fit.examined, variations, columns, &fit.linear[t], trial, &fit.trajectories[t])
-    };
-    trials.iter().enumerate().map(of_trial).collect()
 }
 
 #[cfg(test)]

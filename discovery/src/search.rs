@@ -330,7 +330,7 @@ impl<'a> Search<'a> {
             }
             Source::Terms => dictionary(&self.situation(fit)),
         };
-        Signatures::new(fit, &self.evidence.train, library)
+        Signatures::new(library)
     }
 
     /// `fitted` with one more effect of the catalogue, if one earns its place.

@@ -1,21 +1,117 @@
 //! Signatures: what a variation of the model would add to the states at each step and to the sensors at each sample.
 
+use std::ops::Range;
+
 use cdpr::effect::{EffectKind, EffectSpec, Site, Stage};
 use cdpr::model_file::Model;
+use cdpr::simulation::Simulation;
 use rayon::prelude::*;
 
-use crate::candidates::Combination;
 use crate::data::{Channel, Trial};
-use crate::late::{comes_late, late_forcing};
+use crate::estimate::Fit;
+use crate::late::{LateForces, comes_late};
 use crate::model::{Examined, Moment, disturb};
 use crate::path::{LinearTrial, Trajectory};
 use crate::variation::{Forced, Variation};
 use crate::whiten::Forcing;
 
-/// What one variation adds: `states` numbers a step, `channels` a sample. `None` when it cannot be simulated.
-struct Single {
-    step: Vec<f32>,
-    sensor: Vec<f32>,
+/// A model's trajectory in one trial, along which signatures are formed.
+#[derive(Clone, Copy)]
+pub(crate) struct Along<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) base: &'a Examined,
+    pub(crate) linear: &'a LinearTrial,
+    pub(crate) trial: &'a Trial,
+    pub(crate) trajectory: &'a Trajectory,
+}
+
+impl<'a> Along<'a> {
+    /// Along a fit in the trial of number `t`.
+    pub(crate) fn new(fit: &'a Fit, trials: &'a [Trial], t: usize) -> Self {
+        let Fit { model, examined, linear, trajectories, .. } = fit;
+        debug_assert_eq!(trajectories[t].width, examined.states() + examined.latents());
+        Self { model, base: examined, linear: &linear[t], trial: &trials[t], trajectory: &trajectories[t] }
+    }
+
+    /// The steps that begin at some samples.
+    fn steps(&self, samples: &Range<usize>) -> usize {
+        samples.end.min(self.trial.len() - 1) - samples.start
+    }
+
+    /// Rates of the base plant at both ends of each step.
+    pub(crate) fn end_rates(&self, samples: &Range<usize>) -> [Vec<f64>; 2] {
+        let Self { base, linear, trial, trajectory, .. } = self;
+        let n = base.states();
+        [0, 1].map(|end| {
+            let mut rates = vec![0.0; self.steps(samples) * n];
+            for (at, rates) in rates.chunks_exact_mut(n).enumerate() {
+                let k = samples.start + at;
+                let (time, y) = (trial.time[k + end], trajectory.states(k + end));
+                base.plant.rates(time, y, &linear.felt[k], &linear.slack[k], rates);
+            }
+            rates
+        })
+    }
+}
+
+/// What one variation adds over some samples: `states` numbers a step, `channels` a sample.
+pub(crate) struct Single {
+    pub(crate) step: Vec<f32>,
+    pub(crate) sensor: Vec<f32>,
+}
+
+impl Single {
+    pub(crate) fn nothing(along: &Along<'_>, samples: &Range<usize>) -> Self {
+        let (n, m) = (along.base.states(), along.trial.channels.len());
+        Self { step: vec![0.0; along.steps(samples) * n], sensor: vec![0.0; samples.len() * m] }
+    }
+
+    fn if_finite(self) -> Option<Self> {
+        self.step.iter().chain(&self.sensor).all(|v| v.is_finite()).then_some(self)
+    }
+}
+
+/// A variation of a model, followed along a trajectory.
+pub(crate) enum Follower {
+    Late(LateForces),
+    Quick(Box<Quick>),
+    Simulated(Box<Simulated>),
+}
+
+impl Follower {
+    /// `None` where the variation is no plant at all.
+    pub(crate) fn new(along: &Along<'_>, spec: &EffectSpec) -> Option<Self> {
+        let Along { base, trial, .. } = along;
+        if comes_late(&spec.id) && !shows_tension(trial) {
+            return Some(Self::Late(LateForces::new(spec, along)));
+        }
+        let mut varied = along.model.clone();
+        varied.effects.push(spec.clone());
+        let varied = Examined::new(&varied).ok()?;
+        if !acts_through_rates(&spec.id) {
+            return Some(Self::Simulated(Box::new(Simulated::new(along, varied)?)));
+        }
+        let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
+        let acts = Acts { plant: !is_of_sensors(&spec.id), sensors, by_states: acts_by_states(spec) };
+        Some(Self::Quick(Box::new(Quick::new(along, varied, acts)?)))
+    }
+
+    /// What it adds over the next samples, given the base plant's rates at both ends of each step; `None` when it cannot be
+    /// simulated.
+    pub(crate) fn advance(
+        &mut self,
+        along: &Along<'_>,
+        samples: &Range<usize>,
+        base_rates: &[Vec<f64>; 2],
+    ) -> Option<Single> {
+        match self {
+            Self::Late(late) => {
+                Some(Single { step: late.advance(along, samples.clone()), ..Single::nothing(along, samples) })
+            }
+            Self::Quick(quick) => quick.advance(along, samples, base_rates),
+            Self::Simulated(simulated) => simulated.advance(along, samples),
+        }
+    }
 }
 
 /// Index in the varied plant of each state of the base plant.
@@ -31,57 +127,54 @@ fn state_map(base: &Examined, varied: &Examined) -> Option<Vec<usize>> {
     (map.len() == base.states()).then_some(map)
 }
 
-/// Rates of the base plant at both ends of each step.
-fn end_rates(model: &Examined, linear: &LinearTrial, trial: &Trial, trajectory: &Trajectory) -> [Vec<f64>; 2] {
-    let n = model.states();
-    [0, 1].map(|end| {
-        let mut rates = vec![0.0; (trial.len() - 1) * n];
-        for (k, rates) in rates.chunks_exact_mut(n).enumerate() {
-            let (time, y) = (trial.time[k + end], trajectory.states(k + end));
-            model.plant.rates(time, y, &linear.felt[k], &linear.slack[k], rates);
-        }
-        rates
-    })
+/// A variation that is simulated, from the trajectory's point on at each sample.
+pub(crate) struct Simulated {
+    varied: Examined,
+    map: Vec<usize>,
+    y: Vec<f64>,
+    simulation: Simulation,
+    shown: Vec<f64>,
 }
 
-fn single(
-    base: &Examined,
-    varied: &Examined,
-    linear: &LinearTrial,
-    trial: &Trial,
-    trajectory: &Trajectory,
-) -> Option<Single> {
-    let map = state_map(base, varied)?;
-    let (n, m) = (base.states(), trial.channels.len());
-    let mut out = Single { step: vec![0.0; (trial.len() - 1) * n], sensor: vec![0.0; trial.len() * m] };
-    // Own states of the varied plant begin at rest under the first sample and then follow the trajectory.
-    let mut y = varied.first_states(trial);
-    let mut simulation = varied.simulation(trial, 0, &y);
-    let mut shown = Vec::new();
-    for k in 0..trial.len() {
-        let x = trajectory.states(k);
-        y.copy_from_slice(simulation.states());
-        for (value, at) in x.iter().zip(&map) {
-            y[*at] = *value;
-        }
-        if k == 0 {
-            start_effect_states(varied, trial, &mut y, base);
-        }
-        simulation.nudge_states(&y);
-        disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
-        varied.measure(&simulation, &trial.channels, &mut shown);
-        for j in 0..m {
-            out.sensor[k * m + j] = (shown[j] - linear.shown[k * m + j]) as f32;
-        }
-        if k + 1 < trial.len() {
-            let aim = trajectory.states(k + 1);
-            simulation.advance(trial.time[k + 1] - trial.time[k]).ok()?;
-            for (r, at) in map.iter().enumerate() {
-                out.step[k * n + r] = (simulation.states()[*at] - aim[r] - linear.defect[k * n + r]) as f32;
+impl Simulated {
+    /// Own states of the varied plant begin at rest under the first sample and then follow the trajectory.
+    fn new(along: &Along<'_>, varied: Examined) -> Option<Self> {
+        let y = varied.first_states(along.trial);
+        let simulation = varied.simulation(along.trial, 0, &y);
+        Some(Self { map: state_map(along.base, &varied)?, y, simulation, shown: Vec::new(), varied })
+    }
+
+    fn advance(&mut self, along: &Along<'_>, samples: &Range<usize>) -> Option<Single> {
+        let Along { base, linear, trial, trajectory, .. } = along;
+        let Self { varied, map, y, simulation, shown } = self;
+        let (n, m) = (base.states(), trial.channels.len());
+        let mut out = Single::nothing(along, samples);
+        for k in samples.clone() {
+            let at = k - samples.start;
+            let x = trajectory.states(k);
+            y.copy_from_slice(simulation.states());
+            for (value, at) in x.iter().zip(&*map) {
+                y[*at] = *value;
+            }
+            if k == 0 {
+                start_effect_states(varied, trial, y, base);
+            }
+            simulation.nudge_states(y);
+            disturb(simulation, &trial.inputs[k], trajectory.latents(k));
+            varied.measure(simulation, &trial.channels, shown);
+            for j in 0..m {
+                out.sensor[at * m + j] = (shown[j] - linear.shown[k * m + j]) as f32;
+            }
+            if k + 1 < trial.len() {
+                let aim = trajectory.states(k + 1);
+                simulation.advance(trial.time[k + 1] - trial.time[k]).ok()?;
+                for (r, place) in map.iter().enumerate() {
+                    out.step[at * n + r] = (simulation.states()[*place] - aim[r] - linear.defect[k * n + r]) as f32;
+                }
             }
         }
+        out.if_finite()
     }
-    out.step.iter().chain(&out.sensor).all(|v| v.is_finite()).then_some(out)
 }
 
 /// Whether a variation acts through the rates of the states the base plant has, so that its forcing over a step follows
@@ -125,69 +218,83 @@ struct Acts {
     by_states: bool,
 }
 
-/// As [`single`], by the trapezoidal rule on the difference of rates: an order faster, good to a few per cent where the
+/// As [`Simulated`], by the trapezoidal rule on the difference of rates: an order faster, good to a few per cent where the
 /// fastest mode turns by less than a radian in a sampling interval. Own states of the variation follow by the same rule, so
 /// they must be slow. For weighing candidates, not for estimates.
-fn quick(
-    base: &Examined,
-    varied: &Examined,
-    linear: &LinearTrial,
-    trial: &Trial,
-    trajectory: &Trajectory,
-    base_rates: &[Vec<f64>; 2],
-    Acts { plant, sensors, by_states }: Acts,
-) -> Option<Single> {
-    let (n, m) = (base.states(), trial.channels.len());
-    let mut out = Single { step: vec![0.0; (trial.len() - 1) * n], sensor: vec![0.0; trial.len() * m] };
-    let map = state_map(base, varied)?;
-    let mut y = varied.first_states(trial);
-    start_effect_states(varied, trial, &mut y, base);
-    let own: Vec<usize> = (0..y.len()).filter(|at| !map.contains(at)).collect();
-    let simulation = varied.simulation(trial, 0, &y);
-    let mut shown = Vec::new();
-    let by_states = by_states && own.is_empty();
-    let mut rates = [vec![0.0; y.len()], vec![0.0; y.len()]];
-    let mut difference = vec![0.0; n];
-    let take = |y: &mut [f64], k: usize| map.iter().zip(trajectory.states(k)).for_each(|(at, value)| y[*at] = *value);
-    for k in 0..trial.len() {
-        let (felt, slack) = (&linear.felt[k], linear.slack[k]);
-        take(&mut y, k);
-        if sensors {
-            let moment = Moment { time: trial.time[k], y: &y, felt, slack };
-            varied.measure_at(&simulation, &moment, &trial.channels, &mut shown);
-            for j in 0..m {
-                out.sensor[k * m + j] = (shown[j] - linear.shown[k * m + j]) as f32;
-            }
-        }
-        if !plant || k + 1 == trial.len() {
-            continue;
-        }
-        let half = 0.5 * linear.interval[k];
-        let target = &mut out.step[k * n..(k + 1) * n];
-        // Else it is that at the end of the step before.
-        if k == 0 || !by_states || slack != linear.slack[k - 1] {
-            varied.plant.rates(trial.time[k], &y, felt, &slack, &mut rates[0]);
-            for (r, slot) in difference.iter_mut().enumerate() {
-                *slot = rates[0][map[r]] - base_rates[0][k * n + r];
-            }
-        }
-        for (c, difference) in difference.iter().enumerate().skip(3) {
-            if *difference != 0.0 {
-                for (slot, slope) in target.iter_mut().zip(linear.column(k, c)) {
-                    *slot += (half * slope * difference) as f32;
+pub(crate) struct Quick {
+    varied: Examined,
+    acts: Acts,
+    map: Vec<usize>,
+    /// States that the base plant does not have.
+    own: Vec<usize>,
+    y: Vec<f64>,
+    simulation: Simulation,
+    shown: Vec<f64>,
+    rates: [Vec<f64>; 2],
+    difference: Vec<f64>,
+}
+
+impl Quick {
+    fn new(along: &Along<'_>, varied: Examined, acts: Acts) -> Option<Self> {
+        let Along { base, trial, .. } = along;
+        let map = state_map(base, &varied)?;
+        let mut y = varied.first_states(trial);
+        start_effect_states(&varied, trial, &mut y, base);
+        let own: Vec<usize> = (0..y.len()).filter(|at| !map.contains(at)).collect();
+        let simulation = varied.simulation(trial, 0, &y);
+        let acts = Acts { by_states: acts.by_states && own.is_empty(), ..acts };
+        let rates = [vec![0.0; y.len()], vec![0.0; y.len()]];
+        Some(Self { acts, map, own, y, simulation, shown: Vec::new(), rates, difference: vec![0.0; base.states()], varied })
+    }
+
+    fn advance(&mut self, along: &Along<'_>, samples: &Range<usize>, base_rates: &[Vec<f64>; 2]) -> Option<Single> {
+        let Along { base, linear, trial, trajectory, .. } = along;
+        let Self { varied, acts, map, own, y, simulation, shown, rates, difference } = self;
+        let (n, m) = (base.states(), trial.channels.len());
+        let mut out = Single::nothing(along, samples);
+        let take =
+            |y: &mut [f64], k: usize| map.iter().zip(trajectory.states(k)).for_each(|(at, value)| y[*at] = *value);
+        for k in samples.clone() {
+            let at = k - samples.start;
+            let (felt, slack) = (&linear.felt[k], linear.slack[k]);
+            take(y, k);
+            if acts.sensors {
+                let moment = Moment { time: trial.time[k], y, felt, slack };
+                varied.measure_at(simulation, &moment, &trial.channels, shown);
+                for j in 0..m {
+                    out.sensor[at * m + j] = (shown[j] - linear.shown[k * m + j]) as f32;
                 }
             }
+            if !acts.plant || k + 1 == trial.len() {
+                continue;
+            }
+            let half = 0.5 * linear.interval[k];
+            let target = &mut out.step[at * n..(at + 1) * n];
+            // Else it is that at the end of the step before.
+            if k == 0 || !acts.by_states || slack != linear.slack[k - 1] {
+                varied.plant.rates(trial.time[k], y, felt, &slack, &mut rates[0]);
+                for (r, slot) in difference.iter_mut().enumerate() {
+                    *slot = rates[0][map[r]] - base_rates[0][at * n + r];
+                }
+            }
+            for (c, difference) in difference.iter().enumerate().skip(3) {
+                if *difference != 0.0 {
+                    for (slot, slope) in target.iter_mut().zip(linear.column(k, c)) {
+                        *slot += (half * slope * difference) as f32;
+                    }
+                }
+            }
+            take(y, k + 1);
+            own.iter().for_each(|at| y[*at] += 2.0 * half * rates[0][*at]);
+            varied.plant.rates(trial.time[k + 1], y, felt, &slack, &mut rates[1]);
+            own.iter().for_each(|at| y[*at] += half * (rates[1][*at] - rates[0][*at]));
+            for (r, (slot, difference)) in target.iter_mut().zip(difference.iter_mut()).enumerate() {
+                *difference = rates[1][map[r]] - base_rates[1][at * n + r];
+                *slot += (half * *difference) as f32;
+            }
         }
-        take(&mut y, k + 1);
-        own.iter().for_each(|at| y[*at] += 2.0 * half * rates[0][*at]);
-        varied.plant.rates(trial.time[k + 1], &y, felt, &slack, &mut rates[1]);
-        own.iter().for_each(|at| y[*at] += half * (rates[1][*at] - rates[0][*at]));
-        for (r, (slot, difference)) in target.iter_mut().zip(&mut difference).enumerate() {
-            *difference = rates[1][map[r]] - base_rates[1][k * n + r];
-            *slot += (half * *difference) as f32;
-        }
+        out.if_finite()
     }
-    out.step.iter().chain(&out.sensor).all(|v| v.is_finite()).then_some(out)
 }
 
 /// Own states of a variation at rest, as at the start of a simulation.
@@ -201,79 +308,6 @@ fn start_effect_states(varied: &Examined, trial: &Trial, y: &mut [f64], base: &E
             y[at] = rest[at];
         }
     }
-}
-
-/// The forcing of columns made of variations along a trajectory. A variation that cannot be simulated, or is no plant at
-/// all, adds nothing.
-pub(crate) fn forcing(
-    model: &Model,
-    base: &Examined,
-    variations: &[EffectSpec],
-    columns: &[Combination],
-    linear: &LinearTrial,
-    trial: &Trial,
-    trajectory: &Trajectory,
-) -> Forcing {
-    debug_assert_eq!(trajectory.width, base.states() + base.latents());
-    let base_rates = end_rates(base, linear, trial, trajectory);
-    let mut forcing = Forcing {
-        first: 0,
-        columns: columns.len(),
-        step: vec![0.0; (trial.len() - 1) * base.states() * columns.len()],
-        sensor: vec![0.0; trial.len() * trial.channels.len() * columns.len()],
-    };
-    let of = |spec: &EffectSpec| {
-        let mut varied = model.clone();
-        varied.effects.push(spec.clone());
-        if comes_late(&spec.id) && !shows_tension(trial) {
-            let felt = |k: usize, cable: usize| linear.felt[k].winch_force[cable];
-            let step = late_forcing(spec, linear, trial, trajectory, felt);
-            return Some(Single { step, sensor: vec![0.0; trial.len() * trial.channels.len()] });
-        }
-        Examined::new(&varied).ok().and_then(|v| {
-            if acts_through_rates(&spec.id) {
-                let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
-                let acts = Acts { plant: !is_of_sensors(&spec.id), sensors, by_states: acts_by_states(spec) };
-                quick(base, &v, linear, trial, trajectory, &base_rates, acts)
-            } else {
-                single(base, &v, linear, trial, trajectory)
-            }
-        })
-    };
-    // A few at a time: each takes as much room as a column.
-    for (batch, specs) in variations.chunks(BATCH).enumerate() {
-        let singles: Vec<Option<Single>> = specs.par_iter().map(of).collect();
-        let first = batch * BATCH;
-        let here = |(c, combination): (usize, &Combination)| {
-            let own = combination.iter().filter(|(at, _)| (first..first + specs.len()).contains(at));
-            own.map(|(at, weight)| (c, *at - first, *weight as f32)).collect::<Vec<_>>()
-        };
-        let shares: Vec<(usize, usize, f32)> = columns.iter().enumerate().flat_map(here).collect();
-        let values = |of: fn(&Single) -> &[f32]| -> Vec<&[f32]> {
-            singles.iter().map(|single| single.as_ref().map_or(&[][..], of)).collect()
-        };
-        add_beside(&mut forcing.step, columns.len(), &values(|single| &single.step), &shares);
-        add_beside(&mut forcing.sensor, columns.len(), &values(|single| &single.sensor), &shares);
-    }
-    forcing
-}
-
-/// Variations whose signatures are formed together.
-const BATCH: usize = 32;
-/// Rows that are done at a time, so that they stay near.
-const ROWS: usize = 16;
-
-/// Adds variations to columns, which stand beside each other by rows: each share is a column, a variation and its weight in
-/// it. A variation without values adds nothing.
-fn add_beside(out: &mut [f32], columns: usize, variations: &[&[f32]], shares: &[(usize, usize, f32)]) {
-    out.par_chunks_mut(ROWS * columns.max(1)).enumerate().for_each(|(block, target)| {
-        for (c, at, weight) in shares {
-            let values = variations[*at].iter().skip(block * ROWS);
-            for (row, value) in target.chunks_exact_mut(columns).zip(values) {
-                row[*c] += value * weight;
-            }
-        }
-    });
 }
 
 /// A model moved in one parameter.
@@ -296,13 +330,8 @@ const STRETCH: usize = 500;
 /// The sensitivities to parameters: the forcing of a move to each of `varied`, models with the same states, over its size.
 ///
 /// By the variational equation with the parameters as inputs; a dead time, which is none in it, by simulation.
-pub(crate) fn sensitivities(
-    base: &Examined,
-    varied: &[Varied],
-    linear: &LinearTrial,
-    trial: &Trial,
-    trajectory: &Trajectory,
-) -> Forcing {
+pub(crate) fn sensitivities(along: &Along<'_>, varied: &[Varied]) -> Forcing {
+    let Along { base, linear, trial, trajectory, .. } = *along;
     let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), varied.len());
     let mut forcing =
         Forcing { first: 0, columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
@@ -310,12 +339,13 @@ pub(crate) fn sensitivities(
         return forcing;
     }
     let stretches = forcing.step.par_chunks_mut(STRETCH * n * columns).enumerate();
-    stretches.for_each(|(at, steps)| respond(base, varied, linear, trial, trajectory, at * STRETCH, steps));
+    stretches.for_each(|(at, steps)| respond(along, varied, at * STRETCH, steps));
     let rigid = base.plant.unstretched_index(0).is_none();
     for (c, varied) in varied.iter().enumerate() {
         let scale = 1.0 / varied.size;
         if is_dead_time(&varied.effect) {
-            let Some(single) = single(base, &varied.examined, linear, trial, trajectory) else { continue };
+            let simulated = Simulated::new(along, varied.examined.clone());
+            let Some(single) = simulated.and_then(|mut all| all.advance(along, &(0..len))) else { continue };
             for (at, value) in single.step.iter().enumerate() {
                 forcing.step[at * columns + c] = value * scale as f32;
             }
@@ -340,15 +370,8 @@ pub(crate) fn sensitivities(
 }
 
 /// Writes the response to each of `varied` over the steps from `first` on.
-fn respond(
-    base: &Examined,
-    varied: &[Varied],
-    linear: &LinearTrial,
-    trial: &Trial,
-    trajectory: &Trajectory,
-    first: usize,
-    steps: &mut [f32],
-) {
+fn respond(along: &Along<'_>, varied: &[Varied], first: usize, steps: &mut [f32]) {
+    let Along { base, linear, trial, trajectory, .. } = along;
     let (n, columns) = (base.states(), varied.len());
     let acting: Vec<usize> =
         (0..columns).filter(|c| !is_of_sensors(&varied[*c].effect) && !is_dead_time(&varied[*c].effect)).collect();
@@ -386,19 +409,16 @@ fn respond(
     }
 }
 
-/// Some of the columns, in their order.
-pub(crate) fn picked(forcing: &Forcing, columns: &[usize]) -> Forcing {
-    let pick = |values: &[f32]| -> Vec<f32> {
-        let rows = values.chunks_exact(forcing.columns.max(1));
-        rows.flat_map(|row| columns.iter().map(|c| row[*c])).collect()
-    };
-    Forcing { first: forcing.first, columns: columns.len(), step: pick(&forcing.step), sensor: pick(&forcing.sensor) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::data::recording::{fitted, record};
+    use crate::stream::forcing;
+
+    fn simulated(along: &Along<'_>, varied: &Examined) -> Single {
+        let mut simulated = Simulated::new(along, varied.clone()).unwrap();
+        simulated.advance(along, &(0..along.linear.len)).unwrap()
+    }
     use crate::refine::{free_parameters, varied_models};
 
     /// Sensitivities by the variational equation, against differences of simulations.
@@ -416,13 +436,13 @@ mod tests {
         ];
         let trials = [record(&effects, 30.0, 4)];
         let fit = fitted(&effects, &trials);
-        let (base, linear, trial, trajectory) = (&fit.examined, &fit.linear[0], &trials[0], &fit.trajectories[0]);
+        let along = Along::new(&fit, &trials, 0);
         let varied: Vec<Varied> =
             varied_models(&fit.model, &free_parameters(&fit.model, 0)).into_iter().flatten().collect();
         assert_eq!(varied.len(), 8, "friction has two parameters in use");
-        let all = sensitivities(base, &varied, linear, trial, trajectory);
+        let all = sensitivities(&along, &varied);
         for (c, varied) in varied.iter().enumerate() {
-            let whole = single(base, &varied.examined, linear, trial, trajectory).unwrap();
+            let whole = simulated(&along, &varied.examined);
             let column = |values: &[f32]| values.iter().skip(c).step_by(all.columns).copied().collect::<Vec<f32>>();
             let own = [column(&all.step), column(&all.sensor)].concat();
             let other: Vec<f32> = whole.step.iter().chain(&whole.sensor).map(|v| v / varied.size as f32).collect();
@@ -440,7 +460,7 @@ mod tests {
     fn quick_forcing_is_that_of_a_simulation() {
         let trials = [record(&[], 30.0, 3)];
         let fit = fitted(&[], &trials);
-        let (base, trial, trajectory) = (&fit.examined, &trials[0], &fit.trajectories[0]);
+        let along = Along::new(&fit, &trials, 0);
         let late: [(&str, &[f64]); 4] = [
             ("winch_lag", &[0.2]),
             ("winch_delay", &[0.15]),
@@ -449,18 +469,9 @@ mod tests {
         ];
         for (id, values) in late {
             let spec = EffectSpec::new(id, Some(2), values).unwrap();
-            let quick = forcing(
-                &fit.model,
-                base,
-                std::slice::from_ref(&spec),
-                &[vec![(0, 1.0)]],
-                &fit.linear[0],
-                trial,
-                trajectory,
-            );
+            let quick = forcing(along, (std::slice::from_ref(&spec), &[vec![(0, 1.0)]]));
             let varied = Model { effects: vec![spec], ..fit.model.clone() };
-            let varied = Examined::new(&varied).unwrap();
-            let whole = single(base, &varied, &fit.linear[0], trial, trajectory).unwrap();
+            let whole = simulated(&along, &Examined::new(&varied).unwrap());
             let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
             let (own, other) = (product(&quick.step, &quick.step), product(&whole.step, &whole.step));
             let alike = product(&quick.step, &whole.step) / (own * other).sqrt();

@@ -29,8 +29,9 @@ use crate::kalman::{Keep, covariances, filter};
 use crate::outcome::DetectionLimit;
 use crate::refine::{free_parameters, varied_models};
 use crate::search::{EVIDENCE, Search};
-use crate::signature::{Varied, forcing, sensitivities};
+use crate::signature::{Along, Varied, sensitivities};
 use crate::sizes::Sizes;
+use crate::stream::forcing;
 use crate::verdict::{POLICY, Reach};
 use crate::whiten::{Forcing, Normal, whiten_pairs};
 
@@ -373,20 +374,16 @@ const AT_A_TIME: usize = 40;
 
 /// The sensitivities to what varies, in each trial.
 fn free_forcing(fit: &Fit, trials: &[Trial], varied: &[Varied]) -> Vec<Forcing> {
-    let of_trial =
-        |(t, trial): (usize, &Trial)| sensitivities(&fit.examined, varied, &fit.linear[t], trial, &fit.trajectories[t]);
-    trials.iter().enumerate().map(of_trial).collect()
+    (0..trials.len()).map(|t| sensitivities(&Along::new(fit, trials, t), varied)).collect()
 }
 
 /// The forcing of a library's columns, then of what is `free`, in each trial.
 fn all_forcing(fit: &Fit, trials: &[Trial], library: &Library, free: &[Forcing]) -> Vec<Forcing> {
-    let of_trial = |(t, trial): (usize, &Trial)| {
-        let (linear, trajectory) = (&fit.linear[t], &fit.trajectories[t]);
-        let (variations, columns) = (&library.variations, &library.columns);
-        let own = forcing(&fit.model, &fit.examined, variations, columns, linear, trial, trajectory);
+    let of_trial = |t: usize| {
+        let own = forcing(Along::new(fit, trials, t), (&library.variations, &library.columns));
         if free[t].columns == 0 { own } else { own.beside(&free[t]) }
     };
-    trials.iter().enumerate().map(of_trial).collect()
+    (0..trials.len()).map(of_trial).collect()
 }
 
 /// The pairs of columns of which products are wanted: within a block, and of what is free (the last so many) with all.

@@ -20,7 +20,8 @@ use crate::refine::{Free, free_parameters, parameter_step, varied_models};
 use crate::regression::Penalty;
 use crate::rivals::told_apart_from;
 use crate::search::EVIDENCE;
-use crate::signature::{Varied, forcing, sensitivities};
+use crate::signature::{Along, Varied, sensitivities};
+use crate::stream::forcing;
 use crate::term;
 use crate::whiten::{Normal, whiten};
 
@@ -242,7 +243,7 @@ fn normal(random: &mut fastrand::Rng) -> f64 {
 
 /// At each size of the latent forces `-2 log L` of noise alone and the normal equations of all columns, none first.
 fn normals(fit: &Fit, open: &Open, columns: &Columns, trial: &Trial) -> Result<Vec<(f64, Normal)>, String> {
-    let (linear, trajectory) = (&fit.linear[0], &fit.trajectories[0]);
+    let along = Along::new(fit, std::slice::from_ref(trial), 0);
     // A law without states of its own acts through the rates, and the variational equation is exact; for weighing by quadrature
     // two laws with forces that cancel on the whole would be too far apart.
     let (mut through_rates, mut others, mut places) = (Vec::new(), Vec::new(), Vec::new());
@@ -265,8 +266,8 @@ fn normals(fit: &Fit, open: &Open, columns: &Columns, trial: &Trial) -> Result<V
     };
     let free = varied_models(&fit.model, &free_parameters(&fit.model, open.given));
     through_rates.extend(free.into_iter().flatten());
-    let others = forcing(&fit.model, &fit.examined, &others, &alone, linear, trial, trajectory);
-    let all = others.beside(&sensitivities(&fit.examined, &through_rates, linear, trial, trajectory));
+    let others = forcing(along, (&others, &alone));
+    let all = others.beside(&sensitivities(&along, &through_rates));
     let of_laws = columns.combinations.iter().map(|sum| sum.iter().map(|(at, weight)| (place(*at), *weight)).collect());
     let sums: Vec<Combination> =
         of_laws.chain((columns.variations.len()..all.columns).map(|free| vec![(free, 1.0)])).collect();
@@ -274,7 +275,7 @@ fn normals(fit: &Fit, open: &Open, columns: &Columns, trial: &Trial) -> Result<V
     let sizes = std::iter::once(nothing.clone()).chain(LATENTS.map(|share| nothing.with_latents(share)));
     let at_size = |size: Randomness| {
         let size = for_trial(&size, trial);
-        let normal = whiten(linear, &size, &all);
+        let normal = whiten(along.linear, &size, &all);
         (normal.minus_two_log_likelihood, combined(&normal, &sums))
     };
     Ok(sizes.map(at_size).collect())

@@ -5,13 +5,14 @@ use nalgebra::DMatrix;
 
 use crate::candidates::{Situation, catalogue};
 use crate::detection::{GUST, columns_of, readings_of};
-use crate::estimate::{Fit, for_trial, noise_of_data};
+use crate::estimate::{for_trial, noise_of_data};
 use crate::extension::count_in_use;
 use crate::fitted::Evidence;
 use crate::outcome::DetectionLimit;
 use crate::refine::{free_parameters, varied_models};
 use crate::search::{EVIDENCE, Search};
-use crate::signature::{Varied, forcing, sensitivities};
+use crate::signature::{Along, Varied, sensitivities};
+use crate::stream::forcing;
 use crate::whiten::whiten;
 
 use super::Lowered;
@@ -48,12 +49,11 @@ impl Lower<'_> {
         let own = library.of_columns(&columns_of(&library, &candidates));
         let free = varied_models(self.model, &free_parameters(self.model, self.given));
         let free: Vec<Varied> = free.into_iter().flatten().collect();
-        let Fit { linear, trajectories, model, examined, randomness, .. } = &fit;
-        let (linear, trajectory) = (&linear[0], &trajectories[0]);
-        let signatures = forcing(model, examined, &own.variations, &own.columns, linear, &trial, trajectory);
-        let all = signatures.beside(&sensitivities(examined, &free, linear, &trial, trajectory));
-        let randomness = for_trial(randomness, &trial);
-        let normal = whiten(linear, &randomness, &all);
+        let along = Along::new(&fit, std::slice::from_ref(&trial), 0);
+        let signatures = forcing(along, (&own.variations, &own.columns));
+        let all = signatures.beside(&sensitivities(&along, &free));
+        let randomness = for_trial(&fit.randomness, &trial);
+        let normal = whiten(along.linear, &randomness, &all);
         let nuisance: Vec<usize> = (own.columns.len()..all.columns).collect();
         let penalty = self.bench.penalty(&trial, interval);
         let mut first = 0;

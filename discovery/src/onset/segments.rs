@@ -13,8 +13,9 @@ use crate::data::Trial;
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::kalman::{Keep, Randomness};
 use crate::regression::{Penalty, ladder, subset};
-use crate::signature;
-use crate::whiten::{Acting, Forcing, Normal, whiten_pairs};
+use crate::signature::Along;
+use crate::stream::Stream;
+use crate::whiten::{Acting, Forcing, Normal, Products, Whitening};
 
 /// Chance, over a whole recording, below which a sample of innovations is sudden; how many such times are looked at, and how
 /// many samples they are apart.
@@ -81,20 +82,30 @@ impl Segments {
             own.clone().flat_map(move |a| (own.start..=a).map(move |b| (a, b)))
         };
         let pairs: Vec<(usize, usize)> = candidates.iter().flat_map(pairs_of).collect();
-        let parts: Vec<Vec<Normal>> = (0..trials.len())
-            .into_par_iter()
-            .map(|t| {
-                let (trial, linear) = (&trials[t], &without.linear[t]);
-                let (base, path) = (&without.examined, &without.trajectories[t]);
-                let forcing = signature::forcing(&without.model, base, variations, columns, linear, trial, path);
-                let cut = Cut::new(&forcing, trial, edges);
-                let at_size = |size| {
-                    let randomness = for_trial(size, trial);
-                    whiten_pairs(linear, &randomness, &cut, &pairs)
-                };
-                sizes.par_iter().map(at_size).collect()
-            })
-            .collect();
+        let of_trial = |t: usize| {
+            let (trial, along) = (&trials[t], Along::new(without, trials, t));
+            let places = Places::new(trial, edges);
+            let sizes: Vec<Randomness> = sizes.iter().map(|size| for_trial(size, trial)).collect();
+            let count = columns.len() * segments;
+            let at_size = |size| (Whitening::new(along.linear, size, count), Products::new(count, Some(&pairs)));
+            let mut levels: Vec<(Whitening<'_>, Products<'_>)> = sizes.iter().map(at_size).collect();
+            let mut stream = Stream::new(along, (variations, columns));
+            while let Some(samples) = stream.stretch() {
+                let cut = Cut { forcing: &stream.advance(samples.end), places: &places };
+                levels.par_iter_mut().for_each(|(whitening, products)| {
+                    whitening.advance(&cut, samples.end, |_, innovation, e| products.push(e, innovation));
+                });
+            }
+            let cut = |column: usize| column * segments..(column + 1) * segments;
+            let silent: Vec<usize> = stream.silent().into_iter().flat_map(cut).collect();
+            let normal = |(whitening, products): (Whitening<'_>, Products<'_>)| {
+                let mut normal = products.normal(whitening.minus_two_log_likelihood());
+                normal.silence(&silent);
+                normal
+            };
+            levels.into_iter().map(normal).collect()
+        };
+        let parts: Vec<Vec<Normal>> = (0..trials.len()).into_par_iter().map(of_trial).collect();
         let sum = |level: usize| {
             parts.iter().fold(Normal::empty(columns.len() * segments), |mut sum, part| {
                 sum.add(&part[level]);
@@ -148,47 +159,52 @@ impl Segments {
     }
 }
 
-/// Each column cut into one for each segment of time.
-struct Cut<'a> {
-    forcing: &'a Forcing,
+/// The segment of each sample, and of each step: what acts over a step belongs where its middle is.
+struct Places {
     segments: usize,
-    /// The segment of each sample, and of each step: what acts over a step belongs where its middle is.
     of_sample: Vec<usize>,
     of_step: Vec<usize>,
 }
 
-impl<'a> Cut<'a> {
-    fn new(forcing: &'a Forcing, trial: &Trial, edges: &[f64]) -> Self {
+impl Places {
+    fn new(trial: &Trial, edges: &[f64]) -> Self {
         let segments = edges.len() - 1;
         let segment = |time: f64| edges[1..segments].partition_point(|edge| *edge <= time);
         Self {
-            forcing,
             segments,
             of_sample: trial.time.iter().map(|time| segment(*time)).collect(),
             of_step: trial.time.windows(2).map(|ends| segment(0.5 * (ends[0] + ends[1]))).collect(),
         }
     }
+}
 
+/// Each column cut into one for each segment of time.
+struct Cut<'a> {
+    forcing: &'a Forcing,
+    places: &'a Places,
+}
+
+impl Cut<'_> {
     /// Writes each number of the columns into its segment.
     fn spread(&self, values: &[f32], segment: usize, out: &mut [f32]) {
         out.fill(0.0);
-        out.iter_mut().skip(segment).step_by(self.segments).zip(values).for_each(|(slot, value)| *slot = *value);
+        out.iter_mut().skip(segment).step_by(self.places.segments).zip(values).for_each(|(slot, value)| *slot = *value);
     }
 }
 
 impl Acting for Cut<'_> {
     fn columns(&self) -> usize {
-        self.forcing.columns * self.segments
+        self.forcing.columns * self.places.segments
     }
 
     fn at_sample(&self, k: usize, sensor: &mut [f32]) {
-        let count = sensor.len() / self.segments;
-        self.spread(&self.forcing.sensor[k * count..(k + 1) * count], self.of_sample[k], sensor);
+        let (count, at) = (sensor.len() / self.places.segments, k - self.forcing.first);
+        self.spread(&self.forcing.sensor[at * count..(at + 1) * count], self.places.of_sample[k], sensor);
     }
 
     fn over_step(&self, k: usize, step: &mut [f32]) {
-        let count = step.len() / self.segments;
-        self.spread(&self.forcing.step[k * count..(k + 1) * count], self.of_step[k], step);
+        let (count, at) = (step.len() / self.places.segments, k - self.forcing.first);
+        self.spread(&self.forcing.step[at * count..(at + 1) * count], self.places.of_step[k], step);
     }
 }
 
