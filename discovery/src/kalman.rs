@@ -164,6 +164,7 @@ impl<'a> Run<'a> {
     }
 
     /// Runs on over the samples before `end`.
+    #[inline(never)]
     pub(crate) fn advance(&mut self, end: usize, keep: Keep) -> Filtered {
         let Self { linear, randomness, standing } = self;
         by_width!(linear, randomness, run, linear, randomness, standing, end, keep)
@@ -350,10 +351,13 @@ fn spread_in<const N: usize, const W: usize, const FUSED: bool>(
     sums
 }
 
-/// What a prediction works with, so that it is not cleared for each.
+/// What a prediction works with, so that it is not cleared for each. What is wide is not on the stack: there the code for every
+/// width would take its own part of it.
 struct Room<const N: usize, const W: usize> {
+    /// What each state or latent does to the states.
+    columns: Vec<[f64; N]>,
     /// The covariance of the states after a step with all before it.
-    half: [[f64; W]; N],
+    half: Vec<[f64; W]>,
     /// The rows of the latent forces at winches without the errors of forces.
     alone: [[f64; W]; MAX_CABLES],
     decay: [f64; W],
@@ -362,7 +366,7 @@ struct Room<const N: usize, const W: usize> {
 impl<const N: usize, const W: usize> Room<N, W> {
     #[inline(always)]
     fn new() -> Self {
-        Self { half: [[0.0; W]; N], alone: [[0.0; W]; MAX_CABLES], decay: [0.0; W] }
+        Self { columns: vec![[0.0; N]; W], half: vec![[0.0; W]; N], alone: [[0.0; W]; MAX_CABLES], decay: [0.0; W] }
     }
 }
 
@@ -373,12 +377,12 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     k: usize,
     x: &mut [f64; W],
     p: &mut [[f64; W]; W],
-    Room { half, alone, decay }: &mut Room<N, W>,
+    Room { columns, half, alone, decay }: &mut Room<N, W>,
 ) {
     let (n, acting) = (linear.states, linear.width());
     let w = n + randomness.processes();
-    // What each state or latent does to the states.
-    let columns = &linear.transition.as_chunks::<N>().0[k * acting..(k + 1) * acting];
+    linear.columns(k, columns.as_flattened_mut());
+    let columns = &columns[..acting];
     randomness.decays(linear.interval[k], &mut decay[n..w]);
     // Errors of forces move the states as the latent forces at their winches do.
     let (winches, errors) = (n + WRENCH, w - randomness.force_errors()..w);
@@ -498,7 +502,7 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
     let (n, acting, m) = (linear.states, linear.width(), linear.channels);
     let w = n + randomness.processes();
     let remembered = randomness.shown_by_channel(m);
-    let (mut lambda, mut decay) = ([0.0; W], [0.0; W]);
+    let (mut lambda, mut decay, mut columns) = ([0.0; W], [0.0; W], vec![[0.0; N]; W]);
     lambda[..w].copy_from_slice(adjoint);
     for kept in (0..filtered.whitened.len() / m).rev() {
         let k = filtered.first + kept;
@@ -523,9 +527,9 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
         }
         deviation[kept * acting..(kept + 1) * acting].copy_from_slice(&moved[..acting]);
         if k > 0 {
-            let columns = &linear.transition.as_chunks::<N>().0[(k - 1) * acting..k * acting];
+            linear.columns(k - 1, columns.as_flattened_mut());
             let mut back = [0.0; W];
-            for (slot, column) in back.iter_mut().zip(columns) {
+            for (slot, column) in back.iter_mut().zip(&columns[..acting]) {
                 *slot = dot::<FUSED>(column, &lambda[..N]);
             }
             let errors = w - randomness.force_errors()..w;
@@ -576,7 +580,7 @@ mod tests {
             let (mut f, mut add, mut q) = (DMatrix::zeros(w, w), DVector::zeros(w), DMatrix::zeros(w, w));
             if k + 1 < linear.len {
                 for c in 0..linear.width() {
-                    (0..n).for_each(|r| f[(r, c)] = linear.column(k, c)[r]);
+                    linear.column(k, c).enumerate().for_each(|(r, slope)| f[(r, c)] = slope);
                 }
                 (0..n).for_each(|r| (add[r], q[(r, r)]) = (linear.defect[k * n + r], STEP_ERROR * STEP_ERROR));
                 let winches: Vec<DVector<f64>> =

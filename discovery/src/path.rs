@@ -52,16 +52,19 @@ pub(crate) struct LinearTrial {
     pub(crate) interval: Vec<f64>,
     /// States with zeros up to a width for which there is code.
     pub(crate) padded: usize,
-    /// `∂x(k+1)/∂(x, latents)(k)`: `padded` numbers for each state or latent, what it does to the states.
-    pub(crate) transition: Vec<f64>,
+    /// `∂x(k+1)/∂(x, latents)(k)` less one on its diagonal: `padded` numbers for each state or latent, what it does to the
+    /// states. As short numbers: what they leave out is ten millions times smaller than a step's change of a deviation, and
+    /// acts on deviations alone, which are none where a trajectory has settled.
+    transition: Vec<f32>,
     /// Where one step of the model misses the trajectory's next point, `states` a step.
     pub(crate) defect: Vec<f64>,
     /// Latents of the trajectory, `disturbances` a sample.
     latents: Vec<f64>,
-    /// `∂h/∂x`, `channels × states` a sample.
-    sensor: Vec<f64>,
     /// The states that each channel shows anything of.
     shows: Vec<Vec<usize>>,
+    /// `∂h/∂x` of these, channel after channel, and where those of each channel begin among those of a sample.
+    slopes: Vec<f64>,
+    first_slope: Vec<usize>,
     /// What the sensors would show on the trajectory, `channels` a sample.
     pub(crate) shown: Vec<f64>,
     /// How fast that changes along the trajectory (per s).
@@ -88,23 +91,34 @@ impl LinearTrial {
     }
 
     /// What state or latent `c` does to the states in step `k`.
-    pub(crate) fn column(&self, k: usize, c: usize) -> &[f64] {
+    #[inline(always)]
+    pub(crate) fn column(&self, k: usize, c: usize) -> impl Iterator<Item = f64> {
         let at = (k * self.width() + c) * self.padded;
-        &self.transition[at..at + self.states]
+        let changes = self.transition[at..at + self.states].iter().enumerate();
+        changes.map(move |(r, change)| f64::from(*change) + if r == c { 1.0 } else { 0.0 })
     }
 
-    /// What each state or latent does to the states in step `k`, with zeros up to the padded width.
-    pub(crate) fn columns(&self, k: usize) -> impl Iterator<Item = &[f64]> {
+    /// Writes what each state or latent does to the states in step `k`, with zeros up to the padded width.
+    #[inline(always)]
+    pub(crate) fn columns(&self, k: usize, out: &mut [f64]) {
         let of_step = self.width() * self.padded;
-        self.transition[k * of_step..(k + 1) * of_step].chunks_exact(self.padded)
+        for (slot, change) in out.iter_mut().zip(&self.transition[k * of_step..(k + 1) * of_step]) {
+            *slot = f64::from(*change);
+        }
+        for slot in out.iter_mut().step_by(self.padded + 1).take(self.states) {
+            *slot += 1.0;
+        }
     }
 
     /// The states that channel `j` shows, with the slopes by which it does at sample `k`.
     #[inline(always)]
     pub(crate) fn shown_by(&self, k: usize, j: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
-        let at = k * self.channels + j;
-        let slopes = &self.sensor[at * self.states..(at + 1) * self.states];
-        self.shows[j].iter().map(|c| (*c, slopes[*c]))
+        let at = k * self.slopes_of_sample() + self.first_slope[j];
+        self.shows[j].iter().zip(&self.slopes[at..]).map(|(c, slope)| (*c, *slope))
+    }
+
+    fn slopes_of_sample(&self) -> usize {
+        self.shows.iter().map(Vec::len).sum()
     }
 
     /// Step `k` of the model from a trajectory with these `states` at its beginning; writes to `end` where it goes from there,
@@ -127,8 +141,9 @@ impl LinearTrial {
             transition: self.transition[..steps * self.padded * self.width()].to_vec(),
             defect: self.defect[..steps * n].to_vec(),
             latents: cut(&self.latents, self.disturbances),
-            sensor: cut(&self.sensor, m * n),
             shows: self.shows.clone(),
+            slopes: cut(&self.slopes, self.slopes_of_sample()),
+            first_slope: self.first_slope.clone(),
             shown: cut(&self.shown, m),
             rate: cut(&self.rate, m),
             residual: cut(&self.residual, m),
@@ -141,8 +156,8 @@ impl LinearTrial {
     }
 
     /// Lets channel `j` show what was a while ago: what is shown along the trajectory then, and of a deviation as much as it
-    /// was by its velocity.
-    fn delay(&mut self, model: &Examined, time: &[f64], j: usize, late: f64) {
+    /// was by its velocity. `sensor` is `∂h/∂x`, `channels × states` a sample.
+    fn delay(&mut self, sensor: &mut [f64], model: &Examined, time: &[f64], j: usize, late: f64) {
         let (n, m) = (self.states, self.channels);
         let column: Vec<f64> = (0..self.len).map(|k| self.shown[k * m + j]).collect();
         for (k, then) in earlier(time, &column, late).into_iter().enumerate() {
@@ -153,7 +168,7 @@ impl LinearTrial {
                 .filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))),
         );
         for (position, velocity) in moving {
-            for slopes in self.sensor.chunks_exact_mut(n).skip(j).step_by(m) {
+            for slopes in sensor.chunks_exact_mut(n).skip(j).step_by(m) {
                 slopes[velocity] -= late * slopes[position];
             }
         }
@@ -249,8 +264,9 @@ pub(crate) fn linearise(
         transition: vec![0.0; len * padded * width],
         defect: vec![0.0; len * n],
         latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
-        sensor: vec![0.0; len * m * n],
         shows: Vec::new(),
+        slopes: Vec::new(),
+        first_slope: Vec::new(),
         shown: vec![0.0; len * m],
         rate: vec![0.0; len * m],
         residual: vec![0.0; len * m],
@@ -259,12 +275,13 @@ pub(crate) fn linearise(
         prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
         prior_deviation: prior_deviation(model),
     };
+    let mut sensor = vec![0.0; len * m * n];
     // Behind a dead time is what was commanded before.
     let stretch = if has_dead_time(model) { len } else { STRETCH };
     let parts = (
         linear.transition.par_chunks_mut(stretch * padded * width),
         linear.defect.par_chunks_mut(stretch * n),
-        linear.sensor.par_chunks_mut(stretch * m * n),
+        sensor.par_chunks_mut(stretch * m * n),
         linear.shown.par_chunks_mut(stretch * m),
         linear.residual.par_chunks_mut(stretch * m),
         linear.felt.par_chunks_mut(stretch),
@@ -278,12 +295,17 @@ pub(crate) fn linearise(
     )?;
     linear.rate = rates(&trial.time, &linear.shown, m);
     for (j, late) in late.iter().enumerate().filter(|(_, late)| **late != 0.0) {
-        linear.delay(model, &trial.time, j, *late);
+        linear.delay(&mut sensor, model, &trial.time, j, *late);
     }
     linear.transition.truncate((len - 1) * padded * width);
     linear.defect.truncate((len - 1) * n);
-    let shows = |j: usize, c: usize| (0..len).any(|k| linear.sensor[(k * m + j) * n + c] != 0.0);
+    let shows = |j: usize, c: usize| (0..len).any(|k| sensor[(k * m + j) * n + c] != 0.0);
     linear.shows = (0..m).map(|j| (0..n).filter(|c| shows(j, *c)).collect()).collect();
+    linear.first_slope = (0..m).map(|j| linear.shows[..j].iter().map(Vec::len).sum()).collect();
+    linear.slopes.reserve_exact(len * linear.slopes_of_sample());
+    for (at, slopes) in sensor.chunks_exact(n).enumerate() {
+        linear.slopes.extend(linear.shows[at % m].iter().map(|c| slopes[*c]));
+    }
     Ok(linear)
 }
 
@@ -329,7 +351,7 @@ fn has_dead_time(model: &Examined) -> bool {
 /// Some samples of a [`LinearTrial`], from `first` on.
 struct Part<'a> {
     first: usize,
-    transition: &'a mut [f64],
+    transition: &'a mut [f32],
     defect: &'a mut [f64],
     sensor: &'a mut [f64],
     shown: &'a mut [f64],
@@ -345,6 +367,7 @@ impl Part<'_> {
         let mut sensors = SensorSlopes::new(model, trial);
         let mut shown = Vec::new();
         let mut variation = Variation::new(model);
+        let mut carries = vec![0.0; self.transition.len() / len];
         let steps = self.transition.chunks_exact_mut(self.transition.len() / len).zip(self.defect.chunks_exact_mut(n));
         let samples = self.sensor.chunks_exact_mut(m * n).zip(self.shown.chunks_exact_mut(m));
         let samples = samples.zip(self.residual.chunks_exact_mut(m)).zip(self.felt.iter_mut().zip(self.slack));
@@ -379,7 +402,11 @@ impl Part<'_> {
             for ((slot, next), aim) in defect.iter_mut().zip(next).zip(trajectory.states(k + 1)) {
                 *slot = next - aim;
             }
-            variation.transition(&Step { time: trial.time[k], interval, from: x, to: next, felt, slack }, transition);
+            let step = Step { time: trial.time[k], interval, from: x, to: next, felt, slack };
+            variation.transition(&step, &mut carries);
+            // What stays is known.
+            carries.iter_mut().step_by(padded(n) + 1).take(n).for_each(|stays| *stays -= 1.0);
+            transition.iter_mut().zip(&carries).for_each(|(slot, value)| *slot = *value as f32);
         }
         Ok(())
     }

@@ -354,6 +354,7 @@ impl<'a> Whitening<'a> {
         let mut decay = vec![0.0; w - n];
         let panels = begun.len();
         let mut next = vec![[0.0; PANEL]; linear.padded];
+        let mut transition = vec![0.0; acting * linear.padded];
         // A sample's measurements, what each of their gains does to the ones after it, and their signatures, whitened.
         let mut used = Vec::with_capacity(m);
         let mut carried = vec![0.0; m * m];
@@ -373,6 +374,7 @@ impl<'a> Whitening<'a> {
             }
             if k + 1 < len {
                 randomness.decays(linear.interval[k], &mut decay);
+                linear.columns(k, &mut transition);
             }
             // In one go: row by row and panel by panel each line would be waited for.
             forcing.at_sample(k, &mut sensor);
@@ -415,7 +417,6 @@ impl<'a> Whitening<'a> {
                     let error = s[w - errors + i];
                     add::<FUSED>(&mut s[n + WRENCH + i], 1.0, &error);
                 }
-                let transition = &linear.transition[k * acting * linear.padded..(k + 1) * acting * linear.padded];
                 for first in (0..n).step_by(BLOCK) {
                     let mut sum = [[0.0; PANEL]; BLOCK];
                     for (r, sum) in (first..n).zip(&mut sum) {

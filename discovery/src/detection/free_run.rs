@@ -82,6 +82,7 @@ impl Runs<'_> {
         let mut told: Vec<(usize, usize)> = Vec::new();
         let mut done: Vec<Panel> = Vec::new();
         let mut decay = vec![0.0; all - n];
+        let mut columns_of_step = vec![0.0; linear.width() * linear.padded];
         let (mut step, mut next) = (vec![[0.0; FULL]; n], vec![[0.0; FULL]; linear.padded]);
         for k in 0..linear.len {
             let sensor = |j: usize| &forcing.sensor[(k * m + j) * forcing.columns..(k * m + j + 1) * forcing.columns];
@@ -139,17 +140,18 @@ impl Runs<'_> {
                 began = Some((k, at));
             }
             randomness.decays(linear.interval[k], &mut decay);
+            linear.columns(k, &mut columns_of_step);
             for (p, (filter, run)) in filter.chunks_exact_mut(all).zip(run.chunks_exact_mut(n)).enumerate() {
                 let rows =
                     forcing.step[k * n * forcing.columns..(k + 1) * n * forcing.columns].chunks_exact(forcing.columns);
                 step.iter_mut().zip(rows).for_each(|(slot, row)| *slot = taken(row, &columns, p));
-                moved::<FUSED>(linear, k, &filter[..linear.width()], &step, &mut next);
+                moved::<FUSED>(&columns_of_step, &filter[..linear.width()], &step, &mut next);
                 filter[..n].copy_from_slice(&next[..n]);
                 for (row, decay) in filter[n..].iter_mut().zip(&decay) {
                     *row = row.map(|value| decay * value);
                 }
                 if began.is_some() {
-                    moved::<FUSED>(linear, k, run, &step, &mut next);
+                    moved::<FUSED>(&columns_of_step, run, &step, &mut next);
                     run.copy_from_slice(&next[..n]);
                 }
             }
@@ -189,8 +191,8 @@ impl Runs<'_> {
                 for by in by.chunks_exact_mut(n) {
                     for (r, slot) in next.iter_mut().enumerate() {
                         let mut sum = [0.0; FULL];
-                        for (slope, by) in linear.column(k - 1, r).iter().zip(&*by) {
-                            sum = plus::<FULL, FUSED>(sum, *slope, by);
+                        for (slope, by) in linear.column(k - 1, r).zip(&*by) {
+                            sum = plus::<FULL, FUSED>(sum, slope, by);
                         }
                         *slot = sum;
                     }
@@ -220,11 +222,12 @@ fn taken(row: &[f32], columns: &[usize], p: usize) -> Panel {
 
 /// Writes the states one step on.
 #[inline(always)]
-fn moved<const FUSED: bool>(linear: &LinearTrial, k: usize, states: &[Panel], step: &[Panel], next: &mut [Panel]) {
+fn moved<const FUSED: bool>(columns: &[f64], states: &[Panel], step: &[Panel], next: &mut [Panel]) {
+    let padded = next.len();
     for (at, next) in next.as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
         let mut sum = [[0.0; FULL]; BLOCK];
         sum.iter_mut().zip(step.iter().skip(at * BLOCK)).for_each(|(slot, step)| *slot = *step);
-        for (column, row) in linear.columns(k).zip(states) {
+        for (column, row) in columns.chunks_exact(padded).zip(states) {
             plus_each::<FUSED>(&mut sum, block(column, at), row);
         }
         *next = sum;

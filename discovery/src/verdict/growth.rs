@@ -76,7 +76,7 @@ fn of_trial(fit: &Fit, t: usize, trial: &Trial, randomness: &Randomness, horizon
         if let Some((_, known)) = next.next_if(|(start, _)| **start == k) {
             covariance = known.chunks_exact(width).take(n).flat_map(|row| row[..n].to_vec()).collect();
         } else if !covariance.is_empty() {
-            covariance = carried(&covariance, n, |c| linear.column(k, c));
+            covariance = carried(&covariance, n, |c| linear.column(k, c).collect());
         }
         if !covariance.iter().all(|v| v.is_finite()) {
             return (f64::INFINITY, count.max(1));
@@ -86,7 +86,7 @@ fn of_trial(fit: &Fit, t: usize, trial: &Trial, randomness: &Randomness, horizon
 }
 
 /// `F P Fᵀ`, the columns of `F` given.
-fn carried<'a>(covariance: &[f64], n: usize, column: impl Fn(usize) -> &'a [f64]) -> Vec<f64> {
+fn carried(covariance: &[f64], n: usize, column: impl Fn(usize) -> Vec<f64>) -> Vec<f64> {
     let product = |of: &dyn Fn(usize, usize) -> f64| {
         let mut out = vec![0.0; n * n];
         for c in 0..n {
