@@ -10,6 +10,7 @@ use crate::estimate::{Fit, for_trial};
 use crate::instruments::Clocks;
 use crate::model::Examined;
 use crate::outcome::Block;
+use crate::path::LinearTrial;
 use crate::refine::{Free, solve, varied_models};
 use crate::signature::{Along, Varied, sensitivities};
 use crate::survey::regularise;
@@ -65,12 +66,13 @@ impl ByBlock {
         let clocks = Clocks::set(&fit.randomness, trials);
         columns.extend((0..clocks.count()).map(Column::Clock));
         let blocks = blocks(trials);
+        let linear = fit.linear(trials);
         let parts: Vec<Vec<Normal>> = (0..trials.len())
             .into_par_iter()
             .map(|t| {
-                let forcing = sensitivities(&Along::new(fit, trials, t), &varied);
-                let forcing = clocks.beside(forcing, &fit.linear[t], &trials[t]);
-                parts(fit, t, &trials[t], &forcing, &blocks[t])
+                let forcing = sensitivities(&Along::new(fit, &linear, trials, t), &varied);
+                let forcing = clocks.beside(forcing, &linear[t], &trials[t]);
+                parts(fit, &linear[t], &trials[t], &forcing, &blocks[t])
             })
             .collect();
         let parts = parts.concat();
@@ -191,8 +193,7 @@ fn blocks(trials: &[Trial]) -> Vec<Vec<Block>> {
 }
 
 /// The normal equations of the parts of each block of a trial.
-fn parts(fit: &Fit, t: usize, trial: &Trial, forcing: &Forcing, blocks: &[Block]) -> Vec<Normal> {
-    let linear = &fit.linear[t];
+fn parts(fit: &Fit, linear: &LinearTrial, trial: &Trial, forcing: &Forcing, blocks: &[Block]) -> Vec<Normal> {
     let randomness = for_trial(&fit.randomness, trial);
     let mut normals = vec![Normal::empty(forcing.columns); PARTS * blocks.len()];
     whitened_rows(linear, &randomness, forcing, |at, innovation, e| {

@@ -17,6 +17,7 @@ use crate::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
 use crate::model::{Examined, WRENCH, disturb};
 use crate::path::{LinearTrial, Trajectory, linearise};
 use crate::randomness::Memory;
+use crate::shelf::Linear;
 use crate::sizes::{Sizes, usual_force};
 
 /// Correlation time of the latent disturbances in periods of the platform's swing on cables of fixed length: longer than the
@@ -32,8 +33,10 @@ pub(crate) struct Fit {
     pub(crate) examined: Examined,
     pub(crate) first: Vec<Vec<f64>>,
     pub(crate) trajectories: Vec<Trajectory>,
-    /// Shared by what starts from this fit.
-    pub(crate) linear: Arc<Vec<LinearTrial>>,
+    /// The model linearised along the trajectories, how late channels were taken to be then, and the sums of its defects.
+    linear: Linear,
+    late: Vec<f64>,
+    defects: Vec<f64>,
     pub(crate) randomness: Randomness,
     /// Share of its next move that each trajectory takes.
     pace: Vec<f64>,
@@ -247,7 +250,9 @@ impl Fit {
             examined,
             first,
             trajectories,
-            linear: Arc::default(),
+            linear: Linear::Given(Arc::default()),
+            late: Vec::new(),
+            defects: Vec::new(),
             randomness: randomness.clone(),
             pace: before.map_or_else(|| vec![1.0; trials.len()], |fit| fit.pace.clone()),
         };
@@ -268,7 +273,9 @@ impl Fit {
             examined,
             first: trajectories.iter().map(|trajectory| trajectory.states(0).to_vec()).collect(),
             trajectories,
-            linear: Arc::default(),
+            linear: Linear::Given(Arc::default()),
+            late: Vec::new(),
+            defects: Vec::new(),
             randomness,
             pace: vec![1.0; trials.len()],
         };
@@ -278,27 +285,42 @@ impl Fit {
 
     /// Linearises along the present trajectories.
     fn linearise(&mut self, trials: &[Trial]) -> Result<(), FitError> {
-        let linear = trials
-            .par_iter()
-            .enumerate()
-            .map(|(t, trial)| {
-                let late = for_trial(&self.randomness, trial).late;
-                linearise(&self.examined, trial, &self.trajectories[t], &self.first[t], &late)
-            })
-            .collect::<Result<_, _>>()?;
-        self.linear = Arc::new(linear);
+        // Those along the trajectories before take no room any more.
+        self.linear = Linear::Given(Arc::default());
+        self.late.clone_from(&self.randomness.late);
+        let linear = self.linearised(trials)?;
+        self.defects = linear.iter().map(LinearTrial::total_defect).collect();
+        self.linear = Linear::kept(linear);
         Ok(())
+    }
+
+    fn linearised(&self, trials: &[Trial]) -> Result<Vec<LinearTrial>, FitError> {
+        let randomness = Randomness { late: self.late.clone(), ..self.randomness.clone() };
+        let of_trial = |(t, trial): (usize, &Trial)| {
+            let late = for_trial(&randomness, trial).late;
+            linearise(&self.examined, trial, &self.trajectories[t], &self.first[t], &late)
+        };
+        trials.par_iter().enumerate().map(of_trial).collect()
+    }
+
+    /// The model linearised along the trajectories.
+    pub(crate) fn linear(&self, trials: &[Trial]) -> Arc<Vec<LinearTrial>> {
+        self.linear.models(|| {
+            let again = self.linearised(trials);
+            again.unwrap_or_else(|e| unreachable!("it was linearised along the same trajectories before: {e}"))
+        })
     }
 
     /// Moves the trajectories to the smoothed states, or most of the way where that has overshot before, and linearises
     /// there. Returns `-2 log L` as it was before.
     pub(crate) fn smooth(&mut self, trials: &[Trial]) -> Result<f64, FitError> {
-        let before: Vec<f64> = self.linear.iter().map(LinearTrial::total_defect).collect();
+        let before = self.defects.clone();
+        let linear = self.linear(trials);
         let moves: Vec<(Vec<f64>, f64)> = (0..trials.len())
             .into_par_iter()
             .map(|t| {
                 let randomness = for_trial(&self.randomness, &trials[t]);
-                smooth(&self.linear[t], &randomness)
+                smooth(&linear[t], &randomness)
             })
             .collect();
         for ((trajectory, (deviation, _)), pace) in self.trajectories.iter_mut().zip(&moves).zip(&self.pace) {
@@ -306,10 +328,10 @@ impl Fit {
                 *value += pace * move_;
             }
         }
+        drop(linear);
         self.linearise(trials)?;
-        for ((pace, linear), before) in self.pace.iter_mut().zip(self.linear.iter()).zip(before) {
-            let after = linear.total_defect();
-            let overshot = after > LEFT * before && after > NO_DEFECT * linear.len as f64;
+        for (((pace, after), before), trial) in self.pace.iter_mut().zip(&self.defects).zip(before).zip(trials) {
+            let overshot = *after > LEFT * before && *after > NO_DEFECT * trial.len() as f64;
             *pace = if overshot { SLOW } else { 1.0 };
         }
         Ok(moves.iter().map(|(_, value)| value).sum())
@@ -335,8 +357,8 @@ impl Fit {
 
     /// Mean defect of a sample, relative to the size of its state.
     fn defect(&self) -> f64 {
-        let samples: usize = self.linear.iter().map(|linear| linear.len).sum();
-        self.linear.iter().map(LinearTrial::total_defect).sum::<f64>() / samples as f64
+        let samples: usize = self.trajectories.iter().map(|path| path.values.len() / path.width).sum();
+        self.defects.iter().sum::<f64>() / samples as f64
     }
 
     /// Whether the trajectories are near ones that the model can make.
@@ -356,7 +378,9 @@ impl Fit {
             examined: self.examined.clone(),
             first: self.first.clone(),
             trajectories: Vec::new(),
-            linear: Arc::new(linear),
+            late: self.late.clone(),
+            defects: linear.iter().map(LinearTrial::total_defect).collect(),
+            linear: Linear::Given(Arc::new(linear)),
             randomness: self.randomness.clone(),
             pace: self.pace.clone(),
         }
@@ -364,7 +388,7 @@ impl Fit {
 
     /// The same fit on parts of its trials.
     pub(crate) fn part(&self, trials: &[Trial], parts: &[Trial]) -> Result<Self, FitError> {
-        let mut of_parts = Self { linear: Arc::default(), ..self.clone() };
+        let mut of_parts = Self { linear: Linear::Given(Arc::default()), ..self.clone() };
         for (t, (trial, part)) in trials.iter().zip(parts).enumerate() {
             let start = trial.time.partition_point(|time| *time < part.time[0]);
             let trajectory = &mut of_parts.trajectories[t];
@@ -379,9 +403,10 @@ impl Fit {
     }
 
     pub(crate) fn filter(&self, trials: &[Trial], randomness: &Randomness, keep: Keep) -> Vec<Filtered> {
+        let linear = self.linear(trials);
         (0..trials.len())
             .into_par_iter()
-            .map(|t| filter(&self.linear[t], &for_trial(randomness, &trials[t]), keep))
+            .map(|t| filter(&linear[t], &for_trial(randomness, &trials[t]), keep))
             .collect()
     }
 
@@ -393,7 +418,7 @@ impl Fit {
             let randomness = for_trial(randomness, trial);
             spread(linear, &randomness, &restarts(trial, horizon))
         };
-        let parts: Vec<Vec<(f64, usize)>> = trials.par_iter().zip(self.linear.par_iter()).map(of_trial).collect();
+        let parts: Vec<Vec<(f64, usize)>> = trials.par_iter().zip(self.linear(trials).par_iter()).map(of_trial).collect();
         let mut sums = vec![(0.0, 0); all.len()];
         for (trial, parts) in trials.iter().zip(parts) {
             for (channel, part) in trial.channels.iter().zip(parts) {
@@ -578,8 +603,9 @@ mod tests {
         let fit = crate::data::recording::fitted(&[], &whole);
         let part = [whole[0].part(0..80, String::new())];
         let begun = fit.part(&whole, &part).unwrap();
-        assert_eq!(begun.linear[0].len, 80);
+        let (linear, begun_linear) = (fit.linear(&whole), begun.linear(&part));
+        assert_eq!(begun_linear[0].len, 80);
         assert_eq!(begun.trajectories[0].values, fit.trajectories[0].values[..80 * fit.trajectories[0].width]);
-        assert_eq!(begun.linear[0].defect, fit.linear[0].defect[..79 * fit.linear[0].states]);
+        assert_eq!(begun_linear[0].defect, linear[0].defect[..79 * linear[0].states]);
     }
 }

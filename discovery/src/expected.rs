@@ -64,7 +64,7 @@ pub(crate) fn minus_two_log_likelihood(fit: &Fit, trials: &[Trial], randomness: 
         let normal = whiten(linear, &randomness, &without_errors(linear, errors));
         normal.minus_two_log_likelihood - normal.drop(&[1.0])
     };
-    fit.linear.par_iter().zip(trials).zip(&errors).map(of_trial).sum()
+    fit.linear(trials).par_iter().zip(trials).zip(&errors).map(of_trial).sum()
 }
 
 /// What taking errors off the winch forces does.

@@ -46,12 +46,13 @@ pub(crate) fn restarts(trial: &Trial, horizon: f64) -> Vec<usize> {
 /// of [`restarts`]. A stretch takes at least one sampling interval. What the filter knows by then of noise with memory and of
 /// drift is shown as well, fading as it does: it is as much a part of what is measured next as the state.
 pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
+    let linear = fit.linear(trials);
     (0..trials.len())
         .into_par_iter()
         .map(|t| {
             let trial = &trials[t];
             let randomness = for_trial(&fit.randomness, trial);
-            let filtered = filter(&fit.linear[t], &randomness, Keep::Innovations);
+            let filtered = filter(&linear[t], &randomness, Keep::Innovations);
             let m = trial.channels.len();
             let remembered = randomness.shown_by_channel(m);
             let mut memory = vec![0.0; randomness.memory.len()];

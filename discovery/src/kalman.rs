@@ -646,7 +646,7 @@ mod tests {
         let expected =
             Randomness { expected: Some(Expected { share: 0.6, time: 0.3, unrecorded: 0.0 }), ..rich.clone() };
         for randomness in [plain, rich, expected] {
-            let linear = &fit.linear[0];
+            let linear = &fit.linear(&trials)[0];
             let (smoothed, own) = smooth(linear, &randomness);
             let (value, expected, covariances) = dense(linear, &randomness);
             assert!((own - value).abs() < 1e-6 * value.abs(), "{own} {value}");
@@ -677,9 +677,9 @@ mod tests {
         let plain = crate::estimate::for_trial(&fit.randomness, &trials[0]);
         let memory = Memory { channel: 1, deviation: 3e-3, time: 0.5, drift: false };
         let randomness = Randomness { input: 40.0, jitter: 3e-3, ..plain }.with_memory(memory);
-        whitening_is_that_difference(&fit.linear[0], &randomness);
+        whitening_is_that_difference(&fit.linear(&trials)[0], &randomness);
         let expected = Some(Expected { share: 0.6, time: 0.3, unrecorded: 0.0 });
-        whitening_is_that_difference(&fit.linear[0], &Randomness { expected, ..randomness });
+        whitening_is_that_difference(&fit.linear(&trials)[0], &Randomness { expected, ..randomness });
     }
 
     fn whitening_is_that_difference(linear: &LinearTrial, randomness: &Randomness) {

@@ -47,6 +47,7 @@ mod round;
 mod search;
 mod second_look;
 mod settle;
+mod shelf;
 mod signature;
 mod sizes;
 mod spectrum;

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::kalman::{Keep, filter};
+use crate::path::LinearTrial;
 
 /// Blocks of time over all trials.
 const BLOCKS: usize = 24;
@@ -17,12 +18,13 @@ const BLOCKS: usize = 24;
 /// (R. W. M. Wedderburn, Biometrika 61 (1974), 439). At least one.
 pub(crate) fn overdispersion(one: &Fit, other: &Fit, trials: &[Trial]) -> f64 {
     let total: usize = trials.iter().map(Trial::len).sum();
+    let linear = [one, other].map(|fit| fit.linear(trials));
     let parts: Vec<(f64, f64, usize)> = (0..trials.len())
         .into_par_iter()
         .map(|t| {
             let whitened =
-                |fit: &Fit| filter(&fit.linear[t], &for_trial(&fit.randomness, &trials[t]), Keep::Innovations).whitened;
-            let (ours, theirs) = (whitened(one), whitened(other));
+                |fit: &Fit, linear: &[LinearTrial]| filter(&linear[t], &for_trial(&fit.randomness, &trials[t]), Keep::Innovations).whitened;
+            let (ours, theirs) = (whitened(one, &linear[0]), whitened(other, &linear[1]));
             let blocks = (BLOCKS * trials[t].len() / total).max(1);
             let rows = trials[t].len().div_ceil(blocks) * trials[t].channels.len();
             let sums = ours.chunks(rows).zip(theirs.chunks(rows)).map(|(ours, theirs)| {

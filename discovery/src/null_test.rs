@@ -22,6 +22,7 @@ use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::kalman::{Keep, Randomness, filter};
 use crate::outcome::NullTest;
+use crate::path::LinearTrial;
 use crate::regression::{Level, Penalty, all_pairs, rank};
 use crate::signature::Along;
 use crate::stream::Stream;
@@ -61,7 +62,8 @@ impl Weighing<'_> {
         let shifts: Vec<Vec<Shift>> =
             (0..self.trials.len()).map(|t| shifts(&self.trials[t], t)).collect::<Option<_>>()?;
         let pairs = all_pairs(self.library);
-        let of_trial = |t: usize| self.shifted(t, &shifts[t], &pairs);
+        let linear = self.fit.linear(self.trials);
+        let of_trial = |t: usize| self.shifted(&linear, t, &shifts[t], &pairs);
         let parts: Vec<(Normal, Shifted)> = (0..self.trials.len()).into_par_iter().map(of_trial).collect();
         let mut normal = Normal::empty(self.library.columns.len());
         parts.iter().for_each(|(part, _)| normal.add(part));
@@ -87,8 +89,14 @@ impl Weighing<'_> {
     }
 
     /// The normal equations of one trial, and its innovations, shifted the same in all channels, on its whitened signatures.
-    fn shifted(&self, t: usize, shifts: &[Shift], pairs: &[(usize, usize)]) -> (Normal, Shifted) {
-        let along = Along::new(self.fit, self.trials, t);
+    fn shifted(
+        &self,
+        linear: &[LinearTrial],
+        t: usize,
+        shifts: &[Shift],
+        pairs: &[(usize, usize)],
+    ) -> (Normal, Shifted) {
+        let along = Along::new(self.fit, linear, self.trials, t);
         let (linear, columns) = (along.linear, self.library.columns.len());
         let randomness = for_trial(self.randomness, &self.trials[t]);
         let filtered = filter(linear, &randomness, Keep::Innovations);
@@ -308,13 +316,14 @@ mod tests {
         let trials = [trial];
         weigh(&trials, |weighing| {
             let shift = |samples, waves, start| Shift { samples, waves, start };
+            let linear = weighing.fit.linear(&trials);
             let shifts = [shift(0, 0, 0.0), shift(77, 1, 0.3), shift(250, 5, 0.9)];
-            let (normal, sums) = weighing.shifted(0, &shifts, &all_pairs(weighing.library));
+            let (normal, sums) = weighing.shifted(&linear, 0, &shifts, &all_pairs(weighing.library));
             let randomness = for_trial(weighing.randomness, &trials[0]);
-            let filtered = filter(&weighing.fit.linear[0], &randomness, Keep::Innovations);
+            let filtered = filter(&linear[0], &randomness, Keep::Innovations);
             let wave = wave(trials[0].len());
             let columns = weighing.library.columns.len();
-            let along = Along::new(weighing.fit, weighing.trials, 0);
+            let along = Along::new(weighing.fit, &linear, weighing.trials, 0);
             let all = forcing(along, (&weighing.library.variations, &weighing.library.columns));
             let mut expected = vec![vec![0.0; columns]; 3];
             let mut pairs = [0; 3];

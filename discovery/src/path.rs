@@ -85,6 +85,15 @@ impl LinearTrial {
         self.states + self.disturbances
     }
 
+    /// What it takes of memory.
+    pub(crate) fn bytes(&self) -> usize {
+        let doubles = [&self.interval, &self.defect, &self.latents, &self.slopes, &self.shown, &self.rate, &self.residual];
+        size_of_val(&self.transition[..])
+            + doubles.map(|values| size_of_val(&values[..])).iter().sum::<usize>()
+            + size_of_val(&self.felt[..])
+            + size_of_val(&self.slack[..])
+    }
+
     /// Latents of the trajectory at sample `k`.
     pub(crate) fn latents(&self, k: usize) -> &[f64] {
         &self.latents[k * self.disturbances..(k + 1) * self.disturbances]
@@ -487,7 +496,8 @@ mod tests {
         let friction = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 0.01]).unwrap();
         let trials = [record(std::slice::from_ref(&friction), 20.0, 6)];
         let fit = fitted(&[friction], &trials);
-        let (trial, trajectory, linear) = (&trials[0], &fit.trajectories[0], &fit.linear[0]);
+        let linear = fit.linear(&trials);
+        let (trial, trajectory, linear) = (&trials[0], &fit.trajectories[0], &linear[0]);
         let mut fine = Simulation::from_states(
             fit.examined.plant.clone(),
             trial.time[0],

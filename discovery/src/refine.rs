@@ -111,14 +111,15 @@ fn proposals(
     let varied = varied_models(&fit.model, free);
     let usable: Vec<usize> = (0..free.len()).filter(|i| varied[*i].is_some()).collect();
     let varied: Vec<Varied> = varied.into_iter().flatten().collect();
+    let linear = fit.linear(trials);
     let parts: Vec<Vec<Normal>> = (0..trials.len())
         .into_par_iter()
         .map(|t| {
-            let forcing = sensitivities(&Along::new(fit, trials, t), &varied);
-            let forcing = clocks.beside(forcing, &fit.linear[t], &trials[t]);
+            let forcing = sensitivities(&Along::new(fit, &linear, trials, t), &varied);
+            let forcing = clocks.beside(forcing, &linear[t], &trials[t]);
             let whitened = sizes.par_iter().map(|randomness| {
                 let randomness = for_trial(randomness, &trials[t]);
-                whiten(&fit.linear[t], &randomness, &forcing)
+                whiten(&linear[t], &randomness, &forcing)
             });
             whitened.collect()
         })

@@ -26,9 +26,9 @@ pub(crate) struct Along<'a> {
 }
 
 impl<'a> Along<'a> {
-    /// Along a fit in the trial of number `t`.
-    pub(crate) fn new(fit: &'a Fit, trials: &'a [Trial], t: usize) -> Self {
-        let Fit { model, examined, linear, trajectories, .. } = fit;
+    /// Along a fit and its linear models in the trial of number `t`.
+    pub(crate) fn new(fit: &'a Fit, linear: &'a [LinearTrial], trials: &'a [Trial], t: usize) -> Self {
+        let Fit { model, examined, trajectories, .. } = fit;
         debug_assert_eq!(trajectories[t].width, examined.states() + examined.latents());
         Self { model, base: examined, linear: &linear[t], trial: &trials[t], trajectory: &trajectories[t] }
     }
@@ -436,7 +436,8 @@ mod tests {
         ];
         let trials = [record(&effects, 30.0, 4)];
         let fit = fitted(&effects, &trials);
-        let along = Along::new(&fit, &trials, 0);
+        let linear = fit.linear(&trials);
+        let along = Along::new(&fit, &linear, &trials, 0);
         let varied: Vec<Varied> =
             varied_models(&fit.model, &free_parameters(&fit.model, 0)).into_iter().flatten().collect();
         assert_eq!(varied.len(), 8, "friction has two parameters in use");
@@ -460,7 +461,8 @@ mod tests {
     fn quick_forcing_is_that_of_a_simulation() {
         let trials = [record(&[], 30.0, 3)];
         let fit = fitted(&[], &trials);
-        let along = Along::new(&fit, &trials, 0);
+        let linear = fit.linear(&trials);
+        let along = Along::new(&fit, &linear, &trials, 0);
         let late: [(&str, &[f64]); 4] = [
             ("winch_lag", &[0.2]),
             ("winch_delay", &[0.15]),

@@ -117,8 +117,9 @@ pub(crate) fn normals(
     sizes: &[Randomness],
     pairs: Option<&[(usize, usize)]>,
 ) -> Vec<Normal> {
+    let linear = fit.linear(trials);
     let of_trial = |t: usize| -> Vec<Normal> {
-        let along = Along::new(fit, trials, t);
+        let along = Along::new(fit, &linear, trials, t);
         let sizes: Vec<Randomness> = sizes.iter().map(|size| for_trial(size, &trials[t])).collect();
         let mut stream = Stream::new(along, columns);
         let at_size = |size| {
@@ -177,7 +178,8 @@ mod tests {
         ];
         let single = (0..variations.len()).map(|at| vec![(at, 1.0)]);
         let columns: Vec<Combination> = single.chain([vec![(0, 2.0), (2, -1.0)]]).collect();
-        let along = Along::new(&fit, &trials, 0);
+        let linear = fit.linear(&trials);
+        let along = Along::new(&fit, &linear, &trials, 0);
         let whole = whiten(along.linear, &for_trial(&fit.randomness, &trials[0]), &forcing(along, (&variations, &columns)));
         let sizes = [fit.randomness.clone(), fit.randomness.without_latents()];
         let all = normals(&fit, &trials, (&variations, &columns), &sizes, None);

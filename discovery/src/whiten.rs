@@ -53,6 +53,19 @@ impl Forcing {
         Self { first: 0, columns: 0, step: Vec::new(), sensor: Vec::new() }
     }
 
+    /// Some samples of it.
+    pub(crate) fn part(&self, linear: &LinearTrial, samples: &Range<usize>) -> Self {
+        let cut = |values: &[f32], of_sample: usize, end: usize| {
+            values[(samples.start - self.first) * of_sample..(end - self.first) * of_sample].to_vec()
+        };
+        Self {
+            first: samples.start,
+            columns: self.columns,
+            step: cut(&self.step, linear.states * self.columns, samples.end.min(linear.len - 1)),
+            sensor: cut(&self.sensor, linear.channels * self.columns, samples.end),
+        }
+    }
+
     /// Its signatures, then those of another.
     pub(crate) fn beside(self, other: &Self) -> Self {
         if self.columns == 0 {
@@ -176,32 +189,14 @@ impl Normal {
 
 /// Passes signatures through the filter and forms the normal equations (Willsky and Jones, generalised least squares).
 pub(crate) fn whiten(linear: &LinearTrial, randomness: &Randomness, forcing: &dyn Acting) -> Normal {
-    weighed(linear, randomness, forcing, None)
-}
-
-/// The same of some entries `(a, b)`, `b <= a`, of the Gram matrix alone; the others stay zero.
-pub(crate) fn whiten_pairs(
-    linear: &LinearTrial,
-    randomness: &Randomness,
-    forcing: &dyn Acting,
-    pairs: &[(usize, usize)],
-) -> Normal {
-    weighed(linear, randomness, forcing, Some(pairs))
-}
-
-fn weighed(
-    linear: &LinearTrial,
-    randomness: &Randomness,
-    forcing: &dyn Acting,
-    pairs: Option<&[(usize, usize)]>,
-) -> Normal {
     let mut whitening = Whitening::new(linear, randomness, forcing.columns());
-    let mut products = Products::new(forcing.columns(), pairs);
+    let mut products = Products::new(forcing.columns(), None);
     whitening.advance(forcing, linear.len, |_, innovation, e| products.push(e, innovation));
     products.normal(whitening.minus_two_log_likelihood())
 }
 
-/// Normal equations as they grow with the measurements.
+/// Normal equations as they grow with the measurements: of all entries of the Gram matrix, or of some entries `(a, b)`,
+/// `b <= a`, alone; the others stay zero.
 pub(crate) struct Products<'a> {
     normal: Normal,
     /// The entries that are formed, where these are not all.

@@ -1,10 +1,12 @@
 //! What signatures do to free runs: how far a simulation without the effect would be from the measurements.
 
+use std::ops::Range;
+
 use nalgebra::DMatrix;
 
 use crate::data::Trial;
 use crate::gap::restarts;
-use crate::kalman::{Filtered, Randomness};
+use crate::kalman::{Filtered, Randomness, covariances};
 use crate::path::LinearTrial;
 use crate::vector::{BLOCK, FULL, block, plus, plus_each, vectorised};
 use crate::whiten::Forcing;
@@ -33,72 +35,114 @@ impl FreeRuns {
     }
 }
 
-/// One trial and the filter's run over it, with the noise of its channels by which a gap over `horizon` (s) is measured.
-pub(super) struct Runs<'a> {
-    pub(super) linear: &'a LinearTrial,
-    pub(super) trial: &'a Trial,
-    pub(super) randomness: &'a Randomness,
-    pub(super) filtered: &'a Filtered,
-    /// The filter's covariance at each of [`after_starts`].
-    pub(super) covariances: &'a [Vec<f64>],
-    pub(super) noise: Vec<f64>,
-    pub(super) horizon: f64,
+/// One trial, the errors with which free runs over a horizon start in it, and the noise of its channels by which a gap is
+/// measured.
+pub(super) struct Course<'a> {
+    linear: &'a LinearTrial,
+    randomness: &'a Randomness,
+    noise: Vec<f64>,
+    /// The samples at which free runs start.
+    starts: Vec<usize>,
+    /// The filter's covariance at the sample after each: by then it has used the measurements of the start.
+    covariances: Vec<Vec<f64>>,
 }
 
-/// The samples after those at which free runs start: by then the filter has used the measurements of the start.
-pub(super) fn after_starts(trial: &Trial, horizon: f64) -> Vec<usize> {
-    restarts(trial, horizon).into_iter().map(|start| start + 1).filter(|after| *after < trial.len()).collect()
+impl<'a> Course<'a> {
+    pub(super) fn new(
+        linear: &'a LinearTrial,
+        trial: &Trial,
+        randomness: &'a Randomness,
+        noise: Vec<f64>,
+        horizon: f64,
+    ) -> Self {
+        let starts = restarts(trial, horizon);
+        let after = starts.iter().map(|start| start + 1).filter(|after| *after < linear.len);
+        Self { covariances: covariances(linear, randomness, after), linear, randomness, noise, starts }
+    }
+
+    fn is_start(&self, k: usize) -> bool {
+        self.starts.binary_search(&k).is_ok()
+    }
 }
 
 /// Numbers of some columns.
 type Panel = [f64; FULL];
 
-impl Runs<'_> {
-    /// The free runs of some columns of `forcing`, of each block of them by themselves.
-    ///
-    /// A run starts from the state that the filter has by then, which without the effect is itself wrong; so the error of the
-    /// filter is carried along, and the run begins with it. The error of a model without fault is that of the measurements and
-    /// that of the start, which is the same all through a run.
-    pub(super) fn of(&self, forcing: &Forcing, blocks: &[Vec<usize>]) -> Vec<FreeRuns> {
-        vectorised!(FUSED => self.of_in::<FUSED>(forcing, blocks))
+/// The free runs of some columns of signatures, of each block of them by themselves.
+///
+/// A run starts from the state that the filter has by then, which without the effect is itself wrong; so the error of the
+/// filter is carried along, and the run begins with it. The error of a model without fault is that of the measurements and
+/// that of the start, which is the same all through a run.
+pub(super) struct Runs<'a> {
+    course: &'a Course<'a>,
+    blocks: &'a [Vec<usize>],
+    columns: Vec<usize>,
+    out: Vec<FreeRuns>,
+    /// Truth minus estimate of the filter, and minus the free run: panel by panel, a row a state.
+    filter: Vec<Panel>,
+    run: Vec<Panel>,
+    /// The sample at which the present run began, and its number.
+    began: Option<(usize, usize)>,
+    /// Sample and channel, and what the signatures do there, of the present run.
+    told: Vec<(usize, usize)>,
+    done: Vec<Panel>,
+}
+
+impl<'a> Runs<'a> {
+    pub(super) fn new(course: &'a Course<'a>, blocks: &'a [Vec<usize>]) -> Self {
+        let columns = blocks.concat();
+        let (panels, n) = (columns.len().div_ceil(FULL), course.linear.states);
+        Self {
+            course,
+            blocks,
+            columns,
+            out: blocks.iter().map(|block| FreeRuns::empty(block.len())).collect(),
+            filter: vec![[0.0; FULL]; panels * (n + course.randomness.processes())],
+            run: vec![[0.0; FULL]; panels * n],
+            began: None,
+            told: Vec::new(),
+            done: Vec::new(),
+        }
+    }
+
+    /// Goes on over some samples of which the filter's run is given, up to the last.
+    pub(super) fn advance(&mut self, forcing: &Forcing, filtered: &Filtered, samples: &Range<usize>) {
+        vectorised!(FUSED => self.advance_in::<FUSED>(forcing, filtered, samples));
+    }
+
+    /// What was found.
+    pub(super) fn done(self) -> Vec<FreeRuns> {
+        let add = |out: FreeRuns| FreeRuns { scatter: out.scatter + &out.gram, ..out };
+        self.out.into_iter().map(add).collect()
     }
 
     #[inline(always)]
-    fn of_in<const FUSED: bool>(&self, forcing: &Forcing, blocks: &[Vec<usize>]) -> Vec<FreeRuns> {
-        let Self { linear, randomness, .. } = self;
+    fn advance_in<const FUSED: bool>(&mut self, forcing: &Forcing, filtered: &Filtered, samples: &Range<usize>) {
+        let Course { linear, randomness, noise, .. } = self.course;
         let (n, m) = (linear.states, linear.channels);
         let all = n + randomness.processes();
         let remembered = randomness.shown_by_channel(m);
-        let starts = restarts(self.trial, self.horizon);
-        let is_start = |k: usize| starts.binary_search(&k).is_ok();
-        let mut out: Vec<FreeRuns> = blocks.iter().map(|block| FreeRuns::empty(block.len())).collect();
-        let columns = blocks.concat();
-        let panels = columns.len().div_ceil(FULL);
-        // Truth minus estimate of the filter, and minus the free run: panel by panel, a row a state.
-        let mut filter = vec![[0.0; FULL]; panels * all];
-        let mut run = vec![[0.0; FULL]; panels * n];
-        let mut began = None;
-        // Sample and channel, and what the signatures do there, of the present run.
-        let mut told: Vec<(usize, usize)> = Vec::new();
-        let mut done: Vec<Panel> = Vec::new();
+        let is_start = |k: usize| self.course.is_start(k);
+        let panels = self.columns.len().div_ceil(FULL);
         let mut decay = vec![0.0; all - n];
         let mut columns_of_step = vec![0.0; linear.width() * linear.padded];
         let (mut step, mut next) = (vec![[0.0; FULL]; n], vec![[0.0; FULL]; linear.padded]);
-        for k in 0..linear.len {
-            let sensor = |j: usize| &forcing.sensor[(k * m + j) * forcing.columns..(k * m + j + 1) * forcing.columns];
-            if began.is_some() && (!is_start(k) || is_start(k.wrapping_sub(1))) {
+        for k in samples.clone() {
+            let (kept, each) = (k - samples.start, forcing.columns);
+            let sensor = |j: usize| &forcing.sensor[(kept * m + j) * each..(kept * m + j + 1) * each];
+            if self.began.is_some() && (!is_start(k) || is_start(k.wrapping_sub(1))) {
                 for j in (0..m).filter(|j| linear.residual[k * m + j].is_finite()) {
-                    for (p, run) in run.chunks_exact(n).enumerate() {
-                        let mut e = taken(sensor(j), &columns, p);
+                    for (p, run) in self.run.chunks_exact(n).enumerate() {
+                        let mut e = taken(sensor(j), &self.columns, p);
                         for (c, slope) in linear.shown_by(k, j) {
                             e = plus::<FULL, FUSED>(e, slope, &run[c]);
                         }
-                        done.push(e.map(|e| e / self.noise[j]));
+                        self.done.push(e.map(|e| e / noise[j]));
                     }
-                    told.push((k, j));
-                    let e = &done[done.len() - panels..].as_flattened();
+                    self.told.push((k, j));
+                    let e = &self.done[self.done.len() - panels..].as_flattened();
                     let mut first = 0;
-                    for (out, block) in out.iter_mut().zip(blocks) {
+                    for (out, block) in self.out.iter_mut().zip(self.blocks) {
                         out.count += 1;
                         let e = &e[first..first + block.len()];
                         first += block.len();
@@ -108,10 +152,10 @@ impl Runs<'_> {
                     }
                 }
             }
-            for j in (0..m).filter(|j| self.filtered.whitened[k * m + j].is_finite()) {
-                let gain = self.filtered.gain(k * m + j);
-                for (p, filter) in filter.chunks_exact_mut(all).enumerate() {
-                    let mut e = taken(sensor(j), &columns, p);
+            for j in (0..m).filter(|j| filtered.whitened[kept * m + j].is_finite()) {
+                let gain = filtered.gain(kept * m + j);
+                for (p, filter) in self.filter.chunks_exact_mut(all).enumerate() {
+                    let mut e = taken(sensor(j), &self.columns, p);
                     for (c, slope) in linear.shown_by(k, j) {
                         e = plus::<FULL, FUSED>(e, slope, &filter[c]);
                     }
@@ -124,55 +168,46 @@ impl Runs<'_> {
                 }
             }
             if (is_start(k) || k + 1 == linear.len)
-                && let Some(began) = began
+                && let Some(began) = self.began
             {
-                self.add_start::<FUSED>(&told, &done, began, &mut out);
-                told.clear();
-                done.clear();
+                self.add_start::<FUSED>(began);
+                self.told.clear();
+                self.done.clear();
             }
             if k + 1 == linear.len {
                 break;
             }
-            if let Ok(at) = starts.binary_search(&k) {
-                for (run, filter) in run.chunks_exact_mut(n).zip(filter.chunks_exact(all)) {
+            if let Ok(at) = self.course.starts.binary_search(&k) {
+                for (run, filter) in self.run.chunks_exact_mut(n).zip(self.filter.chunks_exact(all)) {
                     run.copy_from_slice(&filter[..n]);
                 }
-                began = Some((k, at));
+                self.began = Some((k, at));
             }
             randomness.decays(linear.interval[k], &mut decay);
             linear.columns(k, &mut columns_of_step);
-            for (p, (filter, run)) in filter.chunks_exact_mut(all).zip(run.chunks_exact_mut(n)).enumerate() {
-                let rows =
-                    forcing.step[k * n * forcing.columns..(k + 1) * n * forcing.columns].chunks_exact(forcing.columns);
-                step.iter_mut().zip(rows).for_each(|(slot, row)| *slot = taken(row, &columns, p));
+            let both = self.filter.chunks_exact_mut(all).zip(self.run.chunks_exact_mut(n));
+            for (p, (filter, run)) in both.enumerate() {
+                let rows = forcing.step[kept * n * each..(kept + 1) * n * each].chunks_exact(each);
+                step.iter_mut().zip(rows).for_each(|(slot, row)| *slot = taken(row, &self.columns, p));
                 moved::<FUSED>(&columns_of_step, &filter[..linear.width()], &step, &mut next);
                 filter[..n].copy_from_slice(&next[..n]);
                 for (row, decay) in filter[n..].iter_mut().zip(&decay) {
                     *row = row.map(|value| decay * value);
                 }
-                if began.is_some() {
+                if self.began.is_some() {
                     moved::<FUSED>(&columns_of_step, run, &step, &mut next);
                     run.copy_from_slice(&next[..n]);
                 }
             }
         }
-        for out in &mut out {
-            out.scatter += &out.gram;
-        }
-        out
     }
 
     /// Adds the covariance, by the error of the state from which run `at` `began`, of the sums of what the signatures do times
     /// what the error does.
     #[inline(always)]
-    fn add_start<const FUSED: bool>(
-        &self,
-        told: &[(usize, usize)],
-        done: &[Panel],
-        (began, at): (usize, usize),
-        out: &mut [FreeRuns],
-    ) {
-        let (linear, n) = (self.linear, self.linear.states);
+    fn add_start<const FUSED: bool>(&mut self, (began, at): (usize, usize)) {
+        let Self { course, out, told, done, .. } = self;
+        let (linear, n) = (course.linear, course.linear.states);
         let Some((last, _)) = told.last() else { return };
         let panels = done.len() / told.len();
         let mut by = vec![[0.0; FULL]; panels * n];
@@ -183,7 +218,7 @@ impl Runs<'_> {
             while let Some(((_, j), e)) = told.next_if(|((at, _), _)| *at == k) {
                 for (by, e) in by.chunks_exact_mut(n).zip(e) {
                     for (state, slope) in linear.shown_by(k, *j) {
-                        by[state] = plus::<FULL, FUSED>(by[state], slope / self.noise[*j], e);
+                        by[state] = plus::<FULL, FUSED>(by[state], slope / course.noise[*j], e);
                     }
                 }
             }
@@ -200,8 +235,8 @@ impl Runs<'_> {
                 }
             }
         }
-        let width = n + self.randomness.processes();
-        let covariance = DMatrix::from_fn(n, n, |r, c| self.covariances[at][r * width + c]);
+        let width = n + course.randomness.processes();
+        let covariance = DMatrix::from_fn(n, n, |r, c| course.covariances[at][r * width + c]);
         let mut first = 0;
         for out in out {
             let by = DMatrix::from_fn(n, out.gram.nrows(), |r, c| {

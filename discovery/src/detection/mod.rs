@@ -25,17 +25,17 @@ use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, for_trial};
 use crate::extension::count_in_use;
 use crate::fitted::Fitted;
-use crate::kalman::{Keep, covariances, filter};
+use crate::kalman::{Keep, Run};
 use crate::outcome::DetectionLimit;
 use crate::refine::{free_parameters, varied_models};
 use crate::search::{EVIDENCE, Search};
 use crate::signature::{Along, Varied, sensitivities};
 use crate::sizes::Sizes;
-use crate::stream::forcing;
+use crate::stream::Stream;
 use crate::verdict::{POLICY, Reach};
-use crate::whiten::{Forcing, Normal, whiten_pairs};
+use crate::whiten::{Forcing, Normal, Products, Whitening};
 
-use free_run::{FreeRuns, Runs, after_starts};
+use free_run::{Course, FreeRuns, Runs};
 use motion::{is_of_motion, moves};
 pub(crate) use reading::Reading;
 use reading::{Kind, readings, untypical};
@@ -96,39 +96,14 @@ impl Search<'_> {
         let varied = varied_models(&fitted.train.model, &free_parameters(&fitted.train.model, self.free_from));
         let varied: Vec<Varied> = varied.into_iter().flatten().collect();
         let e = self.evidence;
-        let free = [(&fitted.train, &e.train), (&fitted.holdout, &e.holdout)]
-            .map(|(fit, trials)| free_forcing(fit, trials, &varied));
-        let parts = candidates.chunks(AT_A_TIME).flat_map(|some| self.visibility_of(fitted, library, some, &free));
-        parts.collect()
-    }
-
-    /// The same of some of them, beside the sensitivities to what is `free`, on training and held-out data.
-    fn visibility_of(
-        &self,
-        fitted: &Fitted,
-        library: &Library,
-        candidates: &[usize],
-        free: &[Vec<Forcing>; 2],
-    ) -> Vec<Visibility> {
         let own = library.of_columns(&columns_of(library, candidates));
-        let e = self.evidence;
-        let free_columns = free[0].first().map_or(0, |forcing| forcing.columns);
-        let mut train = all_forcing(&fitted.train, &e.train, &own, &free[0]);
-        let mut holdout = all_forcing(&fitted.holdout, &e.holdout, &own, &free[1]);
-        let blocks: Vec<Vec<usize>> = places(library, candidates);
-        let columns = own.columns.len();
-        let normal = normal(&fitted.train, &e.train, &train, &pairs(&blocks, columns, free_columns));
-        let nuisance = nuisance(&normal, columns);
-        if free_columns > 0 {
-            for forcing in train.iter_mut().chain(&mut holdout) {
-                *forcing = clear(forcing, &nuisance);
-            }
-        }
-        let pairs = pairs(&blocks, columns, 0);
-        let [train, held] = [(&fitted.train, &e.train, &train), (&fitted.holdout, &e.holdout, &holdout)]
-            .map(|(fit, trials, forcing)| self::normal(fit, trials, forcing, &pairs));
+        let (blocks, columns) = (places(library, candidates), own.columns.len());
+        let wanted = pairs(&blocks, columns, varied.len());
+        let train = with_free(&fitted.train, &e.train, &own, &varied, &wanted);
+        let nuisance = nuisance(&train, columns);
+        let train = cleared(&train, &nuisance);
+        let (held, runs) = self.held_out(&fitted.holdout, &own, &varied, &nuisance, &blocks);
         let reaches = [self.reaches.main, self.reaches.long];
-        let runs = reaches.map(|reach| self.free_runs(&fitted.holdout, &holdout, &blocks, reach));
         let gram = |normal: &Normal, block: &[usize]| {
             DMatrix::from_fn(block.len(), block.len(), |a, b| normal.gram[block[a] * normal.columns + block[b]])
         };
@@ -140,35 +115,65 @@ impl Search<'_> {
         blocks.iter().enumerate().map(of).collect()
     }
 
+    /// What a library's columns, clear of what varies freely, do to the innovations of held-out data, and those of each of
+    /// `blocks` to free runs over either horizon.
+    fn held_out(
+        &self,
+        fit: &Fit,
+        library: &Library,
+        varied: &[Varied],
+        nuisance: &DMatrix<f64>,
+        blocks: &[Vec<usize>],
+    ) -> (Normal, [Vec<FreeRuns>; 2]) {
+        let trials = &self.evidence.holdout;
+        let reaches = [self.reaches.main, self.reaches.long];
+        let noises = reaches.map(|reach| {
+            let spread = self.instruments.as_ref().map(|randomness| fit.spread(trials, randomness, reach.horizon));
+            spread.unwrap_or_else(|| self.evidence.noise.clone())
+        });
+        let columns = library.columns.len();
+        let wanted = pairs(blocks, columns, 0);
+        let groups = groups_of_blocks(blocks);
+        let mut normal = Normal::empty(columns);
+        let mut out = reaches.map(|_| blocks.iter().map(|block| FreeRuns::empty(block.len())).collect::<Vec<_>>());
+        let linear = fit.linear(trials);
+        for (t, trial) in trials.iter().enumerate() {
+            let along = Along::new(fit, &linear, trials, t);
+            let free = sensitivities(&along, varied);
+            let randomness = for_trial(&fit.randomness, trial);
+            let all = Channel::all(trial.cables());
+            let course = |at: usize| {
+                let of = |c: &Channel| all.iter().position(|a| a == c).map_or(f64::NAN, |c| noises[at][c]);
+                let noise = trial.channels.iter().map(of).collect();
+                Course::new(along.linear, trial, &randomness, noise, reaches[at].horizon)
+            };
+            let courses = [course(0), course(1)];
+            let mut runs: Vec<Runs<'_>> =
+                courses.iter().flat_map(|course| groups.iter().map(|group| Runs::new(course, group))).collect();
+            let mut whitening = Whitening::new(along.linear, &randomness, columns);
+            let mut products = Products::new(columns, Some(&wanted));
+            let mut filter = Run::new(along.linear, &randomness);
+            let mut stream = Stream::new(along, (&library.variations, &library.columns));
+            while let Some(samples) = stream.stretch() {
+                let own = stream.advance(samples.end);
+                let signatures =
+                    if free.columns == 0 { own } else { clear(&own.beside(&free.part(along.linear, &samples)), nuisance) };
+                whitening.advance(&signatures, samples.end, |_, innovation, e| products.push(e, innovation));
+                let filtered = filter.advance(samples.end, Keep::Gains);
+                runs.par_iter_mut().for_each(|runs| runs.advance(&signatures, &filtered, &samples));
+            }
+            let mut part = products.normal(whitening.minus_two_log_likelihood());
+            part.silence(&stream.silent());
+            normal.add(&part);
+            let mut found = runs.into_iter().flat_map(Runs::done);
+            out.iter_mut().flatten().zip(&mut found).for_each(|(sum, part)| sum.add(&part));
+        }
+        (normal, out)
+    }
+
     /// The gap of a model without fault in units of the noise by which it is measured.
     fn floor(&self, reach: Reach) -> f64 {
         if self.instruments.is_some() { 1.0 } else { reach.attainable }
-    }
-
-    /// What the columns of each block do to free runs on held-out data.
-    fn free_runs(&self, fit: &Fit, forcing: &[Forcing], blocks: &[Vec<usize>], reach: Reach) -> Vec<FreeRuns> {
-        let trials = &self.evidence.holdout;
-        let spread = self.instruments.as_ref().map(|randomness| fit.spread(trials, randomness, reach.horizon));
-        let noise = spread.as_ref().unwrap_or(&self.evidence.noise);
-        let mut out: Vec<FreeRuns> = blocks.iter().map(|block| FreeRuns::empty(block.len())).collect();
-        for (t, trial) in trials.iter().enumerate() {
-            let randomness = for_trial(&fit.randomness, trial);
-            let all = Channel::all(trial.cables());
-            let of = |c: &Channel| all.iter().position(|a| a == c).map_or(f64::NAN, |at| noise[at]);
-            let runs = Runs {
-                linear: &fit.linear[t],
-                trial,
-                filtered: &filter(&fit.linear[t], &randomness, Keep::Gains),
-                covariances: &covariances(&fit.linear[t], &randomness, after_starts(trial, reach.horizon)),
-                randomness: &randomness,
-                noise: trial.channels.iter().map(of).collect(),
-                horizon: reach.horizon,
-            };
-            let parts: Vec<Vec<FreeRuns>> =
-                groups_of_blocks(blocks).par_iter().map(|group| runs.of(&forcing[t], group)).collect();
-            out.iter_mut().zip(parts.iter().flatten()).for_each(|(sum, part)| sum.add(part));
-        }
-        out
     }
 }
 
@@ -369,23 +374,6 @@ fn groups_of_blocks(blocks: &[Vec<usize>]) -> Vec<&[Vec<usize>]> {
     groups
 }
 
-/// Candidates that are looked at together: their signatures take as much room as all else.
-const AT_A_TIME: usize = 40;
-
-/// The sensitivities to what varies, in each trial.
-fn free_forcing(fit: &Fit, trials: &[Trial], varied: &[Varied]) -> Vec<Forcing> {
-    (0..trials.len()).map(|t| sensitivities(&Along::new(fit, trials, t), varied)).collect()
-}
-
-/// The forcing of a library's columns, then of what is `free`, in each trial.
-fn all_forcing(fit: &Fit, trials: &[Trial], library: &Library, free: &[Forcing]) -> Vec<Forcing> {
-    let of_trial = |t: usize| {
-        let own = forcing(Along::new(fit, trials, t), (&library.variations, &library.columns));
-        if free[t].columns == 0 { own } else { own.beside(&free[t]) }
-    };
-    (0..trials.len()).map(of_trial).collect()
-}
-
 /// The pairs of columns of which products are wanted: within a block, and of what is free (the last so many) with all.
 fn pairs(blocks: &[Vec<usize>], columns: usize, free: usize) -> Vec<(usize, usize)> {
     let within = blocks.iter().flat_map(|block| block.iter().flat_map(|a| block.iter().map(|b| (*a, *b))));
@@ -396,16 +384,55 @@ fn pairs(blocks: &[Vec<usize>], columns: usize, free: usize) -> Vec<(usize, usiz
     out
 }
 
-/// The normal equations of all trials.
-fn normal(fit: &Fit, trials: &[Trial], forcing: &[Forcing], pairs: &[(usize, usize)]) -> Normal {
+/// The normal equations of a library's columns, then of what varies freely, along a fit.
+fn with_free(
+    fit: &Fit,
+    trials: &[Trial],
+    library: &Library,
+    varied: &[Varied],
+    pairs: &[(usize, usize)],
+) -> Normal {
+    let linear = fit.linear(trials);
+    let columns = library.columns.len() + varied.len();
     let part = |t: usize| {
+        let along = Along::new(fit, &linear, trials, t);
+        let free = sensitivities(&along, varied);
         let randomness = for_trial(&fit.randomness, &trials[t]);
-        whiten_pairs(&fit.linear[t], &randomness, &forcing[t], pairs)
+        let mut whitening = Whitening::new(along.linear, &randomness, columns);
+        let mut products = Products::new(columns, Some(pairs));
+        let mut stream = Stream::new(along, (&library.variations, &library.columns));
+        while let Some(samples) = stream.stretch() {
+            let own = stream.advance(samples.end);
+            let all = if free.columns == 0 { own } else { own.beside(&free.part(along.linear, &samples)) };
+            whitening.advance(&all, samples.end, |_, innovation, e| products.push(e, innovation));
+        }
+        let mut normal = products.normal(whitening.minus_two_log_likelihood());
+        normal.silence(&stream.silent());
+        normal
     };
     let parts: Vec<Normal> = (0..trials.len()).into_par_iter().map(part).collect();
-    let mut normal = Normal::empty(forcing.first().map_or(0, |forcing| forcing.columns));
+    let mut normal = Normal::empty(columns);
     parts.iter().for_each(|part| normal.add(part));
     normal
+}
+
+/// The normal equations of the first columns, with what the free ones after them make up for taken off.
+fn cleared(normal: &Normal, nuisance: &DMatrix<f64>) -> Normal {
+    let (free, columns) = nuisance.shape();
+    let known = |value: f64| if value.is_finite() { value } else { 0.0 };
+    let product = |a: usize, b: usize| known(normal.gram[a * normal.columns + b]);
+    let of_free = DMatrix::from_fn(free, free, |a, b| product(columns + a, columns + b));
+    let with_free = DMatrix::from_fn(free, columns, |a, c| product(columns + a, c));
+    // Of own columns with the free ones, when half of what these make up for is taken off.
+    let half = with_free - 0.5 * of_free * nuisance;
+    let mut out = normal.picked(0..columns);
+    for a in 0..columns {
+        for b in 0..columns {
+            let made_up = half.column(a).dot(&nuisance.column(b)) + half.column(b).dot(&nuisance.column(a));
+            out.gram[a * columns + b] -= made_up;
+        }
+    }
+    out
 }
 
 /// How much of each free parameter (after the first so many columns) makes up for a unit of each column.
@@ -444,5 +471,5 @@ fn clear(forcing: &Forcing, nuisance: &DMatrix<f64>) -> Forcing {
         };
         values.chunks_exact(forcing.columns).flat_map(row).collect()
     };
-    Forcing { first: 0, columns, step: of(&forcing.step), sensor: of(&forcing.sensor) }
+    Forcing { first: forcing.first, columns, step: of(&forcing.step), sensor: of(&forcing.sensor) }
 }

@@ -243,7 +243,8 @@ fn normal(random: &mut fastrand::Rng) -> f64 {
 
 /// At each size of the latent forces `-2 log L` of noise alone and the normal equations of all columns, none first.
 fn normals(fit: &Fit, open: &Open, columns: &Columns, trial: &Trial) -> Result<Vec<(f64, Normal)>, String> {
-    let along = Along::new(fit, std::slice::from_ref(trial), 0);
+    let linear = fit.linear(std::slice::from_ref(trial));
+    let along = Along::new(fit, &linear, std::slice::from_ref(trial), 0);
     // A law without states of its own acts through the rates, and the variational equation is exact; for weighing by quadrature
     // two laws with forces that cancel on the whole would be too far apart.
     let (mut through_rates, mut others, mut places) = (Vec::new(), Vec::new(), Vec::new());

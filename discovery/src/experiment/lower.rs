@@ -49,7 +49,8 @@ impl Lower<'_> {
         let own = library.of_columns(&columns_of(&library, &candidates));
         let free = varied_models(self.model, &free_parameters(self.model, self.given));
         let free: Vec<Varied> = free.into_iter().flatten().collect();
-        let along = Along::new(&fit, std::slice::from_ref(&trial), 0);
+        let linear = fit.linear(std::slice::from_ref(&trial));
+        let along = Along::new(&fit, &linear, std::slice::from_ref(&trial), 0);
         let signatures = forcing(along, (&own.variations, &own.columns));
         let all = signatures.beside(&sensitivities(&along, &free));
         let randomness = for_trial(&fit.randomness, &trial);

@@ -68,7 +68,7 @@ impl Clocks {
             let randomness = for_trial(randomness, trial);
             whiten(linear, &randomness, &forcing)
         };
-        let parts: Vec<Normal> = trials.par_iter().zip(fit.linear.par_iter()).map(of_trial).collect();
+        let parts: Vec<Normal> = trials.par_iter().zip(fit.linear(trials).par_iter()).map(of_trial).collect();
         let mut normal = Normal::empty(self.count());
         parts.iter().for_each(|part| normal.add(part));
         normal

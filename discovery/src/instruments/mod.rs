@@ -267,9 +267,10 @@ impl<'a> Sizing<'a> {
     /// Whether a look at the beginnings of the trials says that the instruments may have what an explanation gains.
     fn promises(&self, fit: &Fit, gain: f64) -> bool {
         let count = |t: &Trial| t.time.iter().take_while(|time| **time - t.time[0] <= BEGINNING).count();
-        let linear: Vec<LinearTrial> = fit.linear.iter().zip(self.trials).map(|(l, t)| l.beginning(count(t))).collect();
+        let whole = fit.linear(self.trials);
+        let linear: Vec<LinearTrial> = whole.iter().zip(self.trials).map(|(l, t)| l.beginning(count(t))).collect();
         let samples = |linear: &[LinearTrial]| linear.iter().map(|l| l.len).sum::<usize>() as f64;
-        let share = samples(&linear) / samples(&fit.linear);
+        let share = samples(&linear) / samples(&whole);
         let begun = fit.along(linear);
         let begin = self.at(&begun, fit.randomness.clone());
         let kinds = self.kinds(&fit.randomness).into_iter().filter(|kind| !matches!(kind, Kind::Drift(_)));

@@ -82,8 +82,9 @@ impl Segments {
             own.clone().flat_map(move |a| (own.start..=a).map(move |b| (a, b)))
         };
         let pairs: Vec<(usize, usize)> = candidates.iter().flat_map(pairs_of).collect();
+        let linear = without.linear(trials);
         let of_trial = |t: usize| {
-            let (trial, along) = (&trials[t], Along::new(without, trials, t));
+            let (trial, along) = (&trials[t], Along::new(without, &linear, trials, t));
             let places = Places::new(trial, edges);
             let sizes: Vec<Randomness> = sizes.iter().map(|size| for_trial(size, trial)).collect();
             let count = columns.len() * segments;

@@ -13,6 +13,7 @@ use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::gap::restarts;
 use crate::kalman::{Randomness, covariances};
+use crate::path::LinearTrial;
 use crate::outcome::{HORIZON, HORIZONS};
 
 /// Shorter horizons (s) for robots whose motion grows too fast for those of the report.
@@ -33,17 +34,18 @@ pub(crate) struct Reach {
 /// root mean square over samples and channels in units of `noise` (in the order of all channels).
 pub(crate) fn attainable(fit: &Fit, trials: &[Trial], noise: &[f64], horizon: f64) -> f64 {
     let nothing = Randomness { noise: noise.to_vec(), ..fit.randomness.without_latents() };
-    let parts: Vec<(f64, usize)> = (0..trials.len())
-        .into_par_iter()
-        .map(|t| of_trial(fit, t, &trials[t], &for_trial(&nothing, &trials[t]), horizon))
+    let linear = fit.linear(trials);
+    let parts: Vec<(f64, usize)> = trials
+        .par_iter()
+        .zip(&linear[..])
+        .map(|(trial, linear)| of_trial(linear, trial, &for_trial(&nothing, trial), horizon))
         .collect();
     let (sum, count) = parts.into_iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
     (sum / count.max(1) as f64).sqrt()
 }
 
 /// Sum over the predictions of one trial of their variance over that of the noise, and their number.
-fn of_trial(fit: &Fit, t: usize, trial: &Trial, randomness: &Randomness, horizon: f64) -> (f64, usize) {
-    let linear = &fit.linear[t];
+fn of_trial(linear: &LinearTrial, trial: &Trial, randomness: &Randomness, horizon: f64) -> (f64, usize) {
     let n = linear.states;
     let starts = restarts(trial, horizon);
     // The sample of a restart is used for the state; the filter has the covariance at the one after it.
@@ -92,7 +94,7 @@ fn carried(covariance: &[f64], n: usize, column: impl Fn(usize) -> Vec<f64>) -> 
         for c in 0..n {
             let slopes = column(c);
             for (r, row) in out.chunks_exact_mut(n).enumerate() {
-                for (slot, slope) in row.iter_mut().zip(slopes) {
+                for (slot, slope) in row.iter_mut().zip(&slopes) {
                     *slot += of(r, c) * slope;
                 }
             }
