@@ -15,7 +15,7 @@ use cdpr::effect::EffectSpec;
 use crate::estimate::FitError;
 use crate::fitted::Fitted;
 use crate::journal::Outcome;
-use crate::null_test::{Chance, Weighing};
+use crate::null_test::Chance;
 use crate::outcome::NullTest;
 use crate::round::Signatures;
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
@@ -94,10 +94,7 @@ impl Search<'_> {
     /// What chance explains along a fit; none where the recordings are too short to tell.
     fn chance(&self, fitted: &Fitted, signatures: &Signatures) -> Option<Chance> {
         let (fit, trials) = (&fitted.train, &self.evidence.train[..]);
-        let (library, randomness) = (&signatures.library, &fit.randomness);
-        let (level, chance) = Weighing { fit, trials, library, randomness, penalty: self.penalty }.chance()?;
-        signatures.keep(randomness, &level);
-        Some(chance)
+        signatures.weighed(fit, trials, &fit.randomness).chance(&signatures.library, self.penalty)
     }
 }
 

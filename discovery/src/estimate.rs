@@ -418,7 +418,8 @@ impl Fit {
             let randomness = for_trial(randomness, trial);
             spread(linear, &randomness, &restarts(trial, horizon))
         };
-        let parts: Vec<Vec<(f64, usize)>> = trials.par_iter().zip(self.linear(trials).par_iter()).map(of_trial).collect();
+        let parts: Vec<Vec<(f64, usize)>> =
+            trials.par_iter().zip(self.linear(trials).par_iter()).map(of_trial).collect();
         let mut sums = vec![(0.0, 0); all.len()];
         for (trial, parts) in trials.iter().zip(parts) {
             for (channel, part) in trial.channels.iter().zip(parts) {

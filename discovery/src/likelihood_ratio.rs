@@ -22,8 +22,9 @@ pub(crate) fn overdispersion(one: &Fit, other: &Fit, trials: &[Trial]) -> f64 {
     let parts: Vec<(f64, f64, usize)> = (0..trials.len())
         .into_par_iter()
         .map(|t| {
-            let whitened =
-                |fit: &Fit, linear: &[LinearTrial]| filter(&linear[t], &for_trial(&fit.randomness, &trials[t]), Keep::Innovations).whitened;
+            let whitened = |fit: &Fit, linear: &[LinearTrial]| {
+                filter(&linear[t], &for_trial(&fit.randomness, &trials[t]), Keep::Innovations).whitened
+            };
             let (ours, theirs) = (whitened(one, &linear[0]), whitened(other, &linear[1]));
             let blocks = (BLOCKS * trials[t].len() / total).max(1);
             let rows = trials[t].len().div_ceil(blocks) * trials[t].channels.len();

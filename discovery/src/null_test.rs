@@ -13,6 +13,7 @@
 //! magnitude.
 
 use std::f64::consts::{SQRT_2, TAU};
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -45,47 +46,61 @@ pub(crate) struct Weighing<'a> {
     pub(crate) trials: &'a [Trial],
     pub(crate) library: &'a Library,
     pub(crate) randomness: &'a Randomness,
-    pub(crate) penalty: Penalty,
+}
+
+/// What comes of weighing all candidates.
+#[derive(Clone)]
+pub(crate) struct Weighed {
+    pub(crate) level: Level,
+    /// The right side of the normal equations at every shift; none where a trial is too short.
+    shifted: Option<Arc<Vec<Vec<f64>>>>,
+}
+
+impl Weighed {
+    /// The weighing beside what shifted innovations make of it; `threshold` is the gain from which a candidate would be
+    /// looked at.
+    pub(crate) fn null_test(&self, library: &Library, penalty: Penalty, threshold: f64) -> Option<NullTest> {
+        Some(self.chance(library, penalty)?.against(gain(library, &self.level, penalty), threshold))
+    }
+
+    /// What the best candidate gains from innovations that are shifted.
+    pub(crate) fn chance(&self, library: &Library, penalty: Penalty) -> Option<Chance> {
+        let gain_at = |right: &Vec<f64>| {
+            let normal = Normal { right: right.clone(), ..self.level.normal.clone() };
+            gain(library, &Level { normal }, penalty)
+        };
+        Some(Chance { gains: self.shifted.as_ref()?.par_iter().map(gain_at).collect() })
+    }
+}
+
+/// Gain of the best candidate.
+fn gain(library: &Library, level: &Level, penalty: Penalty) -> f64 {
+    let ranked = rank(library, std::slice::from_ref(level), penalty);
+    ranked.first().map_or(f64::NEG_INFINITY, |best| level.normal.minus_two_log_likelihood - best.score)
 }
 
 impl Weighing<'_> {
-    /// Repeats the weighing with shifted innovations; `threshold` is the gain from which a candidate would be looked at.
-    /// `None` where a trial is too short.
-    pub(crate) fn null_test(&self, threshold: f64) -> Option<NullTest> {
-        let (level, chance) = self.chance()?;
-        Some(chance.against(self.gain(&level), threshold))
-    }
-
-    /// The normal equations of all candidates, and what the best one gains from innovations that are shifted. `None` where a
-    /// trial is too short.
-    pub(crate) fn chance(&self) -> Option<(Level, Chance)> {
-        let shifts: Vec<Vec<Shift>> =
-            (0..self.trials.len()).map(|t| shifts(&self.trials[t], t)).collect::<Option<_>>()?;
+    /// Weighs the candidates against the innovations as they are and shifted.
+    pub(crate) fn weigh(&self) -> Weighed {
+        let shifts: Option<Vec<Vec<Shift>>> = (0..self.trials.len()).map(|t| shifts(&self.trials[t], t)).collect();
         let pairs = all_pairs(self.library);
         let linear = self.fit.linear(self.trials);
-        let of_trial = |t: usize| self.shifted(&linear, t, &shifts[t], &pairs);
+        let of_trial = |t: usize| {
+            let shifts = shifts.as_ref().map_or(&[][..], |shifts| &shifts[t]);
+            self.shifted(&linear, t, shifts, &pairs)
+        };
         let parts: Vec<(Normal, Shifted)> = (0..self.trials.len()).into_par_iter().map(of_trial).collect();
         let mut normal = Normal::empty(self.library.columns.len());
         parts.iter().for_each(|(part, _)| normal.add(part));
-        let found = Level { normal };
-        let mut level = found.clone();
-        let gains = (0..SHIFTS).map(|i| {
+        let shifted = |i: usize| -> Vec<f64> {
             let pairs: usize = parts.iter().map(|(_, p)| p.pairs[i]).sum();
             // Where a gap meets a measurement nothing is added: the others stand for it.
-            let scale = (level.normal.count as f64 / pairs.max(1) as f64).sqrt();
-            for (c, slot) in level.normal.right.iter_mut().enumerate() {
-                *slot = scale * parts.iter().map(|(_, p)| f64::from(p.right[(c, i)])).sum::<f64>();
-            }
-            self.gain(&level)
-        });
-        let gains = gains.collect();
-        Some((found, Chance { gains }))
-    }
-
-    /// Gain of the best candidate.
-    fn gain(&self, level: &Level) -> f64 {
-        let ranked = rank(self.library, std::slice::from_ref(level), self.penalty);
-        ranked.first().map_or(f64::NEG_INFINITY, |best| level.normal.minus_two_log_likelihood - best.score)
+            let scale = (normal.count as f64 / pairs.max(1) as f64).sqrt();
+            let sum = |c: usize| parts.iter().map(|(_, p)| f64::from(p.right[(c, i)])).sum::<f64>();
+            (0..normal.columns).map(|c| scale * sum(c)).collect()
+        };
+        let shifted = shifts.map(|_| Arc::new((0..SHIFTS).map(shifted).collect()));
+        Weighed { level: Level { normal }, shifted }
     }
 
     /// The normal equations of one trial, and its innovations, shifted the same in all channels, on its whitened signatures.
@@ -212,19 +227,20 @@ mod tests {
     use crate::whiten::whitened_rows;
 
     /// Calls `look` with the weighing of the catalogue on the default model.
-    fn weigh<T>(trials: &[Trial], look: impl FnOnce(&Weighing<'_>) -> T) -> T {
+    fn weigh<T>(trials: &[Trial], look: impl FnOnce(&Weighing<'_>, Penalty) -> T) -> T {
         let fit = fitted(&[], trials);
         let library = catalogue(&fit.model, &Situation::of(trials));
         let count = trials.iter().flat_map(|trial| trial.measured.iter().flatten()).filter(|v| v.is_finite()).count();
         let (randomness, penalty) = (&fit.randomness, Penalty::new(count));
-        look(&Weighing { fit: &fit, trials, library: &library, randomness, penalty })
+        look(&Weighing { fit: &fit, trials, library: &library, randomness }, penalty)
     }
 
     fn test(missing: &[(&str, &[f64])]) -> NullTest {
         let effects: Vec<EffectSpec> =
             missing.iter().map(|(id, values)| EffectSpec::new(id, None, values).expect("an effect")).collect();
         let trials = [record(&effects, 30.0, 11), record(&effects, 24.0, 12)];
-        weigh(&trials, |weighing| weighing.null_test(10.0)).expect("room for shifts")
+        let look = |weighing: &Weighing<'_>, penalty| weighing.weigh().null_test(weighing.library, penalty, 10.0);
+        weigh(&trials, look).expect("room for shifts")
     }
 
     #[test]
@@ -314,7 +330,7 @@ mod tests {
             }
         }
         let trials = [trial];
-        weigh(&trials, |weighing| {
+        weigh(&trials, |weighing, _| {
             let shift = |samples, waves, start| Shift { samples, waves, start };
             let linear = weighing.fit.linear(&trials);
             let shifts = [shift(0, 0, 0.0), shift(77, 1, 0.3), shift(250, 5, 0.9)];

@@ -80,6 +80,15 @@ impl Randomness {
         (self.force, self.winch) == (other.force, other.winch)
     }
 
+    /// Whether all sizes are the same, also those of channels that are not measured.
+    pub(crate) fn same(&self, other: &Self) -> bool {
+        let measured = |own: &Self| Self { noise: Vec::new(), least_noise: Vec::new(), ..own.clone() };
+        let alike = |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.total_cmp(b).is_eq());
+        alike(&self.noise, &other.noise)
+            && alike(&self.least_noise, &other.least_noise)
+            && measured(self) == measured(other)
+    }
+
     /// The size of latent force from which one is searched for (N).
     pub(crate) fn first_latent(usual_force: f64) -> f64 {
         FIRST_LATENT * usual_force

@@ -41,14 +41,9 @@ pub(crate) fn ladder(randomness: &Randomness) -> Vec<Randomness> {
 const KEPT: usize = 40;
 
 /// Forms the normal equations at every size: all columns at the first, the best candidates' columns at the others.
-pub(crate) fn levels(
-    fit: &Fit,
-    trials: &[Trial],
-    signatures: &Signatures,
-    sizes: &[Randomness],
-) -> Vec<Level> {
+pub(crate) fn levels(fit: &Fit, trials: &[Trial], signatures: &Signatures, sizes: &[Randomness]) -> Vec<Level> {
     let library = &signatures.library;
-    let mut out = vec![signatures.level(fit, trials, &sizes[0])];
+    let mut out = vec![signatures.weighed(fit, trials, &sizes[0]).level];
     if sizes.len() > 1 {
         let best = rank(library, &out, Penalty::NONE);
         let mut columns: Vec<usize> =

@@ -1,6 +1,6 @@
 //! One round of the search: all candidates weighed, the best fitted, its rivals kept.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use crate::candidates::{Candidate, Library, Situation};
 use crate::data::Trial;
@@ -9,8 +9,8 @@ use crate::estimate::{Fit, FitError};
 use crate::fitted::Fitted;
 use crate::journal::Outcome;
 use crate::kalman::Randomness;
-use crate::null_test::Weighing;
-use crate::regression::{Level, Scored, all_pairs, baseline, ladder, levels, rank};
+use crate::null_test::{Weighed, Weighing};
+use crate::regression::{Scored, baseline, ladder, levels, rank};
 use crate::search::{EVIDENCE, ROUNDS, Search};
 use crate::stream::normals;
 use cdpr::effect::EffectSpec;
@@ -23,8 +23,8 @@ pub(crate) const MOST_RIVALS: usize = 3;
 /// Candidates along a fit of the training data.
 pub(crate) struct Signatures {
     pub(crate) library: Library,
-    /// The normal equations of all of them at the size of what is random at which they were weighed last.
-    weighed: Mutex<Option<(Randomness, Level)>>,
+    /// The size of what is random at which they were weighed last, and what came of it.
+    weighed: Mutex<Option<(Randomness, Weighed)>>,
 }
 
 impl Signatures {
@@ -32,28 +32,17 @@ impl Signatures {
         Self { library, weighed: Mutex::default() }
     }
 
-    /// The normal equations of all of them along their fit.
-    pub(crate) fn level(&self, fit: &Fit, trials: &[Trial], randomness: &Randomness) -> Level {
-        if let Some((known, level)) = &*self.known()
-            && known == randomness
+    /// What comes of weighing all of them along their fit.
+    pub(crate) fn weighed(&self, fit: &Fit, trials: &[Trial], randomness: &Randomness) -> Weighed {
+        let known = || self.weighed.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((size, weighed)) = &*known()
+            && size.same(randomness)
         {
-            return level.clone();
+            return weighed.clone();
         }
-        let columns = (&self.library.variations[..], &self.library.columns[..]);
-        let pairs = all_pairs(&self.library);
-        let normal = normals(fit, trials, columns, std::slice::from_ref(randomness), Some(&pairs)).remove(0);
-        let level = Level { normal };
-        self.keep(randomness, &level);
-        level
-    }
-
-    /// Keeps normal equations that were formed on another way.
-    pub(crate) fn keep(&self, randomness: &Randomness, level: &Level) {
-        *self.known() = Some((randomness.clone(), level.clone()));
-    }
-
-    fn known(&self) -> MutexGuard<'_, Option<(Randomness, Level)>> {
-        self.weighed.lock().unwrap_or_else(PoisonError::into_inner)
+        let weighed = Weighing { fit, trials, library: &self.library, randomness }.weigh();
+        *known() = Some((randomness.clone(), weighed.clone()));
+        weighed
     }
 }
 
@@ -85,7 +74,6 @@ impl Search<'_> {
         self.tried.extend(library.candidates.iter().map(|candidate| library.name(candidate)));
         let sizes = ladder(&fit.randomness);
         let levels = levels(fit, &e.train, signatures, &sizes);
-        let weighing = Weighing { fit, trials: &e.train, library, randomness: &sizes[0], penalty: self.penalty };
         let base = baseline(&levels);
         let ranked = rank(library, &levels, self.penalty);
         let gain = ranked.first().map_or(0.0, |best| base - best.score).max(0.0);
@@ -180,7 +168,8 @@ impl Search<'_> {
             }
         }
         if parsimony {
-            self.null_test = weighing.null_test(EVIDENCE);
+            let weighed = signatures.weighed(fit, &e.train, &sizes[0]);
+            self.null_test = weighed.null_test(library, self.penalty, EVIDENCE);
             if fit.randomness.has_latents() || self.something_left(fit, &e.train) {
                 let found = self.for_a_while(fitted, library, &ranked, 0.0)?;
                 if found.is_some() {
@@ -267,6 +256,16 @@ mod tests {
     use super::*;
     use crate::candidates::catalogue;
     use crate::data::recording::record;
+
+    /// The noise of a channel that is not measured is no number, and no number equals itself: all was weighed anew each time.
+    #[test]
+    fn sizes_are_known_again_though_channels_are_not_measured() {
+        let fit = crate::data::recording::fitted(&[], &[record(&[], 5.0, 1)]);
+        assert!(fit.randomness.noise.iter().any(|noise| noise.is_nan()));
+        assert!(fit.randomness.same(&ladder(&fit.randomness)[0]));
+        let larger = Randomness { force: 2.0 * fit.randomness.force, ..fit.randomness.clone() };
+        assert!(!fit.randomness.same(&larger));
+    }
 
     /// Drag was not compared with viscous friction where three kinds of inertia explained more at first sight.
     #[test]

@@ -244,7 +244,17 @@ impl Quick {
         let simulation = varied.simulation(trial, 0, &y);
         let acts = Acts { by_states: acts.by_states && own.is_empty(), ..acts };
         let rates = [vec![0.0; y.len()], vec![0.0; y.len()]];
-        Some(Self { acts, map, own, y, simulation, shown: Vec::new(), rates, difference: vec![0.0; base.states()], varied })
+        Some(Self {
+            acts,
+            map,
+            own,
+            y,
+            simulation,
+            shown: Vec::new(),
+            rates,
+            difference: vec![0.0; base.states()],
+            varied,
+        })
     }
 
     fn advance(&mut self, along: &Along<'_>, samples: &Range<usize>, base_rates: &[Vec<f64>; 2]) -> Option<Single> {

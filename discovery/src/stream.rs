@@ -122,9 +122,8 @@ pub(crate) fn normals(
         let along = Along::new(fit, &linear, trials, t);
         let sizes: Vec<Randomness> = sizes.iter().map(|size| for_trial(size, &trials[t])).collect();
         let mut stream = Stream::new(along, columns);
-        let at_size = |size| {
-            (Whitening::new(along.linear, size, columns.1.len()), Products::new(columns.1.len(), pairs))
-        };
+        let at_size =
+            |size| (Whitening::new(along.linear, size, columns.1.len()), Products::new(columns.1.len(), pairs));
         let mut levels: Vec<(Whitening<'_>, Products<'_>)> = sizes.iter().map(at_size).collect();
         while let Some(samples) = stream.stretch() {
             let forcing = stream.advance(samples.end);
@@ -180,7 +179,8 @@ mod tests {
         let columns: Vec<Combination> = single.chain([vec![(0, 2.0), (2, -1.0)]]).collect();
         let linear = fit.linear(&trials);
         let along = Along::new(&fit, &linear, &trials, 0);
-        let whole = whiten(along.linear, &for_trial(&fit.randomness, &trials[0]), &forcing(along, (&variations, &columns)));
+        let whole =
+            whiten(along.linear, &for_trial(&fit.randomness, &trials[0]), &forcing(along, (&variations, &columns)));
         let sizes = [fit.randomness.clone(), fit.randomness.without_latents()];
         let all = normals(&fit, &trials, (&variations, &columns), &sizes, None);
         assert_eq!((&all[0].gram, &all[0].right), (&whole.gram, &whole.right));

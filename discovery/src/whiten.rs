@@ -317,12 +317,7 @@ impl<'a> Whitening<'a> {
     }
 
     /// Goes on over the samples before `end`; `visit` as in [`whitened_rows`].
-    pub(crate) fn advance(
-        &mut self,
-        forcing: &dyn Acting,
-        end: usize,
-        mut visit: impl FnMut(usize, f64, &[f64]),
-    ) {
+    pub(crate) fn advance(&mut self, forcing: &dyn Acting, end: usize, mut visit: impl FnMut(usize, f64, &[f64])) {
         while self.next < end {
             let to = end.min(self.next + STRETCH);
             vectorised!(FUSED => self.rows::<FUSED>(forcing, to, &mut visit));

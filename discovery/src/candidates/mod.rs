@@ -139,16 +139,16 @@ impl Library {
 
     /// These columns alone, in their order, and what they are made of.
     pub(crate) fn of_columns(&self, columns: &[usize]) -> Self {
-        let mut lib = Self::new(self.cables);
-        for column in columns {
-            let mut combination = Combination::new();
-            for (at, weight) in &self.columns[*column] {
-                lib.variations.push(self.variations[*at].clone());
-                combination.push((lib.variations.len() - 1, *weight));
-            }
-            lib.columns.push(combination);
+        let mut used: Vec<usize> = columns.iter().flat_map(|c| &self.columns[*c]).map(|(at, _)| *at).collect();
+        used.sort_unstable();
+        used.dedup();
+        let place = |at: &usize| used.binary_search(at).unwrap_or_else(|_| unreachable!("it is one of those used"));
+        let column = |c: &usize| self.columns[*c].iter().map(|(at, weight)| (place(at), *weight)).collect();
+        Self {
+            variations: used.iter().map(|at| self.variations[*at].clone()).collect(),
+            columns: columns.iter().map(column).collect(),
+            ..Self::new(self.cables)
         }
-        lib
     }
 
     /// What tells a candidate from every other one: its id and cable, of a term also its target and text.

@@ -156,8 +156,11 @@ impl Search<'_> {
             let mut stream = Stream::new(along, (&library.variations, &library.columns));
             while let Some(samples) = stream.stretch() {
                 let own = stream.advance(samples.end);
-                let signatures =
-                    if free.columns == 0 { own } else { clear(&own.beside(&free.part(along.linear, &samples)), nuisance) };
+                let signatures = if free.columns == 0 {
+                    own
+                } else {
+                    clear(&own.beside(&free.part(along.linear, &samples)), nuisance)
+                };
                 whitening.advance(&signatures, samples.end, |_, innovation, e| products.push(e, innovation));
                 let filtered = filter.advance(samples.end, Keep::Gains);
                 runs.par_iter_mut().for_each(|runs| runs.advance(&signatures, &filtered, &samples));
@@ -385,13 +388,7 @@ fn pairs(blocks: &[Vec<usize>], columns: usize, free: usize) -> Vec<(usize, usiz
 }
 
 /// The normal equations of a library's columns, then of what varies freely, along a fit.
-fn with_free(
-    fit: &Fit,
-    trials: &[Trial],
-    library: &Library,
-    varied: &[Varied],
-    pairs: &[(usize, usize)],
-) -> Normal {
+fn with_free(fit: &Fit, trials: &[Trial], library: &Library, varied: &[Varied], pairs: &[(usize, usize)]) -> Normal {
     let linear = fit.linear(trials);
     let columns = library.columns.len() + varied.len();
     let part = |t: usize| {

@@ -194,8 +194,12 @@ fn what_has_no_derivative_makes_up_for_nothing() {
     normal.gram = vec![4.0, 2.0, f64::NAN, 2.0, 2.0, f64::INFINITY, f64::NAN, f64::INFINITY, f64::NAN];
     let found = super::nuisance(&normal, 1);
     assert!((found[(0, 0)] - 1.0).abs() < 1e-9 && found[(1, 0)] == 0.0, "{found}");
-    let forcing =
-        crate::whiten::Forcing { first: 0, columns: 3, step: vec![3.0, 1.0, f32::INFINITY], sensor: vec![5.0, 2.0, f32::NAN] };
+    let forcing = crate::whiten::Forcing {
+        first: 0,
+        columns: 3,
+        step: vec![3.0, 1.0, f32::INFINITY],
+        sensor: vec![5.0, 2.0, f32::NAN],
+    };
     let cleared = super::clear(&forcing, &found);
     assert_eq!((&cleared.step[..], &cleared.sensor[..]), (&[2.0][..], &[3.0][..]));
 }

@@ -86,8 +86,7 @@ fn a_candidate_is_weighed_in_a_part_of_the_time() {
     let base = search.base(&Model::default()).expect("a fit");
     let signatures = search.signatures(&base, Source::Catalogue);
     let sizes = ladder(&base.train.randomness);
-    let levels =
-        crate::regression::levels(&base.train, &evidence.train, &signatures, &sizes);
+    let levels = crate::regression::levels(&base.train, &evidence.train, &signatures, &sizes);
     let ranked = crate::regression::rank(&signatures.library, &levels, search.penalty);
     let proposed = search.weighed_in_time(&base.train, &signatures.library, &ranked);
     let (score, best) = &proposed[0];

@@ -13,8 +13,8 @@ use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::gap::restarts;
 use crate::kalman::{Randomness, covariances};
-use crate::path::LinearTrial;
 use crate::outcome::{HORIZON, HORIZONS};
+use crate::path::LinearTrial;
 
 /// Shorter horizons (s) for robots whose motion grows too fast for those of the report.
 const SHORTER: [f64; 8] = [2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01];
