@@ -87,7 +87,8 @@ impl LinearTrial {
 
     /// What it takes of memory.
     pub(crate) fn bytes(&self) -> usize {
-        let doubles = [&self.interval, &self.defect, &self.latents, &self.slopes, &self.shown, &self.rate, &self.residual];
+        let doubles =
+            [&self.interval, &self.defect, &self.latents, &self.slopes, &self.shown, &self.rate, &self.residual];
         size_of_val(&self.transition[..])
             + doubles.map(|values| size_of_val(&values[..])).iter().sum::<usize>()
             + size_of_val(&self.felt[..])
@@ -164,22 +165,12 @@ impl LinearTrial {
         }
     }
 
-    /// Lets channel `j` show what was a while ago: what is shown along the trajectory then, and of a deviation as much as it
-    /// was by its velocity. `sensor` is `∂h/∂x`, `channels × states` a sample.
-    fn delay(&mut self, sensor: &mut [f64], model: &Examined, time: &[f64], j: usize, late: f64) {
-        let (n, m) = (self.states, self.channels);
+    /// Lets channel `j` show what was shown along the trajectory a while ago.
+    fn delay(&mut self, time: &[f64], j: usize, late: f64) {
+        let m = self.channels;
         let column: Vec<f64> = (0..self.len).map(|k| self.shown[k * m + j]).collect();
         for (k, then) in earlier(time, &column, late).into_iter().enumerate() {
             self.residual[k * m + j] += column[k] - then;
-        }
-        let moving = (0..3).map(|axis| (axis, 3 + axis)).chain(
-            (0..model.plant.cables())
-                .filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))),
-        );
-        for (position, velocity) in moving {
-            for slopes in sensor.chunks_exact_mut(n).skip(j).step_by(m) {
-                slopes[velocity] -= late * slopes[position];
-            }
         }
     }
 
@@ -284,38 +275,82 @@ pub(crate) fn linearise(
         prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
         prior_deviation: prior_deviation(model),
     };
-    let mut sensor = vec![0.0; len * m * n];
     // Behind a dead time is what was commanded before.
     let stretch = if has_dead_time(model) { len } else { STRETCH };
     let parts = (
         linear.transition.par_chunks_mut(stretch * padded * width),
         linear.defect.par_chunks_mut(stretch * n),
-        sensor.par_chunks_mut(stretch * m * n),
         linear.shown.par_chunks_mut(stretch * m),
         linear.residual.par_chunks_mut(stretch * m),
         linear.felt.par_chunks_mut(stretch),
         linear.slack.par_chunks_mut(stretch),
     );
-    parts.into_par_iter().enumerate().try_for_each(
-        |(at, (transition, defect, sensor, shown, residual, felt, slack))| {
-            let part = Part { first: at * stretch, transition, defect, sensor, shown, residual, felt, slack };
-            part.fill(model, trial, trajectory)
-        },
-    )?;
+    let filled = parts.into_par_iter().enumerate().map(|(at, (transition, defect, shown, residual, felt, slack))| {
+        let part = Part { first: at * stretch, transition, defect, shown, residual, felt, slack };
+        part.fill(model, trial, trajectory, late)
+    });
+    let slopes = Slopes::joined(filled.collect::<Result<_, _>>()?);
     linear.rate = rates(&trial.time, &linear.shown, m);
     for (j, late) in late.iter().enumerate().filter(|(_, late)| **late != 0.0) {
-        linear.delay(&mut sensor, model, &trial.time, j, *late);
+        linear.delay(&trial.time, j, *late);
     }
     linear.transition.truncate((len - 1) * padded * width);
     linear.defect.truncate((len - 1) * n);
-    let shows = |j: usize, c: usize| (0..len).any(|k| sensor[(k * m + j) * n + c] != 0.0);
-    linear.shows = (0..m).map(|j| (0..n).filter(|c| shows(j, *c)).collect()).collect();
-    linear.first_slope = (0..m).map(|j| linear.shows[..j].iter().map(Vec::len).sum()).collect();
-    linear.slopes.reserve_exact(len * linear.slopes_of_sample());
-    for (at, slopes) in sensor.chunks_exact(n).enumerate() {
-        linear.slopes.extend(linear.shows[at % m].iter().map(|c| slopes[*c]));
-    }
+    linear.first_slope = (0..m).map(|j| slopes.shows[..j].iter().map(Vec::len).sum()).collect();
+    (linear.shows, linear.slopes) = (slopes.shows, slopes.values);
     Ok(linear)
+}
+
+/// Slopes of what the sensors show, those that are zero all the time left out.
+#[derive(Clone, Debug, PartialEq)]
+struct Slopes {
+    /// The states that each channel shows anything of.
+    shows: Vec<Vec<usize>>,
+    /// Slopes by these, channel after channel and sample after sample.
+    values: Vec<f64>,
+}
+
+impl Slopes {
+    /// Of `∂h/∂x`, `channels × states` a sample.
+    fn of(all: &[f64], channels: usize, states: usize) -> Self {
+        let rows = |j: usize| all.chunks_exact(states).skip(j).step_by(channels);
+        let shows = |j: usize| (0..states).filter(|c| rows(j).any(|slopes| slopes[*c] != 0.0)).collect();
+        let shows: Vec<Vec<usize>> = (0..channels).map(shows).collect();
+        let of_row = |(at, slopes)| -> Vec<f64> {
+            let slopes: &[f64] = slopes;
+            let at: usize = at;
+            shows[at % channels].iter().map(|c| slopes[*c]).collect()
+        };
+        Self { values: all.chunks_exact(states).enumerate().flat_map(of_row).collect(), shows }
+    }
+
+    /// Those of parts of a trial that follow one another.
+    fn joined(parts: Vec<Self>) -> Self {
+        let mut shows = parts.first().map_or_else(Vec::new, |part| part.shows.clone());
+        for part in &parts {
+            for (all, own) in shows.iter_mut().zip(&part.shows) {
+                all.extend(own);
+                all.sort_unstable();
+                all.dedup();
+            }
+        }
+        let mut values = Vec::with_capacity(parts.iter().map(|part| part.values.len()).sum());
+        for part in parts {
+            if part.shows == shows {
+                values.extend(part.values);
+                continue;
+            }
+            let mut own = part.values.iter();
+            let samples = part.values.len() / part.shows.iter().map(Vec::len).sum::<usize>().max(1);
+            for _ in 0..samples {
+                for (all, shown) in shows.iter().zip(&part.shows) {
+                    let slope = |c: &usize| if shown.contains(c) { own.next().copied().unwrap_or(0.0) } else { 0.0 };
+                    values.extend(all.iter().map(slope));
+                }
+            }
+        }
+        Self { shows, values }
+    }
 }
 
 /// Slopes in time of `channels` numbers a sample, from the neighbours on both sides.
@@ -362,7 +397,6 @@ struct Part<'a> {
     first: usize,
     transition: &'a mut [f32],
     defect: &'a mut [f64],
-    sensor: &'a mut [f64],
     shown: &'a mut [f64],
     residual: &'a mut [f64],
     felt: &'a mut [Inputs],
@@ -370,7 +404,9 @@ struct Part<'a> {
 }
 
 impl Part<'_> {
-    fn fill(self, model: &Examined, trial: &Trial, trajectory: &Trajectory) -> Result<(), FitError> {
+    /// Returns the slopes of what the sensors show, each channel `late` against its stamp: of a deviation it shows as much as
+    /// it was a while ago by its velocity.
+    fn fill(self, model: &Examined, trial: &Trial, trajectory: &Trajectory, late: &[f64]) -> Result<Slopes, FitError> {
         let (n, m, len) = (model.states(), trial.channels.len(), self.felt.len());
         let mut simulation = model.simulation(trial, self.first, trajectory.states(self.first));
         let mut sensors = SensorSlopes::new(model, trial);
@@ -378,7 +414,15 @@ impl Part<'_> {
         let mut variation = Variation::new(model);
         let mut carries = vec![0.0; self.transition.len() / len];
         let steps = self.transition.chunks_exact_mut(self.transition.len() / len).zip(self.defect.chunks_exact_mut(n));
-        let samples = self.sensor.chunks_exact_mut(m * n).zip(self.shown.chunks_exact_mut(m));
+        let moving: Vec<(usize, usize)> = (0..3)
+            .map(|axis| (axis, 3 + axis))
+            .chain(
+                (0..model.plant.cables())
+                    .filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))),
+            )
+            .collect();
+        let mut sensor = vec![0.0; len * m * n];
+        let samples = sensor.chunks_exact_mut(m * n).zip(self.shown.chunks_exact_mut(m));
         let samples = samples.zip(self.residual.chunks_exact_mut(m)).zip(self.felt.iter_mut().zip(self.slack));
         for (at, ((transition, defect), (((slopes, all_shown), residual), (all_felt, all_slack)))) in
             steps.zip(samples).enumerate()
@@ -397,6 +441,9 @@ impl Part<'_> {
             (*all_felt, *all_slack) = (felt, slack);
             if !model.sensor_slopes(trial.time[k], &e, &trial.channels, slopes) {
                 sensors.at(&simulation, &moment, &shown, slopes);
+            }
+            for (slopes, late) in slopes.chunks_exact_mut(n).zip(late).filter(|(_, late)| **late != 0.0) {
+                moving.iter().for_each(|(position, velocity)| slopes[*velocity] -= late * slopes[*position]);
             }
             if k + 1 == trial.len() {
                 break;
@@ -417,7 +464,7 @@ impl Part<'_> {
             carries.iter_mut().step_by(padded(n) + 1).take(n).for_each(|stays| *stays -= 1.0);
             transition.iter_mut().zip(&carries).for_each(|(slot, value)| *slot = *value as f32);
         }
-        Ok(())
+        Ok(Slopes::of(&sensor, m, n))
     }
 }
 
@@ -488,6 +535,18 @@ mod tests {
                 assert!((plain - other).abs() < 1e-3 * (1.0 + other.abs()), "{channel:?} by {state}: {plain} {other}");
             }
         }
+    }
+
+    #[test]
+    fn slopes_of_parts_are_those_of_the_whole() {
+        // Two channels and three states; the second state shows later on, the third never.
+        let all = [1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 2.0, 0.0, 0.0, 0.0, 0.25, 0.0, 3.0, 4.0, 0.0, 0.0, 0.125, 0.0];
+        let whole = Slopes::of(&all, 2, 3);
+        assert_eq!(whole.shows, [vec![0, 1], vec![1]]);
+        assert_eq!(whole.values, [1.0, 0.0, 0.5, 2.0, 0.0, 0.25, 3.0, 4.0, 0.125]);
+        let parts = [&all[..12], &all[12..]].map(|part| Slopes::of(part, 2, 3));
+        assert_eq!(parts[0].shows, [vec![0], vec![1]]);
+        assert_eq!(Slopes::joined(parts.to_vec()), whole);
     }
 
     /// One sample after the other at the tolerance in use, against one ten thousand times finer.
