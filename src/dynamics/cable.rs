@@ -173,14 +173,14 @@ impl Cable<'_> {
     }
 
     /// The force (N) that effects add behind the command.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn added<S: Real>(&self, context: &PlatformContext<'_, S>) -> S {
         self.effects.pull.iter().fold(S::from(0.0), |sum, kind| sum + kind.pull(context, self.number))
     }
 
     /// The winch's pull (N) on the cable under `command` (N) and the force `added` behind it, and the rates of the states of its
     /// command and its losses.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn pull<S: Real>(
         &self,
         command: S,
@@ -237,7 +237,7 @@ impl Cable<'_> {
     }
 
     /// Rates of the states of the elastic law under `tension` (N).
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn law_rates<S: Real>(&self, tension: S, held: &Held<'_, S>, rates: &mut [S]) {
         let ([chord, speed], [unstretched, rate]) = (held.chord, held.paid_out);
         let strained = !held.slack && self.data.model != CableModel::Rigid;
@@ -249,7 +249,7 @@ impl Cable<'_> {
     }
 
     /// Force (N) of effects on the platform across the cable of this straight part (m), under this tension and pull (N).
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn across<S: Real>(&self, span: S, tension: S, pull: S, held: &Held<'_, S>, rates: &mut [S]) -> S {
         let turning = held.angular_rate;
         let still = |sum, kind: &EffectKind| sum + kind.transverse_force(span, turning);
