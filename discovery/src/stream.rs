@@ -197,7 +197,7 @@ mod tests {
         none.values[0] = f64::NAN;
         let variations = [effect("platform_linear_drag", None, &[60.0]), none];
         let columns = [vec![(0, 1.0)], vec![(1, 1.0)], vec![(0, 1.0), (1, 1.0)]];
-        let normal = &normals(&fit, &trials, (&variations, &columns), &[fit.randomness.clone()], None)[0];
+        let normal = &normals(&fit, &trials, (&variations, &columns), std::slice::from_ref(&fit.randomness), None)[0];
         assert!(normal.gram[0] > 0.0);
         assert!(normal.gram[1..].iter().chain(&normal.right[1..]).all(|value| *value == 0.0), "{normal:?}");
     }
