@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from . import trial
-from .cases_field import FIELD, SHARE, SIZES, drawn
+from .cases_field import BENCH, BENCH_SIZES, FIELD, SHARE, SIZES, drawn
 from .cases_realistic import IMPERFECT, REALISTIC
 from .imperfections import ANGLE, Imperfections, apply, gauss_markov, wander
 
@@ -72,7 +72,8 @@ def test_recorded_forces_are_not_those_that_the_robot_felt(record):
 def test_every_imperfection_has_a_case():
     for field in fields(Imperfections):
         default = getattr(Imperfections(), field.name)
-        if not field.name.endswith("memory"):
+        # Time constants and the share of the angle go with others.
+        if not field.name.endswith(("memory", "angle")):
             assert any(getattr(it, field.name) != default for it in IMPERFECT.values()), field.name
     assert {case.group for case in REALISTIC} == {"null", "single"}
 
@@ -80,10 +81,10 @@ def test_every_imperfection_has_a_case():
 def test_field_cases_are_drawn_from_their_names_within_the_bounds():
     assert drawn("field_gain_2") == drawn("field_gain_2")
     assert drawn("field_gain_2") != drawn("field_gain_all")
-    for of in FIELD:
+    for of, sizes in [(of, SIZES) for of in FIELD] + [(of, BENCH_SIZES) for of in BENCH]:
         it = of.train[0].imperfections
         assert it == of.holdout.imperfections
-        for kind, (least, most) in SIZES.items():
+        for kind, (least, most) in sizes.items():
             assert getattr(it, kind) == 0.0 or least <= getattr(it, kind) <= most
         assert not (it.pose_late and it.lengths_late)
     noisy = [of.train[0].imperfections.force_noise > 0.0 for of in FIELD]
