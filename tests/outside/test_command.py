@@ -357,7 +357,7 @@ def circle(path, radius, period):
     return path
 
 
-def test_inverse_says_where_a_winch_would_push_and_rounds_kinks(cdpr, tmp_path):
+def test_inverse_keeps_winches_from_pushing_and_rounds_kinks(cdpr, tmp_path):
     """Least tensions have kinks, at which the elastic cables' inertia asks for jumps of force."""
     trajectory = circle(tmp_path / "circle.csv", 30.0, 30.0)
 
@@ -373,10 +373,15 @@ def test_inverse_says_where_a_winch_would_push_and_rounds_kinks(cdpr, tmp_path):
         }
         return done.stderr, table
 
-    said, kinked = run()
-    assert "warning" in said
-    assert "cannot push" in said
-    assert kinked["winch_force"].min() < 0.0
+    said, kinked = run("--force-min", "-1e5")
+    assert said == ""
+    assert kinked["winch_force"].min() < -50.0
+    assert kinked["tension"].min() == pytest.approx(1.0)
+    # The tensions leave room for it.
+    said, kept = run()
+    assert said == ""
+    assert kept["winch_force"].min() >= 0.0
+    assert kept["tension"].min() > 1.0
     said, rounded = run("--smooth", "1000")
     assert said == ""
     assert rounded["winch_force"].min() > 0.0
