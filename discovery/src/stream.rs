@@ -11,7 +11,7 @@ use crate::data::Trial;
 use crate::estimate::{Fit, for_trial};
 use crate::kalman::{Randomness, STRETCH};
 use crate::signature::{Along, Follower, Single};
-use crate::whiten::{Forcing, Normal, Products, Whitening};
+use crate::whiten::{Acting, Forcing, Normal, Products, Whitening};
 
 /// Variations, and columns as weighted sums of them.
 pub(crate) type Columns<'a> = (&'a [EffectSpec], &'a [Combination]);
@@ -117,21 +117,35 @@ pub(crate) fn normals(
     sizes: &[Randomness],
     pairs: Option<&[(usize, usize)]>,
 ) -> Vec<Normal> {
-    let linear = fit.linear(trials);
+    normals_of_parts(fit, trials, columns, sizes, pairs, 1, |forcing, _| Box::new(forcing))
+}
+
+/// As [`normals`] of each column taken apart into `parts` that follow one another, as `apart` does with the signatures over some
+/// samples of a trial.
+pub(crate) fn normals_of_parts(
+    fit: &Fit,
+    trials: &[Trial],
+    columns: Columns<'_>,
+    sizes: &[Randomness],
+    pairs: Option<&[(usize, usize)]>,
+    parts: usize,
+    apart: impl Fn(Forcing, usize) -> Box<dyn Acting> + Sync,
+) -> Vec<Normal> {
+    let (linear, count) = (fit.linear(trials), columns.1.len() * parts);
     let of_trial = |t: usize| -> Vec<Normal> {
         let along = Along::new(fit, &linear, trials, t);
         let sizes: Vec<Randomness> = sizes.iter().map(|size| for_trial(size, &trials[t])).collect();
         let mut stream = Stream::new(along, columns);
-        let at_size =
-            |size| (Whitening::new(along.linear, size, columns.1.len()), Products::new(columns.1.len(), pairs));
+        let at_size = |size| (Whitening::new(along.linear, size, count), Products::new(count, pairs));
         let mut levels: Vec<(Whitening<'_>, Products<'_>)> = sizes.iter().map(at_size).collect();
         while let Some(samples) = stream.stretch() {
-            let forcing = stream.advance(samples.end);
+            let acting = apart(stream.advance(samples.end), t);
             levels.par_iter_mut().for_each(|(whitening, products)| {
-                whitening.advance(&forcing, samples.end, |_, innovation, e| products.push(e, innovation));
+                whitening.advance(&*acting, samples.end, |_, innovation, e| products.push(e, innovation));
             });
         }
-        let silent = stream.silent();
+        let own = |column: usize| column * parts..(column + 1) * parts;
+        let silent: Vec<usize> = stream.silent().into_iter().flat_map(own).collect();
         let normal = |(whitening, products): (Whitening<'_>, Products<'_>)| {
             let mut normal = products.normal(whitening.minus_two_log_likelihood());
             normal.silence(&silent);
@@ -139,10 +153,10 @@ pub(crate) fn normals(
         };
         levels.into_iter().map(normal).collect()
     };
-    let parts: Vec<Vec<Normal>> = (0..trials.len()).into_par_iter().map(of_trial).collect();
+    let of_trials: Vec<Vec<Normal>> = (0..trials.len()).into_par_iter().map(of_trial).collect();
     let sum = |level: usize| {
-        parts.iter().fold(Normal::empty(columns.1.len()), |mut sum, part| {
-            sum.add(&part[level]);
+        of_trials.iter().fold(Normal::empty(count), |mut sum, one| {
+            sum.add(&one[level]);
             sum
         })
     };

@@ -22,7 +22,7 @@ pub(crate) struct Forcing {
 }
 
 /// Signatures, sample by sample.
-pub(crate) trait Acting {
+pub(crate) trait Acting: Sync {
     /// How many there are.
     fn columns(&self) -> usize;
     /// Writes what they do to the sensors at sample `k`, `columns` numbers a channel.

@@ -16,6 +16,20 @@ fn moving(effects: &[EffectSpec]) -> Simulation {
     simulation
 }
 
+/// A start from what the sensors show of `cable` (from 0) is where it was shown.
+fn starts_where_shown(simulation: &Simulation, cable: usize) {
+    let (out, y) = (simulation.outputs(), simulation.states());
+    let at = simulation.plant().unstretched_index(cable).unwrap();
+    let shown = Start {
+        unstretched_length: out.unstretched_length,
+        unstretched_length_rate: out.unstretched_length_rate,
+        ..Start::default()
+    };
+    let behind = shown.behind_sensors(simulation.plant());
+    assert!((behind.unstretched_length[cable] - y[at]).abs() < 1e-9);
+    assert!((behind.unstretched_length_rate[cable] - y[at + 1]).abs() < 1e-12);
+}
+
 #[test]
 fn sensors_do_not_touch_the_motion() {
     let mut channel = EffectSpec::new("length_sensor_bias", Some(2), &[-0.2]).unwrap();
@@ -123,15 +137,7 @@ fn an_eccentric_drum_counts_another_length_than_it_pays_out() {
         let counted = out.winch_angle[1] * with.plant().parameters().winch.drum_radius;
         assert!((counted - out.unstretched_length[1]).abs() < 1e-9);
         assert_eq!(out.unstretched_length[0], y[with.plant().unstretched_index(0).unwrap()]);
-        // A start from what is shown is where it was shown.
-        let shown = Start {
-            unstretched_length: out.unstretched_length,
-            unstretched_length_rate: out.unstretched_length_rate,
-            ..Start::default()
-        };
-        let behind = shown.behind_sensors(with.plant());
-        assert!((behind.unstretched_length[1] - y[at]).abs() < 1e-9);
-        assert!((behind.unstretched_length_rate[1] - y[at + 1]).abs() < 1e-12);
+        starts_where_shown(&with, 1);
     }
     let round = EffectSpec::new("winch_drum_eccentricity", Some(2), &[0.0, r, psi]).unwrap();
     assert!((moving(&[round]).outputs().unstretched_length[1] - without.outputs().unstretched_length[1]).abs() < 1e-9);
@@ -162,14 +168,7 @@ fn layers_on_a_drum_count_more_than_is_paid_out() {
         assert!((summed - y[at]).abs() < 1e-5, "{summed} {}", y[at]);
         assert!((rate * lever(angle) - y[at + 1]).abs() < 1e-12);
         assert!(out.unstretched_length[1] > y[at] + 50.0);
-        let shown = Start {
-            unstretched_length: out.unstretched_length,
-            unstretched_length_rate: out.unstretched_length_rate,
-            ..Start::default()
-        };
-        let behind = shown.behind_sensors(with.plant());
-        assert!((behind.unstretched_length[1] - y[at]).abs() < 1e-9);
-        assert!((behind.unstretched_length_rate[1] - y[at + 1]).abs() < 1e-12);
+        starts_where_shown(&with, 1);
     }
     // 0.3 m of drum hold 942 m of such a cable, less than from one anchor to the farthest.
     let small = EffectSpec::new("winch_drum_layers", None, &[0.012, 40.0, 0.3]).unwrap();

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::slice;
+use std::sync::Arc;
 
 use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
@@ -10,12 +11,11 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::SEGMENTS;
 use crate::candidates::Combination;
 use crate::data::Trial;
-use crate::estimate::{Fit, FitError, for_trial};
+use crate::estimate::{Fit, FitError};
 use crate::kalman::{Keep, Randomness};
 use crate::regression::{Penalty, ladder, subset};
-use crate::signature::Along;
-use crate::stream::Stream;
-use crate::whiten::{Acting, Forcing, Normal, Products, Whitening};
+use crate::stream::normals_of_parts;
+use crate::whiten::{Acting, Forcing, Normal};
 
 /// Chance, over a whole recording, below which a sample of innovations is sudden; how many such times are looked at, and how
 /// many samples they are apart.
@@ -82,38 +82,9 @@ impl Segments {
             own.clone().flat_map(move |a| (own.start..=a).map(move |b| (a, b)))
         };
         let pairs: Vec<(usize, usize)> = candidates.iter().flat_map(pairs_of).collect();
-        let linear = without.linear(trials);
-        let of_trial = |t: usize| {
-            let (trial, along) = (&trials[t], Along::new(without, &linear, trials, t));
-            let places = Places::new(trial, edges);
-            let sizes: Vec<Randomness> = sizes.iter().map(|size| for_trial(size, trial)).collect();
-            let count = columns.len() * segments;
-            let at_size = |size| (Whitening::new(along.linear, size, count), Products::new(count, Some(&pairs)));
-            let mut levels: Vec<(Whitening<'_>, Products<'_>)> = sizes.iter().map(at_size).collect();
-            let mut stream = Stream::new(along, (variations, columns));
-            while let Some(samples) = stream.stretch() {
-                let cut = Cut { forcing: &stream.advance(samples.end), places: &places };
-                levels.par_iter_mut().for_each(|(whitening, products)| {
-                    whitening.advance(&cut, samples.end, |_, innovation, e| products.push(e, innovation));
-                });
-            }
-            let cut = |column: usize| column * segments..(column + 1) * segments;
-            let silent: Vec<usize> = stream.silent().into_iter().flat_map(cut).collect();
-            let normal = |(whitening, products): (Whitening<'_>, Products<'_>)| {
-                let mut normal = products.normal(whitening.minus_two_log_likelihood());
-                normal.silence(&silent);
-                normal
-            };
-            levels.into_iter().map(normal).collect()
-        };
-        let parts: Vec<Vec<Normal>> = (0..trials.len()).into_par_iter().map(of_trial).collect();
-        let sum = |level: usize| {
-            parts.iter().fold(Normal::empty(columns.len() * segments), |mut sum, part| {
-                sum.add(&part[level]);
-                sum
-            })
-        };
-        let levels: Vec<Normal> = (0..sizes.len()).map(sum).collect();
+        let places: Vec<Arc<Places>> = trials.iter().map(|trial| Arc::new(Places::new(trial, edges))).collect();
+        let cut = |forcing, t: usize| -> Box<dyn Acting> { Box::new(Cut { forcing, places: Arc::clone(&places[t]) }) };
+        let levels = normals_of_parts(without, trials, (variations, columns), sizes, Some(&pairs), segments, cut);
         let of_candidate = |of: &Range<usize>| Self {
             columns: of.len(),
             levels: levels.iter().map(|level| level.picked(own(of))).collect(),
@@ -180,12 +151,12 @@ impl Places {
 }
 
 /// Each column cut into one for each segment of time.
-struct Cut<'a> {
-    forcing: &'a Forcing,
-    places: &'a Places,
+struct Cut {
+    forcing: Forcing,
+    places: Arc<Places>,
 }
 
-impl Cut<'_> {
+impl Cut {
     /// Writes each number of the columns into its segment.
     fn spread(&self, values: &[f32], segment: usize, out: &mut [f32]) {
         out.fill(0.0);
@@ -193,7 +164,7 @@ impl Cut<'_> {
     }
 }
 
-impl Acting for Cut<'_> {
+impl Acting for Cut {
     fn columns(&self) -> usize {
         self.forcing.columns * self.places.segments
     }
