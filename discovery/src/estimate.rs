@@ -52,6 +52,8 @@ pub(crate) struct Look {
 
 /// Share of a move that a trajectory takes where whole moves overshoot: where friction turns its sign within a sample.
 const SLOW: f64 = 0.7;
+/// Least share of a move that is tried where the model cannot be simulated along all of it.
+const LEAST_SHARE: f64 = 1.0 / 16.0;
 /// Share of the defects that a move may leave.
 const LEFT: f64 = 0.6;
 /// Defect of a sample, relative to the size of its state, that is rounding and discretisation.
@@ -311,8 +313,8 @@ impl Fit {
         })
     }
 
-    /// Moves the trajectories to the smoothed states, or most of the way where that has overshot before, and linearises
-    /// there. Returns `-2 log L` as it was before.
+    /// Moves the trajectories to the smoothed states, or most of the way where that has overshot before, as far as the model
+    /// can be simulated there, and linearises there. Returns `-2 log L` as it was before.
     pub(crate) fn smooth(&mut self, trials: &[Trial]) -> Result<f64, FitError> {
         let before = self.defects.clone();
         let linear = self.linear(trials);
@@ -323,18 +325,31 @@ impl Fit {
                 smooth(&linear[t], &randomness)
             })
             .collect();
-        for ((trajectory, (deviation, _)), pace) in self.trajectories.iter_mut().zip(&moves).zip(&self.pace) {
-            for (value, move_) in trajectory.values.iter_mut().zip(deviation) {
-                *value += pace * move_;
-            }
-        }
         drop(linear);
-        self.linearise(trials)?;
+        self.move_by(&moves, 1.0);
+        let mut share = 1.0;
+        while let Err(error) = self.linearise(trials) {
+            // Where it cannot go all the way, it goes as far as it can.
+            if share <= LEAST_SHARE || matches!(error, FitError::Model(_)) {
+                return Err(error);
+            }
+            share *= 0.5;
+            self.move_by(&moves, -share);
+        }
         for (((pace, after), before), trial) in self.pace.iter_mut().zip(&self.defects).zip(before).zip(trials) {
             let overshot = *after > LEFT * before && *after > NO_DEFECT * trial.len() as f64;
             *pace = if overshot { SLOW } else { 1.0 };
         }
         Ok(moves.iter().map(|(_, value)| value).sum())
+    }
+
+    /// Moves the trajectories by a share of the paces that they have.
+    fn move_by(&mut self, moves: &[(Vec<f64>, f64)], share: f64) {
+        for ((trajectory, (deviation, _)), pace) in self.trajectories.iter_mut().zip(moves).zip(&self.pace) {
+            for (value, move_) in trajectory.values.iter_mut().zip(deviation) {
+                *value += share * pace * move_;
+            }
+        }
     }
 
     /// Moves the trajectories until they stay or their defects no longer shrink, at most so often. Returns whether they stay.
