@@ -99,9 +99,11 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
                     simulation = fit.examined.simulation(trial, k + 1, fit.trajectories[t].states(k + 1));
                 }
             }
-            let late = for_trial(&fit.randomness, trial).late;
-            for (j, late) in late.iter().enumerate().filter(|(_, late)| **late != 0.0) {
-                out.delay(&trial.time, j, *late);
+            for (j, (clock, channel)) in randomness.late.iter().zip(&trial.channels).enumerate() {
+                let late = clock + fit.examined.late(*channel);
+                if late != 0.0 {
+                    out.delay(&trial.time, j, late);
+                }
             }
             out
         })

@@ -154,7 +154,10 @@ impl Standing {
         for l in 0..randomness.processes() {
             p[(n + l) * w + n + l] = randomness.deviation(l).powi(2);
         }
-        Self { next: 0, x, p, minus_two_log_likelihood: 0.0, noise_moment: vec![(0.0, 0); linear.channels] }
+        // What is shown of no sample counts as if there were nothing but its noise.
+        let outside = linear.outside.iter().zip(&randomness.noise).filter(|(count, _)| **count > 0);
+        let minus_two_log_likelihood = outside.map(|(count, noise)| *count as f64 * (1.0 + 2.0 * noise.ln())).sum();
+        Self { next: 0, x, p, minus_two_log_likelihood, noise_moment: vec![(0.0, 0); linear.channels] }
     }
 }
 

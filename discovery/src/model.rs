@@ -28,23 +28,9 @@ pub(crate) struct Moment<'a> {
     pub(crate) slack: PerCable<bool>,
 }
 
-/// Time (s) over which the growth of the acceleration is taken.
-const INSTANT: f64 = 1e-3;
-
 impl Moment<'_> {
     fn evaluate(&self, plant: &Plant) -> Evaluation {
         plant.evaluate(self.time, self.y, self.felt, &self.slack)
-    }
-
-    /// Growth of the platform's acceleration (m/s³, rad/s³), the inputs held.
-    fn jerk(&self, plant: &Plant) -> [f64; 3] {
-        let mut rates = vec![0.0; self.y.len()];
-        plant.rates(self.time, self.y, self.felt, &self.slack, &mut rates);
-        let [before, after] = [-INSTANT, INSTANT].map(|t| {
-            let y: Vec<f64> = self.y.iter().zip(&rates).map(|(y, rate)| y + t * rate).collect();
-            Moment { time: self.time + t, y: &y, ..*self }.evaluate(plant).acceleration
-        });
-        std::array::from_fn(|k| (after[k] - before[k]) / (2.0 * INSTANT))
     }
 }
 
@@ -81,10 +67,9 @@ impl Examined {
         Simulation::from_states(self.plant.clone(), trial.time[k], y.to_vec(), trial.inputs[k], self.tolerance)
     }
 
-    /// Writes `∂h/∂y`, channels by rows, at a time (s), where it is plain: poses and lengths that are shown without delay. Else returns false.
+    /// Writes `∂h/∂y`, channels by rows, at a time (s), where it is plain: poses and lengths. Else returns false.
     pub(crate) fn sensor_slopes(&self, time: f64, e: &Evaluation, channels: &[Channel], slopes: &mut [f64]) -> bool {
-        let plain = self.pose_delay == 0.0 && self.plant.at(time).pose_sensor().is_plain();
-        if !plain || channels.iter().any(|c| matches!(c, Channel::Tension(_))) {
+        if !self.plant.at(time).pose_sensor().is_plain() || channels.iter().any(|c| matches!(c, Channel::Tension(_))) {
             return false;
         }
         for (channel, slopes) in channels.iter().zip(slopes.chunks_exact_mut(self.states())) {
@@ -110,9 +95,13 @@ impl Examined {
         true
     }
 
-    /// What the sensors show of the simulation's present state, in the order of `channels`.
-    ///
-    /// A delayed pose is taken back along twist, acceleration and jerk from the present state, so that it says something of it.
+    /// How late a channel is by the model's effects (s).
+    pub(crate) fn late(&self, channel: Channel) -> f64 {
+        if matches!(channel, Channel::Pose(_)) { self.pose_delay } else { 0.0 }
+    }
+
+    /// What the sensors show of the simulation's present state, in the order of `channels`, those that are [`late`](Self::late)
+    /// by then.
     pub(crate) fn measure(&self, simulation: &Simulation, channels: &[Channel], out: &mut Vec<f64>) {
         let felt = simulation.inputs_at_plant();
         let (time, y, slack) = (simulation.time(), simulation.states(), simulation.slack());
@@ -129,14 +118,7 @@ impl Examined {
     ) -> Evaluation {
         let e = moment.evaluate(&self.plant);
         let outputs = simulation.outputs_of(&e);
-        let tau = self.pose_delay;
-        let back: [f64; 3] = if tau == 0.0 {
-            [0.0; 3]
-        } else {
-            let jerk = moment.jerk(&self.plant);
-            std::array::from_fn(|k| tau * (-moment.y[3 + k] + tau / 2.0 * (e.acceleration[k] - tau / 3.0 * jerk[k])))
-        };
-        let pose = std::array::from_fn(|k| moment.y[k] + back[k]);
+        let pose = std::array::from_fn(|k| moment.y[k]);
         let shown_pose = self.plant.at(moment.time).pose_sensor().shown(&pose);
         out.clear();
         for channel in channels {
@@ -297,33 +279,5 @@ mod tests {
             // A thousandth of the noise (m, m, rad).
             assert!(worst < 2e-7, "axis {axis}: {worst}");
         }
-    }
-
-    /// Under winch forces that come and go once in six seconds; the simulation keeps the poses of the past.
-    #[test]
-    fn a_delayed_pose_is_the_pose_of_then() {
-        let delay = EffectSpec::new("pose_sensor_delay", None, &[0.11]).unwrap();
-        let model = Model { effects: vec![delay], ..Model::default() };
-        let examined = Examined::new(&model).unwrap();
-        let mut simulation = model.simulation().unwrap();
-        let mut inputs = model.start.inputs;
-        let at_rest = inputs.winch_force;
-        let mut shown = Vec::new();
-        let (mut worst, mut moved) = (0.0_f64, 0.0_f64);
-        for k in 0..500 {
-            let time = 0.02 * f64::from(k);
-            simulation.advance_to(time).unwrap();
-            inputs.winch_force = at_rest;
-            inputs.winch_force[0] *= 1.0 + time.sin();
-            simulation.set_inputs(inputs);
-            if time > 1.0 {
-                examined.measure(&simulation, &[Channel::Pose(0), Channel::Pose(1)], &mut shown);
-                let then = simulation.outputs().pose;
-                worst = worst.max((shown[0] - then[0]).hypot(shown[1] - then[1]));
-                moved = moved.max((then[0] - simulation.states()[0]).abs());
-            }
-        }
-        assert!(moved > 0.05, "{moved} {worst}");
-        assert!(worst < 1e-3 * moved, "{worst} of {moved}");
     }
 }

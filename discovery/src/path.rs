@@ -67,10 +67,12 @@ pub(crate) struct LinearTrial {
     first_slope: Vec<usize>,
     /// What the sensors would show on the trajectory, `channels` a sample.
     pub(crate) shown: Vec<f64>,
-    /// How fast that changes along the trajectory (per s).
+    /// How fast what is measured changes along the trajectory (per s).
     pub(crate) rate: Vec<f64>,
-    /// Measured minus what is shown; `NAN` is a gap.
+    /// Measured minus what is shown then; `NAN` is a gap. What a late channel shows stands where it was so, not at its stamp.
     pub(crate) residual: Vec<f64>,
+    /// Measurements of each channel that show what was before the first sample, or after the last.
+    pub(crate) outside: Vec<usize>,
     /// Inputs as the plant feels them, and slack cables, at each sample.
     pub(crate) felt: Vec<Inputs>,
     pub(crate) slack: Vec<PerCable<bool>>,
@@ -157,6 +159,7 @@ impl LinearTrial {
             shown: cut(&self.shown, m),
             rate: cut(&self.rate, m),
             residual: cut(&self.residual, m),
+            outside: self.outside.clone(),
             felt: self.felt[..len].to_vec(),
             slack: self.slack[..len].to_vec(),
             prior: self.prior.clone(),
@@ -165,13 +168,24 @@ impl LinearTrial {
         }
     }
 
-    /// Lets channel `j` show what was shown along the trajectory a while ago.
-    fn delay(&mut self, time: &[f64], j: usize, late: f64) {
+    /// Compares channel `j` with what was shown along the trajectory when it was so.
+    fn delay(&mut self, trial: &Trial, j: usize, clock: Clock) {
         let m = self.channels;
-        let column: Vec<f64> = (0..self.len).map(|k| self.shown[k * m + j]).collect();
-        for (k, then) in earlier(time, &column, late).into_iter().enumerate() {
-            self.residual[k * m + j] += column[k] - then;
+        let column = |values: &[f64]| -> Vec<f64> { values.iter().skip(j).step_by(m).copied().collect() };
+        let instants: Vec<Option<f64>> = (0..self.len).map(|k| clock.instant(&trial.time, k)).collect();
+        let known = || instants.iter().flatten().copied();
+        let mut shown = at_instants(&trial.time, &column(&self.shown), known()).into_iter();
+        let mut rate = at_instants(&trial.time, &column(&self.rate), known()).into_iter();
+        for (k, instant) in instants.iter().enumerate() {
+            let measured = |_| Some(trial.measured[clock.row(k, self.len)?][j] - shown.next()?);
+            self.residual[k * m + j] = instant.and_then(measured).unwrap_or(f64::NAN);
+            if let Some(rate) = instant.and_then(|_| rate.next()) {
+                self.rate[k * m + j] = rate;
+            }
         }
+        let finite = |rows: &mut dyn Iterator<Item = f64>| rows.filter(|value| value.is_finite()).count();
+        let measured = finite(&mut trial.measured.iter().map(|row| row[j]));
+        self.outside[j] = measured - finite(&mut column(&self.residual).into_iter());
     }
 
     /// Sum of all defects, each relative to the typical size of its state.
@@ -179,6 +193,37 @@ impl LinearTrial {
         let of_step =
             |step: &[f64]| step.iter().zip(&self.prior_deviation).map(|(d, size)| d.abs() / size).sum::<f64>();
         self.defect.chunks_exact(self.states).map(of_step).sum()
+    }
+}
+
+/// How late a channel is against its stamps: by so many samples, and the rest of a sample.
+///
+/// A while ago is another state where the cables' vibration turns by more than a radian in that time: what is shown is taken
+/// for what was at the sample nearest to when it was so, of which its state says it to first order.
+#[derive(Clone, Copy)]
+struct Clock {
+    late: f64,
+    samples: isize,
+}
+
+impl Clock {
+    fn new(late: f64, interval: f64) -> Self {
+        Self { late, samples: (late / interval).round() as isize }
+    }
+
+    /// The row with what is shown of sample `k`.
+    fn row(self, k: usize, len: usize) -> Option<usize> {
+        k.checked_add_signed(self.samples).filter(|row| *row < len)
+    }
+
+    /// When it was so (s), near to sample `k`.
+    fn instant(self, time: &[f64], k: usize) -> Option<f64> {
+        self.row(k, time.len()).map(|row| time[row] - self.late)
+    }
+
+    /// How long before sample `k` that was (s).
+    fn rest(self, time: &[f64], k: usize) -> f64 {
+        self.instant(time, k).map_or(0.0, |instant| time[k] - instant)
     }
 }
 
@@ -239,7 +284,7 @@ const STEPS: u64 = 100;
 /// Samples that are linearised one after the other, side by side with others.
 const STRETCH: usize = 1000;
 
-/// Linearises `model` along `trajectory`, each channel `late` (s) against its stamp.
+/// Linearises `model` along `trajectory`, each channel `late` (s) against its stamp by its clock, and by what the model says.
 ///
 /// # Errors
 /// When the model cannot be simulated from a point of the trajectory, or only in steps far smaller than a sample.
@@ -253,6 +298,9 @@ pub(crate) fn linearise(
     let (n, m, len) = (model.states(), trial.channels.len(), trial.len());
     let (disturbances, padded) = (model.latents(), padded(n));
     let width = n + disturbances;
+    let late = late.iter().zip(&trial.channels).map(|(late, channel)| late + model.late(*channel));
+    let clocks: Vec<Option<Clock>> =
+        late.map(|late| (late != 0.0).then(|| Clock::new(late, trial.interval()))).collect();
     let mut linear = LinearTrial {
         len,
         states: n,
@@ -270,6 +318,7 @@ pub(crate) fn linearise(
         shown: vec![0.0; len * m],
         rate: vec![0.0; len * m],
         residual: vec![0.0; len * m],
+        outside: vec![0; m],
         felt: vec![Inputs::none(model.plant.cables()); len],
         slack: vec![PerCable::filled(model.plant.cables(), false); len],
         prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
@@ -287,12 +336,12 @@ pub(crate) fn linearise(
     );
     let filled = parts.into_par_iter().enumerate().map(|(at, (transition, defect, shown, residual, felt, slack))| {
         let part = Part { first: at * stretch, transition, defect, shown, residual, felt, slack };
-        part.fill(model, trial, trajectory, late)
+        part.fill(model, trial, trajectory, &clocks)
     });
     let slopes = Slopes::joined(filled.collect::<Result<_, _>>()?);
     linear.rate = rates(&trial.time, &linear.shown, m);
-    for (j, late) in late.iter().enumerate().filter(|(_, late)| **late != 0.0) {
-        linear.delay(&trial.time, j, *late);
+    for (j, clock) in clocks.iter().enumerate() {
+        clock.iter().for_each(|clock| linear.delay(trial, j, *clock));
     }
     linear.transition.truncate((len - 1) * padded * width);
     linear.defect.truncate((len - 1) * n);
@@ -365,13 +414,17 @@ fn rates(time: &[f64], shown: &[f64], channels: usize) -> Vec<f64> {
         .collect()
 }
 
-/// What a smooth signal was a while before each sample: by cubic polynomials between samples, along its slope before them.
+/// What a smooth signal was a while before each sample.
 pub(crate) fn earlier(time: &[f64], signal: &[f64], late: f64) -> Vec<f64> {
+    at_instants(time, signal, time.iter().map(|t| t - late))
+}
+
+/// What a smooth signal is at some instants: by cubic polynomials between samples, along its slope before and after them.
+fn at_instants(time: &[f64], signal: &[f64], instants: impl Iterator<Item = f64>) -> Vec<f64> {
     let slope = rates(time, signal, 1);
     let last = time.len() - 1;
-    time.iter()
-        .map(|t| {
-            let then = t - late;
+    instants
+        .map(|then| {
             let k = time.partition_point(|t| *t <= then).clamp(1, last) - 1;
             let h = time[k + 1] - time[k];
             let s = (then - time[k]) / h;
@@ -404,9 +457,15 @@ struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// Returns the slopes of what the sensors show, each channel `late` against its stamp: of a deviation it shows as much as
-    /// it was a while ago by its velocity.
-    fn fill(self, model: &Examined, trial: &Trial, trajectory: &Trajectory, late: &[f64]) -> Result<Slopes, FitError> {
+    /// Returns the slopes of what the sensors show: of a deviation those that are late show as much as it was by its velocity
+    /// when they did.
+    fn fill(
+        self,
+        model: &Examined,
+        trial: &Trial,
+        trajectory: &Trajectory,
+        clocks: &[Option<Clock>],
+    ) -> Result<Slopes, FitError> {
         let (n, m, len) = (model.states(), trial.channels.len(), self.felt.len());
         let mut simulation = model.simulation(trial, self.first, trajectory.states(self.first));
         let mut sensors = SensorSlopes::new(model, trial);
@@ -442,8 +501,9 @@ impl Part<'_> {
             if !model.sensor_slopes(trial.time[k], &e, &trial.channels, slopes) {
                 sensors.at(&simulation, &moment, &shown, slopes);
             }
-            for (slopes, late) in slopes.chunks_exact_mut(n).zip(late).filter(|(_, late)| **late != 0.0) {
-                moving.iter().for_each(|(position, velocity)| slopes[*velocity] -= late * slopes[*position]);
+            for (slopes, clock) in slopes.chunks_exact_mut(n).zip(clocks) {
+                let Some(rest) = clock.map(|clock| clock.rest(&trial.time, k)) else { continue };
+                moving.iter().for_each(|(position, velocity)| slopes[*velocity] -= rest * slopes[*position]);
             }
             if k + 1 == trial.len() {
                 break;
@@ -534,6 +594,30 @@ mod tests {
                 let (channel, state) = (trial.channels[at / n], at % n);
                 assert!((plain - other).abs() < 1e-3 * (1.0 + other.abs()), "{channel:?} by {state}: {plain} {other}");
             }
+        }
+    }
+
+    /// Late by more than a sample, as an effect or by its clock: what is measured is compared with what was then.
+    #[test]
+    fn a_late_pose_is_compared_with_the_pose_of_then() {
+        let delay = EffectSpec::new("pose_sensor_delay", None, &[0.13]).unwrap();
+        let trials = [record(std::slice::from_ref(&delay), 40.0, 7)];
+        let mut fit = fitted(&[delay], &trials);
+        fit.settle(&trials, 10).unwrap();
+        let linear = fit.linear(&trials);
+        let (linear, m) = (&linear[0], linear[0].channels);
+        assert_eq!(&linear.outside[..4], [1, 1, 1, 0]);
+        let late: Vec<f64> = trials[0].channels.iter().map(|c| fit.examined.late(*c)).collect();
+        let on_time = Examined::new(&Model::default()).unwrap();
+        let by_clock = linearise(&on_time, &trials[0], &fit.trajectories[0], &fit.first[0], &late).unwrap();
+        for (j, noise) in [2e-3, 2e-3, 5e-5, 2e-3].into_iter().enumerate() {
+            let residuals = |linear: &LinearTrial| -> Vec<f64> {
+                linear.residual.iter().skip(j).step_by(m).copied().filter(|v| v.is_finite()).collect()
+            };
+            let own = residuals(linear);
+            let size = (own.iter().map(|v| v * v).sum::<f64>() / own.len() as f64).sqrt();
+            assert!((0.8..1.2).contains(&(size / noise)), "channel {j}: {size}");
+            assert_eq!(own, residuals(&by_clock), "channel {j}");
         }
     }
 

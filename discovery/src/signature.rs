@@ -38,6 +38,16 @@ impl<'a> Along<'a> {
         samples.end.min(self.trial.len() - 1) - samples.start
     }
 
+    /// What `varied` shows more at sample `k` than the base, given what it has `shown`; what it shows later is what it was.
+    fn shows_more(&self, varied: &Examined, k: usize, shown: &[f64]) -> impl Iterator<Item = f64> {
+        let Self { base, linear, trial, .. } = self;
+        shown.iter().zip(&trial.channels).enumerate().map(move |(j, (shown, channel))| {
+            let at = k * linear.channels + j;
+            let later = varied.late(*channel) - base.late(*channel);
+            shown - linear.shown[at] - later * linear.rate[at]
+        })
+    }
+
     /// Rates of the base plant at both ends of each step.
     pub(crate) fn end_rates(&self, samples: &Range<usize>) -> [Vec<f64>; 2] {
         let Self { base, linear, trial, trajectory, .. } = self;
@@ -162,8 +172,8 @@ impl Simulated {
             simulation.nudge_states(y);
             disturb(simulation, &trial.inputs[k], trajectory.latents(k));
             varied.measure(simulation, &trial.channels, shown);
-            for j in 0..m {
-                out.sensor[at * m + j] = (shown[j] - linear.shown[k * m + j]) as f32;
+            for (slot, more) in out.sensor[at * m..].iter_mut().zip(along.shows_more(varied, k, shown)) {
+                *slot = more as f32;
             }
             if k + 1 < trial.len() {
                 let aim = trajectory.states(k + 1);
@@ -271,8 +281,8 @@ impl Quick {
             if acts.sensors {
                 let moment = Moment { time: trial.time[k], y, felt, slack };
                 varied.measure_at(simulation, &moment, &trial.channels, shown);
-                for j in 0..m {
-                    out.sensor[at * m + j] = (shown[j] - linear.shown[k * m + j]) as f32;
+                for (slot, more) in out.sensor[at * m..].iter_mut().zip(along.shows_more(varied, k, shown)) {
+                    *slot = more as f32;
                 }
             }
             if !acts.plant || k + 1 == trial.len() {
@@ -369,9 +379,8 @@ pub(crate) fn sensitivities(along: &Along<'_>, varied: &[Varied]) -> Forcing {
                 let (felt, slack) = (&linear.felt[k], linear.slack[k]);
                 let moment = Moment { time: trial.time[k], y: trajectory.states(k), felt, slack };
                 varied.examined.measure_at(&simulation, &moment, &trial.channels, &mut shown);
-                for (j, value) in shown.iter().enumerate() {
-                    let at = k * m + j;
-                    forcing.sensor[at * columns + c] = ((value - linear.shown[at]) * scale) as f32;
+                for (j, more) in along.shows_more(&varied.examined, k, &shown).enumerate() {
+                    forcing.sensor[(k * m + j) * columns + c] = (more * scale) as f32;
                 }
             }
         }

@@ -11,7 +11,7 @@ use cdpr::simulation::Start;
 
 use crate::data::{Channel, Trial};
 use crate::model::Examined;
-use crate::path::Trajectory;
+use crate::path::{Trajectory, earlier};
 use crate::sizes::Sizes;
 
 use super::motion::{Motion, Statics};
@@ -135,6 +135,12 @@ pub(super) fn drive(model: &Model, motion: &Motion, channels: &[Channel], interv
         trial.time.push(time);
         trial.inputs.push(input);
         trial.measured.push(shown.clone());
+    }
+    for (j, late) in channels.iter().map(|channel| examined.late(*channel)).enumerate().filter(|(_, late)| *late != 0.0)
+    {
+        let column: Vec<f64> = trial.measured.iter().map(|row| row[j]).collect();
+        let then = earlier(&trial.time, &column, late);
+        trial.measured.iter_mut().zip(then).for_each(|(row, then)| row[j] = then);
     }
     Ok(Driven { trial, trajectory, tension })
 }
