@@ -246,7 +246,6 @@ pub(crate) fn disturb(simulation: &mut Simulation, inputs: &Inputs, latents: &[f
 
 #[cfg(test)]
 mod tests {
-    use cdpr::effect::EffectSpec;
 
     use super::*;
     use crate::data::recording::{Bench, record_on};

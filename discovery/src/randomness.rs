@@ -135,9 +135,11 @@ impl Randomness {
         size.clamp(self.smallest_latent(), LARGEST_LATENT * self.usual_force)
     }
 
-    /// The same with nothing but white noise from the instruments.
+    /// The same with nothing but white noise from the instruments. Forces that are only to be expected keep what is left of
+    /// their error.
     pub(crate) fn with_white_noise(&self) -> Self {
-        Self { memory: Vec::new(), input: 0.0, expected: None, jitter: 0.0, ..self.clone() }
+        let input = if self.expected.is_some() { self.input } else { 0.0 };
+        Self { memory: Vec::new(), input, jitter: 0.0, ..self.clone() }
     }
 
     pub(crate) fn latent_deviation(&self, latent: usize) -> f64 {
@@ -223,5 +225,22 @@ impl Randomness {
         let at = self.memory.partition_point(|m| m.channel <= memory.channel);
         self.memory.insert(at, memory);
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::{fitted, record};
+
+    /// They were taken for exact where something explained all, and never had an error again.
+    #[test]
+    fn forces_that_are_only_to_be_expected_are_never_exact() {
+        let recorded = fitted(&[], &[record(&[], 10.0, 1)]).randomness;
+        let marred = Randomness { input: 20.0, jitter: 1e-3, ..recorded };
+        assert_eq!(marred.with_white_noise().input, 0.0);
+        let expected = Some(Expected { share: 0.5, time: 0.2, unrecorded: 0.0 });
+        let plain = Randomness { expected, ..marred }.with_white_noise();
+        assert_eq!((plain.input, plain.force_errors(), plain.jitter), (20.0, 4, 0.0));
     }
 }

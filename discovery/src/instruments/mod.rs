@@ -189,10 +189,6 @@ pub(crate) fn take_up(
             break;
         }
         (fit, best, taken) = (next_fit, next, true);
-        if kind == Kind::Input {
-            // All else is asked again beside the forces that are to be expected.
-            break;
-        }
         // The trajectory no longer bends to what the instrument did.
         fit.randomness = best.randomness.clone();
         fit.smooth(trials)?;
