@@ -123,7 +123,8 @@ pub(crate) fn examine(
     let mut search = Search::new(&evidence, model.effects.len(), progress);
     search.free_from = free_from;
     let mut base = search.base(model)?;
-    let mut fitted = search.catalogue_rounds(&mut base)?;
+    let first = search.with_evident_delay(&base)?.unwrap_or_else(|| base.clone());
+    let mut fitted = search.catalogue_rounds(&mut base, first)?;
     if search.white_force_error()
         && let Some(instruments) = search.instruments.take()
     {

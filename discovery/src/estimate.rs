@@ -329,10 +329,12 @@ impl Fit {
         self.move_by(&moves, 1.0);
         let mut share = 1.0;
         while let Err(error) = self.linearise(trials) {
-            // Where it cannot go all the way, it goes as far as it can.
             if share <= LEAST_SHARE || matches!(error, FitError::Model(_)) {
+                self.move_by(&moves, -share);
+                self.linearise(trials)?;
                 return Err(error);
             }
+            // Where it cannot go all the way, it goes as far as it can.
             share *= 0.5;
             self.move_by(&moves, -share);
         }

@@ -1,14 +1,19 @@
 //! Models fitted to the training data and, as they are, to held-out data.
 
+use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
+use crate::clock_offset::clock_offset;
 use crate::data::Trial;
-use crate::estimate::{Fit, FitError};
+use crate::entrance::{Answer, Source};
+use crate::estimate::{Fit, FitError, first_randomness};
 use crate::expected::expected_forces;
 use crate::extension::{count_in_use, count_times};
 use crate::gap::{gap, predict};
 use crate::instruments;
+use crate::journal::Outcome;
 use crate::kalman::Randomness;
+use crate::model::Examined;
 use crate::refine::{Estimate, refine};
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
 use crate::verdict::{POLICY, Reach, Reaches, left};
@@ -85,25 +90,79 @@ impl Search<'_> {
     /// Fits the model as given.
     pub(crate) fn base(&mut self, model: &Model) -> Result<Fitted, FitError> {
         let e = self.evidence;
-        let first = crate::estimate::first_randomness(model, &e.train, &e.noise);
-        let randomness = match &e.instruments {
-            Some(known) => Randomness { force: first.force, winch: first.winch, ..known.clone() },
-            None => first,
-        };
-        let mut train = Fit::new(model, &e.train, &randomness, None)?;
-        train.smooth(&e.train)?;
-        train.fit_randomness(&e.train, &e.noise, true);
-        // A model that has friction already is far from its trajectory at first.
-        train.settle(&e.train, FIRST_MOVES)?;
+        let mut train = self.from_data(model)?;
         if self.free_from < self.given {
             refine(&mut train, &e.train, &e.noise, self.free_from, ROUNDS, None)?;
             train.fit_randomness(&e.train, &e.noise, true);
         }
         self.base_randomness = Some(train.randomness.clone());
-        let mut holdout = Fit::new(&train.model, &e.holdout, &train.randomness, None)?;
-        holdout.settle(&e.holdout, FIRST_MOVES)?;
+        let holdout = self.held_from_data(&train)?;
         self.reaches = Reaches::of(&holdout, &e.holdout, &e.noise, &POLICY);
         Ok(self.finish(train, holdout, None))
+    }
+
+    /// Trajectories of `model` on the training data, from these alone, and the sizes of what is random along them.
+    fn from_data(&mut self, model: &Model) -> Result<Fit, FitError> {
+        let e = self.evidence;
+        let first = first_randomness(model, &e.train, &e.noise);
+        let randomness = match &e.instruments {
+            Some(known) => Randomness { force: first.force, winch: first.winch, ..known.clone() },
+            None => {
+                let examined = Examined::new(model).map_err(|e| FitError::Model(e.to_string()))?;
+                Randomness { late: instruments::late_lengths(&examined, &e.train), ..first }
+            }
+        };
+        let mut train = Fit::new(model, &e.train, &randomness, None)?;
+        self.go_as_far(&mut train, &e.train, 1)?;
+        train.fit_randomness(&e.train, &e.noise, true);
+        // A model that has friction already is far from its trajectory at first.
+        self.go_as_far(&mut train, &e.train, FIRST_MOVES)?;
+        Ok(train)
+    }
+
+    /// Trajectories of a model on the held-out data, from these alone.
+    fn held_from_data(&mut self, train: &Fit) -> Result<Fit, FitError> {
+        let held = &self.evidence.holdout;
+        let mut holdout = Fit::new(&train.model, held, &train.randomness, None)?;
+        self.go_as_far(&mut holdout, held, FIRST_MOVES)?;
+        Ok(holdout)
+    }
+
+    /// Settles trajectories that nothing else is known of, as far as they go: what is far from all that the model can do is
+    /// there to be explained.
+    fn go_as_far(&mut self, fit: &mut Fit, trials: &[Trial], most: usize) -> Result<(), FitError> {
+        let settled = fit.settle(trials, most);
+        self.or_remark("As it is, the model has no trajectory near the data", settled).map(|_| ())
+    }
+
+    /// `base` with the delay of the pose, where kinematics alone show that. No trajectory that is known is near its own.
+    pub(crate) fn with_evident_delay(&mut self, base: &Fitted) -> Result<Option<Fitted>, FitError> {
+        let (e, model) = (self.evidence, &base.train.model);
+        let offset = clock_offset(&base.train.examined, &e.train);
+        let Some(late) = offset.filter(|late| *late > 0.0) else { return Ok(None) };
+        let Ok(effect) = EffectSpec::new("pose_sensor_delay", None, &[late]) else { return Ok(None) };
+        let mut delayed = model.clone();
+        delayed.effects.push(effect.clone());
+        let fitted = self.refined_from_data(&delayed);
+        let fitted = self.journal.tried(&effect, "by kinematics, it cannot be fitted", fitted);
+        let Some(next) = fitted else { return Ok(None) };
+        if !Self::helps(base, &next) {
+            let reason = "kinematics show it, but it does not predict the held-out data better";
+            self.journal.note(&effect, Outcome::Refused, next.score - base.score, reason);
+            return Ok(None);
+        }
+        let enters = self.enter(base, &next, vec![Vec::new()], Source::Catalogue, "kinematics alone show it")?;
+        Ok((enters == Answer::Enters).then_some(next))
+    }
+
+    /// A model fitted to both sets from the data alone.
+    fn refined_from_data(&mut self, model: &Model) -> Result<Fitted, FitError> {
+        let e = self.evidence;
+        let mut train = self.from_data(model)?;
+        let estimate = refine(&mut train, &e.train, &e.noise, self.free_from, ROUNDS, None)?;
+        train.fit_randomness(&e.train, &e.noise, false);
+        let holdout = self.held_from_data(&train)?;
+        Ok(self.finish(train, holdout, Some(estimate)))
     }
 
     /// `-2 log L` on training data plus the penalty of the parameters.
@@ -121,14 +180,23 @@ impl Search<'_> {
         if !fitted.train.randomness.has_latents() && !self.something_left(&fitted.train, &e.train) {
             return Ok(None);
         }
-        let taken = instruments::take_up(&fitted.train, &e.train, &e.noise, self.penalty, gain, self.free_from)?;
-        let Some(fit) = taken else { return Ok(None) };
+        let taken = instruments::take_up(&fitted.train, &e.train, &e.noise, self.penalty, gain, self.free_from);
+        let Some(Some(fit)) = self.or_remark("What the instruments seem to add does not go with the data", taken)?
+        else {
+            return Ok(None);
+        };
         let score = self.score(&fit, &e.train);
-        match self.verified(Trained { fit, estimate: fitted.estimate.clone(), score }, fitted) {
-            Ok(better) => Ok(Some(better)),
-            // Without what the instruments took over nothing holds the held-out trajectory: they are no better.
+        let better = self.verified(Trained { fit, estimate: fitted.estimate.clone(), score }, fitted);
+        // Without what the instruments took over nothing holds the held-out trajectory: they are no better.
+        self.or_remark("What the instruments seem to add does not go with the held-out data", better)
+    }
+
+    /// What came of a step that may fail because the model has no trajectory near the data; that is remarked.
+    fn or_remark<T>(&mut self, what: &str, result: Result<T, FitError>) -> Result<Option<T>, FitError> {
+        match result {
+            Ok(done) => Ok(Some(done)),
             Err(error @ (FitError::Diverged { .. } | FitError::Simulation(_))) => {
-                let remark = format!("What the instruments seem to add does not go with the held-out data: {error}.");
+                let remark = format!("{what}: {error}.");
                 if !self.remarks.contains(&remark) {
                     self.remarks.push(remark);
                 }

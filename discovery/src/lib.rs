@@ -18,6 +18,7 @@ mod alike;
 mod by_block;
 mod candidates;
 mod check;
+mod clock_offset;
 mod conclude;
 mod detection;
 mod discover;

@@ -155,9 +155,8 @@ impl<'a> Search<'a> {
 
     /// Adds effects of the catalogue as long as they earn their place.
     ///
-    /// Where the instruments ask for more than white noise, `base` gets it too.
-    pub(crate) fn catalogue_rounds(&mut self, base: &mut Fitted) -> Result<Fitted, FitError> {
-        let mut fitted = base.clone();
+    /// Where the instruments ask for more than white noise, `base` gets it too. `fitted` is `base` with what was taken up.
+    pub(crate) fn catalogue_rounds(&mut self, base: &mut Fitted, mut fitted: Fitted) -> Result<Fitted, FitError> {
         if fitted.train.examined.plant.unstretched_index(0).is_none() {
             fitted = self.elasticity(fitted)?;
         }
@@ -211,7 +210,7 @@ impl<'a> Search<'a> {
                 return Ok(fitted);
             }
             if self.taken.is_empty() {
-                return self.catalogue_rounds(base);
+                return self.catalogue_rounds(base, fitted);
             }
             fitted = self.rounds(base, fitted)?;
         }

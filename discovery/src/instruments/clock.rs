@@ -3,9 +3,11 @@
 use rayon::prelude::*;
 
 use super::{At, Device, Kind, Sizing};
+use crate::clock_offset::clock_offset;
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, FitError, for_trial};
 use crate::kalman::Randomness;
+use crate::model::Examined;
 use crate::path::LinearTrial;
 use crate::refine::solve;
 use crate::whiten::{Forcing, Normal, whiten};
@@ -81,6 +83,16 @@ impl Clocks {
             channels.for_each(|(_, late)| *late += step);
         }
     }
+}
+
+/// How late each channel is (s) where kinematics alone show that the lengths are late against the pose.
+pub(crate) fn late_lengths(model: &Examined, trials: &[Trial]) -> Vec<f64> {
+    let offset = clock_offset(model, trials).filter(|late| *late < 0.0);
+    let late = |channel: Channel| match (Device::of(channel), offset) {
+        (Device::CableLengths | Device::UnstretchedLengths, Some(offset)) => -offset,
+        _ => 0.0,
+    };
+    Channel::all(model.plant.cables()).into_iter().map(late).collect()
 }
 
 /// `randomness` less the delay of one clock, for each whose delay the likelihood may do without: the others and the parameters

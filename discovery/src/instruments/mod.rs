@@ -10,7 +10,7 @@ mod summary;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use clock::Clocks;
+pub(crate) use clock::{Clocks, late_lengths};
 pub(crate) use summary::summary;
 
 use crate::data::{Channel, Trial};
