@@ -6,6 +6,7 @@
 //! to the pose differ from those measured beside it, stretched by the recorded forces, is proportional to their rate where the
 //! clocks differ. In a soft robot a missing force does the same: there the search tells them apart.
 
+use crate::data::clean::noise_by_differences;
 use crate::data::{Channel, Trial};
 use crate::model::Examined;
 use crate::sizes::usual_force;
@@ -15,8 +16,8 @@ use crate::sizes::usual_force;
 const NO_FORCE: f64 = 1.0 / 3.0;
 /// Share of the squared mismatch that the offset must explain: most of it.
 const EXPLAINS: f64 = 0.5;
-/// Samples before and after one over which the rate of a length is taken.
-const HALF: usize = 5;
+/// Share of a rate's square that may be noise: what is regressed on a rate with noise comes out smaller by so much.
+const NOISE: f64 = 0.01;
 
 /// Sums over the samples of all cables, each less its means in each trial.
 #[derive(Default)]
@@ -47,15 +48,15 @@ pub(crate) fn clock_offset(model: &Examined, trials: &[Trial]) -> Option<f64> {
 impl Sums {
     fn add(&mut self, model: &Examined, trial: &Trial, cable: usize) {
         let of_pose: Vec<f64> = (0..trial.len()).map(|k| length_of_pose(model, trial, k, cable)).collect();
-        let samples = HALF..trial.len().saturating_sub(HALF);
-        let seen: Vec<[f64; 2]> = samples
+        let position = |channel: &Channel| matches!(channel, Channel::Pose(0 | 1));
+        let noise = (0..trial.channels.len()).filter(|j| position(&trial.channels[*j]));
+        let noise = noise.map(|j| noise_by_differences(trial, j)).fold(0.0, f64::max);
+        let rates = rates(&trial.time, &of_pose, noise);
+        let seen: Vec<[f64; 2]> = (0..trial.len())
             .filter_map(|k| {
                 let shown = |wanted: Channel| value(trial, k, wanted);
-                let measured = model.lengths(shown, &trial.inputs[k])[cable]?;
-                let step = trial.time[k + HALF] - trial.time[k - HALF];
-                let rate = (of_pose[k + HALF] - of_pose[k - HALF]) / step;
-                let mismatch = of_pose[k] - measured;
-                (rate.is_finite() && mismatch.is_finite()).then_some([mismatch, rate])
+                let mismatch = of_pose[k] - model.lengths(shown, &trial.inputs[k])[cable]?;
+                (rates[k].is_finite() && mismatch.is_finite()).then_some([mismatch, rates[k]])
             })
             .collect();
         let count = seen.len() as f64;
@@ -72,6 +73,28 @@ impl Sums {
             self.force += (stiffness * rate).powi(2);
             self.count += 1;
         }
+    }
+}
+
+/// Rates of a signal with white noise, from as near neighbours as the noise allows; `NAN` where these are missing.
+fn rates(time: &[f64], signal: &[f64], noise: f64) -> Vec<f64> {
+    let over = |half: usize| -> Vec<f64> {
+        let of = |k: usize| {
+            let (before, after) = (k.checked_sub(half)?, (k + half < time.len()).then_some(k + half)?);
+            Some((signal[after] - signal[before]) / (time[after] - time[before]))
+        };
+        (0..time.len()).map(|k| of(k).unwrap_or(f64::NAN)).collect()
+    };
+    let mut half = 1;
+    loop {
+        let rates = over(half);
+        let known = || rates.iter().filter(|rate| rate.is_finite());
+        let square = known().map(|rate| rate * rate).sum::<f64>() / known().count() as f64;
+        let apart = 2.0 * half as f64 * (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+        if 2.0 * (noise / apart).powi(2) < NOISE * square || 8 * half > time.len() {
+            return rates;
+        }
+        half *= 2;
     }
 }
 
