@@ -90,19 +90,19 @@ impl Search<'_> {
     /// Fits the model as given.
     pub(crate) fn base(&mut self, model: &Model) -> Result<Fitted, FitError> {
         let e = self.evidence;
-        let mut train = self.from_data(model)?;
+        let mut train = self.begun_by_data(model)?;
         if self.free_from < self.given {
             refine(&mut train, &e.train, &e.noise, self.free_from, ROUNDS, None)?;
             train.fit_randomness(&e.train, &e.noise, true);
         }
         self.base_randomness = Some(train.randomness.clone());
-        let holdout = self.held_from_data(&train)?;
+        let holdout = self.held_by_data(&train)?;
         self.reaches = Reaches::of(&holdout, &e.holdout, &e.noise, &POLICY);
         Ok(self.finish(train, holdout, None))
     }
 
     /// Trajectories of `model` on the training data, from these alone, and the sizes of what is random along them.
-    fn from_data(&mut self, model: &Model) -> Result<Fit, FitError> {
+    fn begun_by_data(&mut self, model: &Model) -> Result<Fit, FitError> {
         let e = self.evidence;
         let first = first_randomness(model, &e.train, &e.noise);
         let randomness = match &e.instruments {
@@ -121,7 +121,7 @@ impl Search<'_> {
     }
 
     /// Trajectories of a model on the held-out data, from these alone.
-    fn held_from_data(&mut self, train: &Fit) -> Result<Fit, FitError> {
+    fn held_by_data(&mut self, train: &Fit) -> Result<Fit, FitError> {
         let held = &self.evidence.holdout;
         let mut holdout = Fit::new(&train.model, held, &train.randomness, None)?;
         self.go_as_far(&mut holdout, held, FIRST_MOVES)?;
@@ -143,7 +143,7 @@ impl Search<'_> {
         let Ok(effect) = EffectSpec::new("pose_sensor_delay", None, &[late]) else { return Ok(None) };
         let mut delayed = model.clone();
         delayed.effects.push(effect.clone());
-        let fitted = self.refined_from_data(&delayed);
+        let fitted = self.refined_by_data(&delayed);
         let fitted = self.journal.tried(&effect, "by kinematics, it cannot be fitted", fitted);
         let Some(next) = fitted else { return Ok(None) };
         if !Self::helps(base, &next) {
@@ -156,12 +156,12 @@ impl Search<'_> {
     }
 
     /// A model fitted to both sets from the data alone.
-    fn refined_from_data(&mut self, model: &Model) -> Result<Fitted, FitError> {
+    fn refined_by_data(&mut self, model: &Model) -> Result<Fitted, FitError> {
         let e = self.evidence;
-        let mut train = self.from_data(model)?;
+        let mut train = self.begun_by_data(model)?;
         let estimate = refine(&mut train, &e.train, &e.noise, self.free_from, ROUNDS, None)?;
         train.fit_randomness(&e.train, &e.noise, false);
-        let holdout = self.held_from_data(&train)?;
+        let holdout = self.held_by_data(&train)?;
         Ok(self.finish(train, holdout, Some(estimate)))
     }
 
