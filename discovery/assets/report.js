@@ -17,14 +17,13 @@
   const brief = (value) => (value < 10 ? value.toFixed(1) : value.toFixed(0));
   const trial = () => data.trials[Number(trialBox.value)];
 
-  // Root mean square of (predicted - measured)/noise over a trial.
+  // Root mean square of (predicted - measured) over what the noise and the instruments would leave, over a trial.
   function error(series, side) {
-    const noise = facts.get(series.channel).noise;
     let sum = 0;
     let count = 0;
     series.measured.forEach((value, i) => {
       if (value !== null && series[side][i] !== null) {
-        sum += ((series[side][i] - value) / noise) ** 2;
+        sum += ((series[side][i] - value) / series.expected) ** 2;
         count += 1;
       }
     });
@@ -125,7 +124,7 @@
   function draw() {
     const current = trial();
     const series = current.series.find((entry) => entry.channel === channelBox.value);
-    const { unit, noise, label } = facts.get(series.channel);
+    const { unit, label } = facts.get(series.channel);
     const suffix = unit && unit !== "1" ? ` ${unit}` : "";
     const width = printing ? PRINT_WIDTH : holders[0].clientWidth;
     const kept = window_;
@@ -133,7 +132,7 @@
     plots = [];
     const minus = (values) =>
       values.map((value, i) =>
-        value === null || series.measured[i] === null ? null : (value - series.measured[i]) / noise,
+        value === null || series.measured[i] === null ? null : (value - series.measured[i]) / series.expected,
       );
     const before = { label: "before", stroke: () => colour("before"), width: 2, dash: [7, 4] };
     const after = { label: data.single ? "model" : "after", stroke: () => colour("after"), width: 1.5 };

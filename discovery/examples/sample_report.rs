@@ -271,7 +271,7 @@ fn trial(name: &str, k: f64, length_s: f64, holdout: bool, size: f64, horizon: f
     let time: Vec<f64> = (0..(length_s / STEP) as usize).map(|i| i as f64 * STEP).collect();
     let mut series: Vec<Series> = channels
         .iter()
-        .map(|c| Series { channel: c.name.clone(), measured: vec![], before: vec![], after: vec![] })
+        .map(|c| Series { channel: c.name.clone(), measured: vec![], before: vec![], after: vec![], expected: c.noise })
         .collect();
     let mut drift = [Drift::default(), Drift::default()]; // before, after
     for t in &time {

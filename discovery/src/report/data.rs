@@ -354,6 +354,9 @@ pub struct Series {
     pub before: Vec<f64>,
     /// Simulated with what was found added.
     pub after: Vec<f64>,
+    /// How far a model without fault would be from the measurements (root mean square, in the channel's unit): the noise, and
+    /// what the instruments have beside it.
+    pub expected: f64,
 }
 
 /// Root mean square of (simulated - measured)/σ in blocks of time.

@@ -205,7 +205,6 @@ struct PlotChannel<'a> {
     name: &'a str,
     label: String,
     unit: &'a str,
-    noise: f64,
 }
 
 #[derive(Serialize)]
@@ -226,6 +225,7 @@ struct PlotSeries<'a> {
     measured: Vec<f64>,
     before: Vec<f64>,
     after: Vec<f64>,
+    expected: f64,
 }
 
 #[derive(Serialize)]
@@ -240,7 +240,7 @@ fn plot_data(report: &Report) -> Result<String, ReportError> {
     let channels = report
         .channels
         .iter()
-        .map(|c| PlotChannel { name: &c.name, label: channel_words(&c.name), unit: &c.unit, noise: c.noise })
+        .map(|c| PlotChannel { name: &c.name, label: channel_words(&c.name), unit: &c.unit })
         .collect();
     let trials = report
         .trials
@@ -258,6 +258,7 @@ fn plot_data(report: &Report) -> Result<String, ReportError> {
                     measured: shortened(&s.measured, 9),
                     before: shortened(&s.before, 9),
                     after: shortened(&s.after, 9),
+                    expected: s.expected,
                 })
                 .collect(),
             spans: report

@@ -32,7 +32,7 @@ pub fn gap_picture(report: &Report, trial: &Trial, channel: &str) -> Result<Stri
         channel: channel.to_owned(),
     })?;
     let facts = report.channels.iter().find(|c| c.name == channel);
-    let (unit, noise) = facts.map_or(("", 1.0), |c| (c.unit.as_str(), c.noise));
+    let unit = facts.map_or("", |c| c.unit.as_str());
     let headline = summary(report).headline;
     let head = lines(&headline, LINE);
     // Everything below makes room for a headline of more than one line.
@@ -49,7 +49,7 @@ pub fn gap_picture(report: &Report, trial: &Trial, channel: &str) -> Result<Stri
     let _ = write!(svg, "<g transform=\"translate(0 {shift})\">");
     legend(&mut svg);
     values(&mut svg, trial, series, unit);
-    errors(&mut svg, trial, series, noise);
+    errors(&mut svg, trial, series);
     bars(&mut svg, report);
     svg.push_str("</g></svg>\n");
     Ok(svg)
@@ -74,7 +74,6 @@ fn lines(text: &str, width: usize) -> Vec<String> {
 pub fn most_telling(report: &Report) -> Option<(&Trial, &str)> {
     let trial = report.trials.iter().find(|t| t.holdout).or(report.trials.first())?;
     let score = |s: &Series| {
-        let noise = report.channels.iter().find(|c| c.name == s.channel).map_or(1.0, |c| c.noise);
         let mut sum = 0.0;
         for ((m, b), a) in s.measured.iter().zip(&s.before).zip(&s.after) {
             let change = (b - m).powi(2) - (a - m).powi(2);
@@ -82,7 +81,7 @@ pub fn most_telling(report: &Report) -> Option<(&Trial, &str)> {
                 sum += change;
             }
         }
-        sum / (noise * noise)
+        sum / s.expected.powi(2)
     };
     let best = trial.series.iter().max_by(|a, b| score(a).total_cmp(&score(b)))?;
     Some((trial, &best.channel))
@@ -115,8 +114,9 @@ fn values(svg: &mut String, trial: &Trial, series: &Series, unit: &str) {
     trace(svg, "gp-after", &x, &y, &trial.time, series.after.iter().copied());
 }
 
-fn errors(svg: &mut String, trial: &Trial, series: &Series, noise: f64) {
-    let error = |p: &'_ [f64]| -> Vec<f64> { p.iter().zip(&series.measured).map(|(p, m)| (p - m) / noise).collect() };
+fn errors(svg: &mut String, trial: &Trial, series: &Series) {
+    let error =
+        |p: &'_ [f64]| -> Vec<f64> { p.iter().zip(&series.measured).map(|(p, m)| (p - m) / series.expected).collect() };
     let (before, after) = (error(&series.before), error(&series.after));
     let x = Axis::new(range(trial.time.iter().copied()), (LEFT, SPLIT));
     let y = Axis::new(widen(range(before.iter().chain(&after).copied()), 0.05), (420.0, 280.0));

@@ -175,15 +175,21 @@ impl Frame {
 
     fn winches(&self, svg: &mut String, marks: &[Mark]) {
         let middle = MARGIN + 0.5 * SIZE;
+        let near = SIZE / 6.0;
         for (i, p) in self.anchors.iter().enumerate() {
             let marked = on(marks, Part::Winch, i) || on(marks, Part::Anchor, i);
             if marked {
                 circle(svg, "halo", *p, 17.0);
             }
             circle(svg, if marked { "winch marked" } else { "winch" }, *p, 8.0);
-            let left = p[0] < middle;
-            let x = if left { 4.0 } else { SIZE + 2.0 * MARGIN - 4.0 };
-            let anchor = if left { "start" } else { "end" };
+            // At the edges names have the margin for them; between, there is room where the winch is.
+            let (x, anchor) = if p[0] < middle - near {
+                (4.0, "start")
+            } else if p[0] > middle + near {
+                (SIZE + 2.0 * MARGIN - 4.0, "end")
+            } else {
+                (p[0], "middle")
+            };
             let above = p[1] < middle;
             let y = if above { p[1] - 24.0 } else { p[1] + 34.0 };
             let class = if marked { "name marked" } else { "name" };

@@ -22,6 +22,7 @@ fn report() -> Report {
             measured: vec![0.0, 0.1, f64::NAN, 0.3],
             before: vec![0.0, 0.2, 0.4, 0.9],
             after: vec![0.0, 0.1, 0.2, 0.3],
+            expected: 0.01,
         }],
         residuals: ResidualMap {
             edges: vec![0.0, 2.0, 4.0],
@@ -529,4 +530,29 @@ fn a_report_with_the_least_content_still_renders() {
     report.robot.path.clear();
     let page = render(&report).expect("a page");
     assert!(page.contains("Nothing is missing"));
+}
+
+/// Those of six cables lay one upon another where a winch stands in the middle of a side.
+#[test]
+fn names_of_winches_stand_apart() {
+    let mut report = report();
+    report.located.clear();
+    report.effects.clear();
+    report.robot.anchors = vec![[-2.0, -1.5], [0.1, -1.6], [2.0, -1.5], [2.0, 1.5], [-0.2, 1.6], [-2.0, 1.5]];
+    report.robot.attachments = report.robot.anchors.iter().map(|[x, y]| [0.1 * x, 0.1 * y]).collect();
+    let svg = robot::draw(&report).svg;
+    let number = |text: &str, name: &str| -> f64 {
+        let value = text.split(&format!("{name}=\"")).nth(1).and_then(|rest| rest.split('"').next());
+        value.and_then(|value| value.parse().ok()).expect("a coordinate")
+    };
+    let names: Vec<[f64; 2]> = svg
+        .split("<text")
+        .filter(|text| text.contains(">winch "))
+        .map(|text| ["x", "y"].map(|n| number(text, n)))
+        .collect();
+    assert_eq!(names.len(), 6);
+    for (i, a) in names.iter().enumerate() {
+        // A name is some 60 wide and 16 high.
+        assert!(names[..i].iter().all(|b| (a[0] - b[0]).abs() > 80.0 || (a[1] - b[1]).abs() > 16.0), "{names:?}");
+    }
 }

@@ -32,6 +32,7 @@ pub(super) fn trial(compared: &Compared) -> Trial {
             measured: picked.iter().map(|k| trial.measured[*k][j]).collect(),
             before: predicted(&compared.before, j),
             after: predicted(&compared.after, j),
+            expected: compared.expected[j],
         })
         .collect();
     Trial {
