@@ -3,9 +3,9 @@
 use rayon::prelude::*;
 
 use crate::data::{Channel, Trial};
+use crate::delayed::earlier;
 use crate::estimate::{Fit, for_trial};
 use crate::kalman::{Keep, filter};
-use crate::path::earlier;
 
 /// Free-running predictions of one trial.
 pub(crate) struct Prediction {

@@ -4,12 +4,13 @@ use cdpr::dynamics::Inputs;
 use cdpr::effect::{EffectKind, Stage};
 use cdpr::per_cable::PerCable;
 use cdpr::plant::EffectStates;
-use cdpr::simulation::Simulation;
 use rayon::prelude::*;
 
-use crate::data::{Channel, Trial};
+use crate::data::Trial;
+use crate::delayed::{Clock, at_instants, rates};
 use crate::estimate::FitError;
 use crate::model::{Examined, Moment, disturb};
+use crate::sensor_slopes::{SensorSlopes, Slopes};
 use crate::variation::{Step, Variation};
 use crate::vector::padded;
 
@@ -196,54 +197,6 @@ impl LinearTrial {
     }
 }
 
-/// How late a channel is against its stamps: by so many samples, and the rest of a sample.
-///
-/// A while ago is another state where the cables' vibration turns by more than a radian in that time: what is shown is taken
-/// for what was at the sample nearest to when it was so, of which its state says it to first order.
-#[derive(Clone, Copy)]
-struct Clock {
-    late: f64,
-    samples: isize,
-}
-
-impl Clock {
-    fn new(late: f64, interval: f64) -> Self {
-        Self { late, samples: (late / interval).round() as isize }
-    }
-
-    /// The row with what is shown of sample `k`.
-    fn row(self, k: usize, len: usize) -> Option<usize> {
-        k.checked_add_signed(self.samples).filter(|row| *row < len)
-    }
-
-    /// When it was so (s), near to sample `k`.
-    fn instant(self, time: &[f64], k: usize) -> Option<f64> {
-        self.row(k, time.len()).map(|row| time[row] - self.late)
-    }
-
-    /// How long before sample `k` that was (s).
-    fn rest(self, time: &[f64], k: usize) -> f64 {
-        self.instant(time, k).map_or(0.0, |instant| time[k] - instant)
-    }
-}
-
-/// Shares of the robot's reach by which the platform and a cable's length are moved for differences.
-const MOVED: f64 = 1e-3 / 900.0;
-const STRETCHED: f64 = 1e-4 / 900.0;
-
-/// Steps by which states are moved for differences: far above the integrator's error, far below curvature.
-fn difference_steps(model: &Examined) -> Vec<f64> {
-    let reach = model.plant.geometry().size();
-    let mut steps = vec![STRETCHED * reach; model.states()];
-    steps[..6].copy_from_slice(&[MOVED * reach, MOVED * reach, 1e-4, 1e-3, 1e-3, 1e-4]);
-    for i in 0..model.plant.cables() {
-        for at in model.plant.effect_states(i) {
-            steps[at] = 1e-3 * effect_state_scale(model, i, at);
-        }
-    }
-    steps
-}
-
 /// Size of an effect state: forces count in kN, strains in thousandths, bows of cables and their velocities in m and m/s,
 /// deflections by what friction holds.
 pub(crate) fn effect_state_scale(model: &Examined, cable: usize, at: usize) -> f64 {
@@ -350,97 +303,6 @@ pub(crate) fn linearise(
     Ok(linear)
 }
 
-/// Slopes of what the sensors show, those that are zero all the time left out.
-#[derive(Clone, Debug, PartialEq)]
-struct Slopes {
-    /// The states that each channel shows anything of.
-    shows: Vec<Vec<usize>>,
-    /// Slopes by these, channel after channel and sample after sample.
-    values: Vec<f64>,
-}
-
-impl Slopes {
-    /// Of `∂h/∂x`, `channels × states` a sample.
-    fn of(all: &[f64], channels: usize, states: usize) -> Self {
-        let rows = |j: usize| all.chunks_exact(states).skip(j).step_by(channels);
-        let shows = |j: usize| (0..states).filter(|c| rows(j).any(|slopes| slopes[*c] != 0.0)).collect();
-        let shows: Vec<Vec<usize>> = (0..channels).map(shows).collect();
-        let of_row = |(at, slopes)| -> Vec<f64> {
-            let slopes: &[f64] = slopes;
-            let at: usize = at;
-            shows[at % channels].iter().map(|c| slopes[*c]).collect()
-        };
-        Self { values: all.chunks_exact(states).enumerate().flat_map(of_row).collect(), shows }
-    }
-
-    /// Those of parts of a trial that follow one another.
-    fn joined(parts: Vec<Self>) -> Self {
-        let mut shows = parts.first().map_or_else(Vec::new, |part| part.shows.clone());
-        for part in &parts {
-            for (all, own) in shows.iter_mut().zip(&part.shows) {
-                all.extend(own);
-                all.sort_unstable();
-                all.dedup();
-            }
-        }
-        let mut values = Vec::with_capacity(parts.iter().map(|part| part.values.len()).sum());
-        for part in parts {
-            if part.shows == shows {
-                values.extend(part.values);
-                continue;
-            }
-            let mut own = part.values.iter();
-            let samples = part.values.len() / part.shows.iter().map(Vec::len).sum::<usize>().max(1);
-            for _ in 0..samples {
-                for (all, shown) in shows.iter().zip(&part.shows) {
-                    let slope = |c: &usize| if shown.contains(c) { own.next().copied().unwrap_or(0.0) } else { 0.0 };
-                    values.extend(all.iter().map(slope));
-                }
-            }
-        }
-        Self { shows, values }
-    }
-}
-
-/// Slopes in time of `channels` numbers a sample, from the neighbours on both sides.
-fn rates(time: &[f64], shown: &[f64], channels: usize) -> Vec<f64> {
-    let len = time.len();
-    (0..len * channels)
-        .map(|at| {
-            let (k, j) = (at / channels, at % channels);
-            let (before, after) = (k.saturating_sub(1), (k + 1).min(len - 1));
-            (shown[after * channels + j] - shown[before * channels + j]) / (time[after] - time[before])
-        })
-        .collect()
-}
-
-/// What a smooth signal was a while before each sample.
-pub(crate) fn earlier(time: &[f64], signal: &[f64], late: f64) -> Vec<f64> {
-    at_instants(time, signal, time.iter().map(|t| t - late))
-}
-
-/// What a smooth signal is at some instants: by cubic polynomials between samples, along its slope before and after them.
-fn at_instants(time: &[f64], signal: &[f64], instants: impl Iterator<Item = f64>) -> Vec<f64> {
-    let slope = rates(time, signal, 1);
-    let last = time.len() - 1;
-    instants
-        .map(|then| {
-            let k = time.partition_point(|t| *t <= then).clamp(1, last) - 1;
-            let h = time[k + 1] - time[k];
-            let s = (then - time[k]) / h;
-            if !(0.0..=1.0).contains(&s) {
-                let end = if s < 0.0 { k } else { k + 1 };
-                return signal[end] + slope[end] * (then - time[end]);
-            }
-            let (a, b) = (signal[k], signal[k + 1]);
-            let (da, db) = (h * slope[k], h * slope[k + 1]);
-            let cubic = 2.0 * (a - b) + da + db;
-            let square = 3.0 * (b - a) - 2.0 * da - db;
-            a + s * (da + s * (square + s * cubic))
-        })
-        .collect()
-}
-
 fn has_dead_time(model: &Examined) -> bool {
     model.plant.effects().iter().any(|effect| effect.id == "winch_delay")
 }
@@ -528,74 +390,14 @@ impl Part<'_> {
     }
 }
 
-/// How the sensors follow the states, by differences.
-struct SensorSlopes<'a> {
-    model: &'a Examined,
-    channels: &'a [Channel],
-    steps: Vec<f64>,
-    moved: Vec<f64>,
-    shown: Vec<f64>,
-}
-
-impl<'a> SensorSlopes<'a> {
-    fn new(model: &'a Examined, trial: &'a Trial) -> Self {
-        Self { model, channels: &trial.channels, steps: difference_steps(model), moved: Vec::new(), shown: Vec::new() }
-    }
-
-    /// Writes `∂h/∂x` at a moment at which the sensors show `shown`.
-    fn at(&mut self, simulation: &Simulation, moment: &Moment<'_>, shown: &[f64], slopes: &mut [f64]) {
-        let n = moment.y.len();
-        for c in 0..n {
-            self.moved.clear();
-            self.moved.extend_from_slice(moment.y);
-            self.moved[c] += self.steps[c];
-            let moved = Moment { y: &self.moved, ..*moment };
-            self.model.measure_at(simulation, &moved, self.channels, &mut self.shown);
-            for (j, (moved, shown)) in self.shown.iter().zip(shown).enumerate() {
-                slopes[j * n + c] = (moved - shown) / self.steps[c];
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use cdpr::effect::EffectSpec;
     use cdpr::model_file::Model;
+    use cdpr::simulation::Simulation;
 
     use super::*;
     use crate::data::recording::{fitted, record};
-
-    #[test]
-    fn plain_slopes_of_sensors_are_those_by_differences() {
-        let scale = EffectSpec::new("length_sensor_scale", Some(3), &[0.01]).unwrap();
-        let anchor = EffectSpec::new("anchor_offset", Some(1), &[1.0, -2.0]).unwrap();
-        for rigid in [false, true] {
-            let mut model = Model { effects: vec![scale.clone(), anchor.clone()], ..Model::default() };
-            if rigid {
-                model.parameters.cable_model = cdpr::parameters::CableModel::Rigid;
-            }
-            let examined = Examined::new(&model).unwrap();
-            let mut trial = record(&[], 1.0, 5);
-            trial.channels = (0..3).map(Channel::Pose).chain((0..4).map(Channel::CableLength)).collect();
-            trial.channels.extend((0..4).map(Channel::UnstretchedLength));
-            let (n, m) = (examined.states(), trial.channels.len());
-            let mut x = vec![0.0; n];
-            x[..6].copy_from_slice(&[3.0, -4.0, 0.05, 0.2, -0.1, 0.01]);
-            (0..4).filter_map(|i| examined.plant.unstretched_index(i)).for_each(|at| x[at] = 636.0);
-            let simulation = examined.simulation(&trial, 0, &x);
-            let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
-            let (mut shown, mut plain, mut other) = (Vec::new(), vec![1.0; n * m], vec![0.0; n * m]);
-            let moment = Moment { time: 0.0, y: &x, felt: &felt, slack };
-            let e = examined.measure_at(&simulation, &moment, &trial.channels, &mut shown);
-            assert!(examined.sensor_slopes(0.0, &e, &trial.channels, &mut plain));
-            SensorSlopes::new(&examined, &trial).at(&simulation, &moment, &shown, &mut other);
-            for (at, (plain, other)) in plain.iter().zip(&other).enumerate() {
-                let (channel, state) = (trial.channels[at / n], at % n);
-                assert!((plain - other).abs() < 1e-3 * (1.0 + other.abs()), "{channel:?} by {state}: {plain} {other}");
-            }
-        }
-    }
 
     /// Late by more than a sample, as an effect or by its clock: what is measured is compared with what was then.
     #[test]
@@ -619,18 +421,6 @@ mod tests {
             assert!((0.8..1.2).contains(&(size / noise)), "channel {j}: {size}");
             assert_eq!(own, residuals(&by_clock), "channel {j}");
         }
-    }
-
-    #[test]
-    fn slopes_of_parts_are_those_of_the_whole() {
-        // Two channels and three states; the second state shows later on, the third never.
-        let all = [1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 2.0, 0.0, 0.0, 0.0, 0.25, 0.0, 3.0, 4.0, 0.0, 0.0, 0.125, 0.0];
-        let whole = Slopes::of(&all, 2, 3);
-        assert_eq!(whole.shows, [vec![0, 1], vec![1]]);
-        assert_eq!(whole.values, [1.0, 0.0, 0.5, 2.0, 0.0, 0.25, 3.0, 4.0, 0.125]);
-        let parts = [&all[..12], &all[12..]].map(|part| Slopes::of(part, 2, 3));
-        assert_eq!(parts[0].shows, [vec![0], vec![1]]);
-        assert_eq!(Slopes::joined(parts.to_vec()), whole);
     }
 
     /// One sample after the other at the tolerance in use, against one ten thousand times finer.

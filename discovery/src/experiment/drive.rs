@@ -10,8 +10,9 @@ use cdpr::per_cable::PerCable;
 use cdpr::simulation::Start;
 
 use crate::data::{Channel, Trial};
+use crate::delayed::earlier;
 use crate::model::Examined;
-use crate::path::{Trajectory, earlier};
+use crate::path::Trajectory;
 use crate::sizes::Sizes;
 
 use super::motion::{Motion, Statics};
