@@ -141,7 +141,7 @@ mod tests {
         assert_eq!(late(&bench, &[], 0, 0), None);
     }
 
-    /// On a tenth of the tension, and beside a delay that a force of friction could make up.
+    /// Friction of a stiff robot, whose clocks agree, and a late pose of a soft one, where a small force would do the same.
     #[test]
     fn what_a_force_can_do_is_left_to_the_search() {
         let friction = EffectSpec::new("winch_viscous_friction", None, &[200.0]).unwrap();

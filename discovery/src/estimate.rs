@@ -568,6 +568,12 @@ pub enum FitError {
         /// Time in it (s).
         time: f64,
     },
+    /// A variation of the model has rates, or shows something, that is no number.
+    #[error("{trial}: it gives values that are not finite")]
+    NotFinite {
+        /// The trial.
+        trial: String,
+    },
 }
 
 /// First guess of the random parts, before any fit.

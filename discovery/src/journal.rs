@@ -105,6 +105,16 @@ impl Journal {
         self.entries.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// That an effect says nothing along the fit at hand, and why; once, though it be weighed in every round.
+    pub(crate) fn silent(&self, effect: &EffectSpec, error: &dyn Error) {
+        let entry = failure(Some(effect.clone()), "its signature", error);
+        self.locked(|entries| {
+            if !entries.contains(&entry) {
+                entries.push(entry);
+            }
+        });
+    }
+
     fn write(&self, entry: Entry) {
         self.locked(|entries| entries.push(entry));
     }
@@ -138,6 +148,16 @@ mod tests {
         let [entry] = &journal.into_entries()[..] else { panic!("one entry") };
         assert_eq!((entry.outcome, entry.delta_bic, &entry.effect), (Outcome::Failed, None, &Some(drag(2.0))));
         assert_eq!(entry.reason, format!("on held-out data: {text}"));
+    }
+
+    #[test]
+    fn a_law_that_cannot_be_weighed_in_any_round_is_said_once() {
+        let journal = Journal::default();
+        let error = FitError::NotFinite { trial: "first.csv".to_owned() };
+        (0..3).for_each(|_| journal.silent(&drag(1.0), &error));
+        journal.silent(&drag(2.0), &error);
+        let reasons: Vec<String> = journal.into_entries().into_iter().map(|entry| entry.reason).collect();
+        assert_eq!(reasons, vec!["its signature: first.csv: it gives values that are not finite"; 2]);
     }
 
     #[test]

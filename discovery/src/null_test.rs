@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use crate::candidates::Library;
 use crate::data::Trial;
-use crate::estimate::{Fit, for_trial};
+use crate::estimate::{Fit, FitError, for_trial};
 use crate::kalman::{Keep, Randomness, filter};
 use crate::outcome::NullTest;
 use crate::path::LinearTrial;
@@ -54,6 +54,8 @@ pub(crate) struct Weighed {
     pub(crate) level: Level,
     /// The right side of the normal equations at every shift; none where a trial is too short.
     shifted: Option<Arc<Vec<Vec<f64>>>>,
+    /// The variations that could not be simulated along the fit, and why.
+    pub(crate) failures: Arc<Vec<(usize, FitError)>>,
 }
 
 impl Weighed {
@@ -89,28 +91,23 @@ impl Weighing<'_> {
             let shifts = shifts.as_ref().map_or(&[][..], |shifts| &shifts[t]);
             self.shifted(&linear, t, shifts, &pairs)
         };
-        let parts: Vec<(Normal, Shifted)> = (0..self.trials.len()).into_par_iter().map(of_trial).collect();
+        let parts: Vec<Part> = (0..self.trials.len()).into_par_iter().map(of_trial).collect();
         let mut normal = Normal::empty(self.library.columns.len());
-        parts.iter().for_each(|(part, _)| normal.add(part));
+        parts.iter().for_each(|part| normal.add(&part.normal));
         let shifted = |i: usize| -> Vec<f64> {
-            let pairs: usize = parts.iter().map(|(_, p)| p.pairs[i]).sum();
+            let pairs: usize = parts.iter().map(|part| part.shifted.pairs[i]).sum();
             // Where a gap meets a measurement nothing is added: the others stand for it.
             let scale = (normal.count as f64 / pairs.max(1) as f64).sqrt();
-            let sum = |c: usize| parts.iter().map(|(_, p)| f64::from(p.right[(c, i)])).sum::<f64>();
+            let sum = |c: usize| parts.iter().map(|part| f64::from(part.shifted.right[(c, i)])).sum::<f64>();
             (0..normal.columns).map(|c| scale * sum(c)).collect()
         };
         let shifted = shifts.map(|_| Arc::new((0..SHIFTS).map(shifted).collect()));
-        Weighed { level: Level { normal }, shifted }
+        let failures = Arc::new(parts.into_iter().flat_map(|part| part.failures).collect());
+        Weighed { level: Level { normal }, shifted, failures }
     }
 
     /// The normal equations of one trial, and its innovations, shifted the same in all channels, on its whitened signatures.
-    fn shifted(
-        &self,
-        linear: &[LinearTrial],
-        t: usize,
-        shifts: &[Shift],
-        pairs: &[(usize, usize)],
-    ) -> (Normal, Shifted) {
+    fn shifted(&self, linear: &[LinearTrial], t: usize, shifts: &[Shift], pairs: &[(usize, usize)]) -> Part {
         let along = Along::new(self.fit, linear, self.trials, t);
         let (linear, columns) = (along.linear, self.library.columns.len());
         let randomness = for_trial(self.randomness, &self.trials[t]);
@@ -150,8 +147,15 @@ impl Weighing<'_> {
         let silent = stream.silent();
         normal.silence(&silent);
         silent.into_iter().for_each(|column| out.right.row_mut(column).fill(0.0));
-        (normal, out)
+        Part { normal, shifted: out, failures: stream.failures().collect() }
     }
+}
+
+/// What comes of one trial.
+struct Part {
+    normal: Normal,
+    shifted: Shifted,
+    failures: Vec<(usize, FitError)>,
 }
 
 /// What the best candidate gains by chance, in every control run.
@@ -334,7 +338,8 @@ mod tests {
             let shift = |samples, waves, start| Shift { samples, waves, start };
             let linear = weighing.fit.linear(&trials);
             let shifts = [shift(0, 0, 0.0), shift(77, 1, 0.3), shift(250, 5, 0.9)];
-            let (normal, sums) = weighing.shifted(&linear, 0, &shifts, &all_pairs(weighing.library));
+            let Part { normal, shifted: sums, .. } =
+                weighing.shifted(&linear, 0, &shifts, &all_pairs(weighing.library));
             let randomness = for_trial(weighing.randomness, &trials[0]);
             let filtered = filter(&linear[0], &randomness, Keep::Innovations);
             let wave = wave(trials[0].len());

@@ -74,6 +74,9 @@ impl Search<'_> {
         self.tried.extend(library.candidates.iter().map(|candidate| library.name(candidate)));
         let sizes = ladder(&fit.randomness);
         let levels = levels(fit, &e.train, signatures, &sizes);
+        for (variation, error) in &*signatures.weighed(fit, &e.train, &sizes[0]).failures {
+            self.journal.silent(&library.variations[*variation], error);
+        }
         let base = baseline(&levels);
         let ranked = rank(library, &levels, self.penalty);
         let gain = ranked.first().map_or(0.0, |best| base - best.score).max(0.0);

@@ -8,7 +8,7 @@ use cdpr::simulation::Simulation;
 use rayon::prelude::*;
 
 use crate::data::{Channel, Trial};
-use crate::estimate::Fit;
+use crate::estimate::{Fit, FitError};
 use crate::late::{LateForces, comes_late};
 use crate::model::{Examined, Moment, disturb};
 use crate::path::{LinearTrial, Trajectory};
@@ -76,8 +76,9 @@ impl Single {
         Self { step: vec![0.0; along.steps(samples) * n], sensor: vec![0.0; samples.len() * m] }
     }
 
-    fn if_finite(self) -> Option<Self> {
-        self.step.iter().chain(&self.sensor).all(|v| v.is_finite()).then_some(self)
+    fn if_finite(self, trial: &Trial) -> Result<Self, FitError> {
+        let finite = self.step.iter().chain(&self.sensor).all(|v| v.is_finite());
+        if finite { Ok(self) } else { Err(FitError::NotFinite { trial: trial.name.clone() }) }
     }
 }
 
@@ -89,34 +90,37 @@ pub(crate) enum Follower {
 }
 
 impl Follower {
-    /// `None` where the variation is no plant at all.
-    pub(crate) fn new(along: &Along<'_>, spec: &EffectSpec) -> Option<Self> {
+    /// # Errors
+    /// Where the variation is no plant at all.
+    pub(crate) fn new(along: &Along<'_>, spec: &EffectSpec) -> Result<Self, FitError> {
         let Along { base, trial, .. } = along;
         if comes_late(&spec.id) && !shows_tension(trial) {
-            return Some(Self::Late(LateForces::new(spec, along)));
+            return Ok(Self::Late(LateForces::new(spec, along)));
         }
         let mut varied = along.model.clone();
         varied.effects.push(spec.clone());
-        let varied = Examined::new(&varied).ok()?;
+        let varied = Examined::new(&varied).map_err(|error| FitError::Model(error.to_string()))?;
         if !acts_through_rates(&spec.id) {
-            return Some(Self::Simulated(Box::new(Simulated::new(along, varied)?)));
+            return Ok(Self::Simulated(Box::new(Simulated::new(along, varied)?)));
         }
         let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
         let acts = Acts { plant: !is_of_sensors(&spec.id), sensors, by_states: acts_by_states(spec) };
-        Some(Self::Quick(Box::new(Quick::new(along, varied, acts)?)))
+        Ok(Self::Quick(Box::new(Quick::new(along, varied, acts)?)))
     }
 
-    /// What it adds over the next samples, given the base plant's rates at both ends of each step; `None` when it cannot be
-    /// simulated.
+    /// What it adds over the next samples, given the base plant's rates at both ends of each step.
+    ///
+    /// # Errors
+    /// Where it cannot be simulated.
     pub(crate) fn advance(
         &mut self,
         along: &Along<'_>,
         samples: &Range<usize>,
         base_rates: &[Vec<f64>; 2],
-    ) -> Option<Single> {
+    ) -> Result<Single, FitError> {
         match self {
             Self::Late(late) => {
-                Some(Single { step: late.advance(along, samples.clone()), ..Single::nothing(along, samples) })
+                Ok(Single { step: late.advance(along, samples.clone()), ..Single::nothing(along, samples) })
             }
             Self::Quick(quick) => quick.advance(along, samples, base_rates),
             Self::Simulated(simulated) => simulated.advance(along, samples),
@@ -125,7 +129,7 @@ impl Follower {
 }
 
 /// Index in the varied plant of each state of the base plant.
-fn state_map(base: &Examined, varied: &Examined) -> Option<Vec<usize>> {
+fn state_map(base: &Examined, varied: &Examined) -> Result<Vec<usize>, FitError> {
     let mut map: Vec<usize> = (0..6).collect();
     for i in 0..base.plant.cables() {
         map.extend(base.plant.unstretched_index(i).map(|_| varied.plant.unstretched_index(i)).into_iter().flatten());
@@ -134,7 +138,10 @@ fn state_map(base: &Examined, varied: &Examined) -> Option<Vec<usize>> {
         // New effects come last in the model, so their states come last on each cable.
         map.extend((0..base.plant.effect_states(i).len()).map(|k| start + k));
     }
-    (map.len() == base.states()).then_some(map)
+    if map.len() == base.states() {
+        return Ok(map);
+    }
+    Err(FitError::Model("it lacks states that the model has".to_owned()))
 }
 
 /// A variation that is simulated, from the trajectory's point on at each sample.
@@ -148,13 +155,13 @@ pub(crate) struct Simulated {
 
 impl Simulated {
     /// Own states of the varied plant begin at rest under the first sample and then follow the trajectory.
-    fn new(along: &Along<'_>, varied: Examined) -> Option<Self> {
+    fn new(along: &Along<'_>, varied: Examined) -> Result<Self, FitError> {
         let y = varied.first_states(along.trial);
         let simulation = varied.simulation(along.trial, 0, &y);
-        Some(Self { map: state_map(along.base, &varied)?, y, simulation, shown: Vec::new(), varied })
+        Ok(Self { map: state_map(along.base, &varied)?, y, simulation, shown: Vec::new(), varied })
     }
 
-    fn advance(&mut self, along: &Along<'_>, samples: &Range<usize>) -> Option<Single> {
+    fn advance(&mut self, along: &Along<'_>, samples: &Range<usize>) -> Result<Single, FitError> {
         let Along { base, linear, trial, trajectory, .. } = along;
         let Self { varied, map, y, simulation, shown } = self;
         let (n, m) = (base.states(), trial.channels.len());
@@ -177,13 +184,13 @@ impl Simulated {
             }
             if k + 1 < trial.len() {
                 let aim = trajectory.states(k + 1);
-                simulation.advance(trial.time[k + 1] - trial.time[k]).ok()?;
+                simulation.advance(trial.time[k + 1] - trial.time[k]).map_err(FitError::Simulation)?;
                 for (r, place) in map.iter().enumerate() {
                     out.step[at * n + r] = (simulation.states()[*place] - aim[r] - linear.defect[k * n + r]) as f32;
                 }
             }
         }
-        out.if_finite()
+        out.if_finite(trial)
     }
 }
 
@@ -245,7 +252,7 @@ pub(crate) struct Quick {
 }
 
 impl Quick {
-    fn new(along: &Along<'_>, varied: Examined, acts: Acts) -> Option<Self> {
+    fn new(along: &Along<'_>, varied: Examined, acts: Acts) -> Result<Self, FitError> {
         let Along { base, trial, .. } = along;
         let map = state_map(base, &varied)?;
         let mut y = varied.first_states(trial);
@@ -254,7 +261,7 @@ impl Quick {
         let simulation = varied.simulation(trial, 0, &y);
         let acts = Acts { by_states: acts.by_states && own.is_empty(), ..acts };
         let rates = [vec![0.0; y.len()], vec![0.0; y.len()]];
-        Some(Self {
+        Ok(Self {
             acts,
             map,
             own,
@@ -267,7 +274,12 @@ impl Quick {
         })
     }
 
-    fn advance(&mut self, along: &Along<'_>, samples: &Range<usize>, base_rates: &[Vec<f64>; 2]) -> Option<Single> {
+    fn advance(
+        &mut self,
+        along: &Along<'_>,
+        samples: &Range<usize>,
+        base_rates: &[Vec<f64>; 2],
+    ) -> Result<Single, FitError> {
         let Along { base, linear, trial, trajectory, .. } = along;
         let Self { varied, acts, map, own, y, simulation, shown, rates, difference } = self;
         let (n, m) = (base.states(), trial.channels.len());
@@ -313,7 +325,7 @@ impl Quick {
                 *slot += (half * *difference) as f32;
             }
         }
-        out.if_finite()
+        out.if_finite(trial)
     }
 }
 
@@ -349,7 +361,8 @@ const STRETCH: usize = 500;
 
 /// The sensitivities to parameters: the forcing of a move to each of `varied`, models with the same states, over its size.
 ///
-/// By the variational equation with the parameters as inputs; a dead time, which is none in it, by simulation.
+/// By the variational equation with the parameters as inputs; a dead time, which is none in it, by simulation. Where that
+/// fails a move of it says nothing, and it stays as it is.
 pub(crate) fn sensitivities(along: &Along<'_>, varied: &[Varied]) -> Forcing {
     let Along { base, linear, trial, trajectory, .. } = *along;
     let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), varied.len());
@@ -365,7 +378,7 @@ pub(crate) fn sensitivities(along: &Along<'_>, varied: &[Varied]) -> Forcing {
         let scale = 1.0 / varied.size;
         if is_dead_time(&varied.effect) {
             let simulated = Simulated::new(along, varied.examined.clone());
-            let Some(single) = simulated.and_then(|mut all| all.advance(along, &(0..len))) else { continue };
+            let Ok(single) = simulated.and_then(|mut all| all.advance(along, &(0..len))) else { continue };
             for (at, value) in single.step.iter().enumerate() {
                 forcing.step[at * columns + c] = value * scale as f32;
             }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::candidates::Combination;
 use crate::data::Trial;
-use crate::estimate::{Fit, for_trial};
+use crate::estimate::{Fit, FitError, for_trial};
 use crate::kalman::{Randomness, STRETCH};
 use crate::signature::{Along, Follower, Single};
 use crate::whiten::{Acting, Forcing, Normal, Products, Whitening};
@@ -21,8 +21,8 @@ pub(crate) type Columns<'a> = (&'a [EffectSpec], &'a [Combination]);
 pub(crate) struct Stream<'a> {
     along: Along<'a>,
     columns: &'a [Combination],
-    /// None of a variation that cannot be simulated.
-    followers: Vec<Option<Follower>>,
+    /// Of a variation that cannot be simulated, why not.
+    followers: Vec<Result<Follower, FitError>>,
     /// Of each batch of variations, the shares that they have in columns: column, place in the batch, weight.
     shares: Vec<Vec<(usize, usize, f32)>>,
     next: usize,
@@ -59,12 +59,9 @@ impl<'a> Stream<'a> {
         let Single { step, sensor } = Single::nothing(along, &samples);
         let (mut step, mut sensor) = (vec![0.0; step.len() * columns.len()], vec![0.0; sensor.len() * columns.len()]);
         for (followers, shares) in followers.chunks_mut(BATCH).zip(shares) {
-            let follow = |follower: &mut Option<Follower>| {
-                let single = follower.as_mut()?.advance(along, &samples, &base_rates);
-                if single.is_none() {
-                    *follower = None;
-                }
-                single
+            let follow = |follower: &mut Result<Follower, FitError>| {
+                let advanced = follower.as_mut().ok()?.advance(along, &samples, &base_rates);
+                advanced.map_err(|error| *follower = Err(error)).ok()
             };
             let singles: Vec<Option<Single>> = followers.par_iter_mut().map(follow).collect();
             let values = |of: fn(&Single) -> &[f32]| -> Vec<&[f32]> {
@@ -78,8 +75,13 @@ impl<'a> Stream<'a> {
 
     /// The columns that say nothing: a variation of them could not be simulated up to here.
     pub(crate) fn silent(&self) -> Vec<usize> {
-        let fails = |column: &usize| self.columns[*column].iter().any(|(at, _)| self.followers[*at].is_none());
+        let fails = |column: &usize| self.columns[*column].iter().any(|(at, _)| self.followers[*at].is_err());
         (0..self.columns.len()).filter(fails).collect()
+    }
+
+    /// The variations that could not be simulated up to here, and why.
+    pub(crate) fn failures(self) -> impl Iterator<Item = (usize, FitError)> {
+        self.followers.into_iter().enumerate().filter_map(|(at, follower)| Some((at, follower.err()?)))
     }
 }
 

@@ -151,6 +151,18 @@ impl Library {
         }
     }
 
+    /// The candidates, with the columns and variations that they need alone.
+    fn in_use(mut self) -> Self {
+        let mut used: Vec<usize> = self.candidates.iter().flat_map(|c| c.columns.iter().copied()).collect();
+        used.sort_unstable();
+        used.dedup();
+        let place = |at: &usize| used.binary_search(at).unwrap_or_else(|_| unreachable!("it is one of those used"));
+        for candidate in &mut self.candidates {
+            candidate.columns.iter_mut().for_each(|column| *column = place(column));
+        }
+        Self { candidates: std::mem::take(&mut self.candidates), ..self.of_columns(&used) }
+    }
+
     /// What tells a candidate from every other one: its id and cable, of a term also its target and text.
     pub(crate) fn name(&self, candidate: &Candidate) -> String {
         let term = candidate.columns.first().and_then(|column| self.columns[*column].first()).and_then(|(at, _)| {
@@ -256,7 +268,7 @@ pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
         model.effects.iter().any(|e| e.id == id && (e.cable.is_none() || cable.is_none() || e.cable == cable))
     };
     lib.candidates.retain(|c| !taken(c.id, c.cable));
-    lib
+    lib.in_use()
 }
 
 fn cables(lib: &mut Library, situation: &Situation, sizes: &Sizes, density: f64) {
