@@ -25,6 +25,7 @@ mod detection;
 mod discover;
 mod entrance;
 mod estimate;
+mod every_cable;
 mod expected;
 mod extension;
 mod fitted;

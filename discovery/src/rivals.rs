@@ -5,6 +5,7 @@
 use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 
+use crate::candidates::is_there;
 use crate::data::Trial;
 use crate::estimate::FitError;
 use crate::extension::{containing, count_in_use, extended_like};
@@ -58,7 +59,11 @@ impl Search<'_> {
     }
 
     fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<Rival> {
-        let rivals = self.taken[at - self.given].rivals.par_iter();
+        // What stands beside it already cannot stand in its place as well.
+        let beside: Vec<&EffectSpec> =
+            fitted.train.model.effects.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, effect)| effect).collect();
+        let can_stand = |rival: &&EffectSpec| !beside.iter().any(|effect| is_there(effect, &rival.id, rival.cable));
+        let rivals = self.taken[at - self.given].rivals.par_iter().filter(can_stand);
         let what = format!("in place of {}", fitted.train.model.effects[at].id);
         let tried = |rival: &EffectSpec| self.journal.tried(rival, &what, self.in_its_place(fitted, at, rival));
         let mut out: Vec<Rival> = rivals.filter_map(tried).collect();

@@ -127,7 +127,8 @@ impl Search<'_> {
             }
             let mut model = fit.model.clone();
             model.effects.push(effect.clone());
-            let trained = match self.train(&model, &fitted.train, &e.train, ROUNDS, None) {
+            let trained = self.train(&model, &fitted.train, &e.train, ROUNDS, None).map(|one| self.both_limits(one));
+            let trained = match trained {
                 Ok(trained) if trained.score < fitted.score - EVIDENCE => trained,
                 Ok(trained) => {
                     let change = trained.score - fitted.score;

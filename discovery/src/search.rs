@@ -282,7 +282,10 @@ impl<'a> Search<'a> {
             let found = next.is_some();
             let score = fitted.score;
             // As long as more is found, times at which an effect acts may only stand for what is not found yet.
-            fitted = next.map_or(fitted, |next| self.onset(next, MOST));
+            fitted = next.map_or(fitted, |next| self.on_every_cable(next));
+            if found {
+                fitted = self.onset(fitted, MOST);
+            }
             fitted = self.form(fitted);
             if !found && fitted.score == score {
                 break;
@@ -334,8 +337,7 @@ impl<'a> Search<'a> {
 
     /// `fitted` with one more effect of the catalogue, if one earns its place.
     fn one_more(&mut self, fitted: &Fitted, signatures: &Signatures) -> Result<Option<Fitted>, FitError> {
-        let next = self.round(fitted, signatures, Source::Catalogue, MOST_REFUSALS)?;
-        Ok(next.map(|next| self.both_limits(next)))
+        self.round(fitted, signatures, Source::Catalogue, MOST_REFUSALS)
     }
 
     /// Whether a single term outside the catalogue explains the data from `base` on; in place of all found.

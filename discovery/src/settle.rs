@@ -30,7 +30,10 @@ pub(crate) fn settle(search: &mut Search<'_>, base: &Fitted, mut fitted: Fitted)
             break;
         }
     }
-    Ok(search.settle_times(fitted))
+    let fitted = search.settle_times(fitted);
+    let several = search.taken.len();
+    let fitted = search.on_every_cable(fitted);
+    Ok(if search.taken.len() < several { compare(search, fitted, false).0 } else { fitted })
 }
 
 /// Compares every effect with its rivals, of which a better one may replace it; stops where that happened and several stand.

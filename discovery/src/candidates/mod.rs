@@ -248,6 +248,8 @@ fn proportional(size: f64) -> impl Fn(&[f64]) -> Option<Vec<f64>> + Clone + Send
 
 /// Share of the winch forces by which forces at a winch are varied.
 const SMALL: f64 = 2.5e-3;
+/// Shares of the commands that are beyond a limit of a winch's force: it may be reached often or hardly ever.
+const REACHED: [f64; 4] = [0.4, 0.2, 0.07, 0.01];
 /// Share of the platform's mass below which what swings at a winch is as good as without mass.
 const LIGHT: f64 = 1e-3;
 
@@ -264,11 +266,13 @@ pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
     platform(&mut lib, situation, sizes);
     sensors(&mut lib, situation, sizes);
     // An effect that the model already has on that cable is refined, not found again.
-    let taken = |id: &str, cable: Option<usize>| {
-        model.effects.iter().any(|e| e.id == id && (e.cable.is_none() || cable.is_none() || e.cable == cable))
-    };
-    lib.candidates.retain(|c| !taken(c.id, c.cable));
+    lib.candidates.retain(|c| !model.effects.iter().any(|effect| is_there(effect, c.id, c.cable)));
     lib.in_use()
+}
+
+/// Whether an effect is the law `id` on that cable, or one of them is on all.
+pub(crate) fn is_there(effect: &EffectSpec, id: &str, cable: Option<usize>) -> bool {
+    effect.id == id && (effect.cable.is_none() || cable.is_none() || effect.cable == cable)
 }
 
 fn cables(lib: &mut Library, situation: &Situation, sizes: &Sizes, density: f64) {
@@ -335,13 +339,12 @@ fn winches(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
     for cable in situation.cables_and_all() {
         let (low, high) = (situation.quantile(cable, 0.0), situation.quantile(cable, 1.0));
         let margin = 0.5 * (high - low).max(1e-4 * situation.mean_tension);
-        for share in [0.6, 0.9] {
-            let upper = situation.quantile(cable, share);
+        for share in REACHED {
+            let (lower, upper) = (situation.quantile(cable, share), situation.quantile(cable, 1.0 - share));
             saturation(lib, cable, low - margin, upper);
-        }
-        for share in [0.1, 0.3] {
-            let lower = situation.quantile(cable, share);
             saturation(lib, cable, lower, high + margin);
+            // Recordings in which one limit is reached say nothing of the other one.
+            saturation(lib, cable, lower, upper);
         }
     }
 }
@@ -572,6 +575,25 @@ mod tests {
         assert_eq!(sensors(&trial), []);
         trial.channels.push(Channel::Tension(2));
         assert_eq!(sensors(&trial), [Some(3), None]);
+    }
+
+    #[test]
+    fn what_stands_already_is_not_varied_again() {
+        let situation = Situation::of(&[record(&[], 5.0, 1)]);
+        let whole = catalogue(&Model::default(), &situation);
+        let gain = EffectSpec::new("winch_force_gain", Some(2), &[0.01]).unwrap();
+        let less = catalogue(&Model { effects: vec![gain], ..Model::default() }, &situation);
+        // On its cable and on all.
+        assert_eq!(whole.candidates.len() - less.candidates.len(), 2);
+        assert_eq!(whole.columns.len() - less.columns.len(), 2);
+        assert_eq!(whole.variations.len() - less.variations.len(), 1);
+        assert!(!less.variations.iter().any(|varied| varied.id == "winch_force_gain" && varied.cable == Some(2)));
+        let drag = |library: &Library| {
+            let candidate = library.candidates.iter().find(|c| c.id == "platform_linear_drag").unwrap();
+            let (at, _) = library.columns[candidate.columns[0]][0];
+            library.variations[at].id.clone()
+        };
+        assert_eq!(drag(&less), drag(&whole));
     }
 
     #[test]
