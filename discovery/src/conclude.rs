@@ -16,7 +16,7 @@ use crate::outcome::{
     at_rest,
 };
 use crate::report::{channel_words, phrase, printed};
-use crate::search::{NOTHING_LEFT, Search, Taken};
+use crate::search::{Search, Taken};
 use crate::stability::stability;
 use crate::term;
 use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY};
@@ -55,7 +55,9 @@ pub(crate) fn conclude(
     (search.progress)("verifying on held-out data", 0.92);
     let evidence = search.evidence;
     let About { holdout_source, outliers, mut remarks, begun } = about;
-    let (fitted, horizons) = better_than_given(&mut search, base, fitted);
+    let fitted = better_than_given(&mut search, base, fitted);
+    let base = &*as_given(&mut search, base, &fitted)?;
+    let horizons = horizon_gaps(&search, base, &fitted);
     let by_block = ByBlock::new(&fitted.train, &evidence.train, search.free_from);
     let standard_errors = by_block.standard_errors(&fitted.train.model);
     let surveyed = surveyed(&search, &fitted, &standard_errors);
@@ -144,19 +146,33 @@ pub(crate) fn conclude(
     })
 }
 
-/// What was found, or the model as given where that is as good over every horizon of held-out data; with those gaps.
-fn better_than_given(search: &mut Search<'_>, base: &Fitted, fitted: Fitted) -> (Fitted, Vec<HorizonGap>) {
-    let reaches = search.reaches.reported();
-    let gaps = |search: &Search<'_>, fitted: &Fitted| {
-        verify::horizon_gaps(base, fitted, search.evidence, &reaches, search.instruments.as_ref())
-    };
-    let horizons = gaps(search, &fitted);
-    if search.taken.is_empty() || verdict::beats(&HorizonFacts::all(&horizons), NOTHING_LEFT, &POLICY) {
-        return (fitted, horizons);
+/// What was found, or the model as given where that is as good over every horizon of held-out data.
+fn better_than_given(search: &mut Search<'_>, base: &Fitted, fitted: Fitted) -> Fitted {
+    let likelier = search.likelier(base, &fitted);
+    let horizons = HorizonFacts::all(&horizon_gaps(search, base, &fitted));
+    if search.taken.is_empty() || verdict::beats(&horizons, likelier, &POLICY) {
+        return fitted;
     }
     search.give_up(&fitted, "what was found does not beat the model as given on held-out data over every horizon");
-    let horizons = gaps(search, base);
-    (base.clone(), horizons)
+    search.count_gaps_by(&base.train);
+    base.clone()
+}
+
+/// What is reported as the model as given: beside the instruments of what was found, for its own may have stood for that.
+fn as_given<'a>(search: &mut Search<'_>, base: &'a Fitted, fitted: &Fitted) -> Result<Cow<'a, Fitted>, FitError> {
+    let plain = |fitted: &Fitted| instruments::parameters(&fitted.train.randomness) == 0;
+    if search.taken.is_empty() || plain(base) && plain(fitted) {
+        return Ok(Cow::Borrowed(base));
+    }
+    let beside = search.beside_those_of(fitted, base);
+    let beside = search
+        .or_remark("Beside the instruments of what was found the model as given does not go with the data", beside)?;
+    Ok(beside.map_or(Cow::Borrowed(base), Cow::Owned))
+}
+
+/// Gaps of two models over the horizons that are reported.
+fn horizon_gaps(search: &Search<'_>, base: &Fitted, fitted: &Fitted) -> Vec<HorizonGap> {
+    verify::horizon_gaps(base, fitted, search.evidence, &search.reaches.reported(), search.instruments.as_ref())
 }
 
 /// The errors of the survey that were found together with the laws.

@@ -139,7 +139,12 @@ pub(crate) fn examine(
             progress,
         );
     }
+    fitted = search.instruments_anew(fitted)?;
+    fitted = search.instead_of_drift(&mut base, fitted)?;
     fitted = search.without_idle_instruments(fitted);
+    // Instruments became smaller as effects took their part.
+    fitted = search.counted(fitted);
+    base = search.finish(base.train, base.holdout, base.estimate);
     fitted = settle(&mut search, &base, fitted)?;
     if let Some(errors) = survey.filter(|_| fitted.gap[0] > NOTHING_LEFT || search.taken.len() >= SEVERAL)
         && search.is_survey(&fitted)?

@@ -499,6 +499,13 @@ impl Fit {
         }
     }
 
+    /// Sizes of latent forces alone by maximum likelihood.
+    pub(crate) fn fit_latents(&mut self, trials: &[Trial]) {
+        let present = self.look(trials, self.randomness.clone());
+        let coarse = self.search_latents(trials, present, &[0.1, 10.0]);
+        self.randomness = self.search_latents(trials, coarse, &[1.0 / 3.0, 3.0]).randomness;
+    }
+
     /// As [`Fit::fit_randomness`] where the latent forces have been chosen but for being too small, with a run at these.
     pub(crate) fn enlarge_randomness(&mut self, trials: &[Trial], noise: &[f64], run: Look) {
         let best = self.search_latents(trials, run, &[3.0]);

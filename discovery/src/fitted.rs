@@ -9,14 +9,15 @@ use crate::entrance::{Answer, Source};
 use crate::estimate::{Fit, FitError, first_randomness};
 use crate::expected::expected_forces;
 use crate::extension::{count_in_use, count_times};
-use crate::gap::{gap, predict};
-use crate::instruments;
+use crate::gap::{GapSum, gap, predict};
+use crate::instruments::{self, Sizing};
 use crate::journal::Outcome;
 use crate::kalman::Randomness;
 use crate::model::Examined;
+use crate::outcome::BeforeAfter;
 use crate::refine::{Estimate, refine};
 use crate::search::{EVIDENCE, ROUNDS, Search, Taken};
-use crate::verdict::{POLICY, Reach, Reaches, left};
+use crate::verdict::{self, HorizonFacts, POLICY, Reach, Reaches, left, share_taken};
 
 /// Most moves of the trajectories of the model as given.
 const FIRST_MOVES: usize = 10;
@@ -55,6 +56,8 @@ pub(crate) struct Fitted {
     pub(crate) holdout_score: f64,
     /// Gap on held-out data over the main horizon and the long one, in multiples of what a model without fault would leave.
     pub(crate) gap: [f64; 2],
+    /// What they are made of.
+    pub(crate) sums: [GapSum; 2],
 }
 
 impl Fitted {
@@ -69,10 +72,9 @@ impl Fitted {
     }
 
     /// Share of the squared gap of `without`, both without the noise, that is no longer there: over the main horizon or
-    /// the long one, whichever is more. All of it where there was none.
+    /// the long one, whichever is more.
     pub(crate) fn takes_away(&self, without: &Self) -> f64 {
-        let share = |k: usize| 1.0 - (left(self.gap[k]) / left(without.gap[k])).powi(2);
-        let [short, long] = [0, 1].map(|k| if left(without.gap[k]) > 0.0 { share(k) } else { 1.0 });
+        let [short, long] = [0, 1].map(|k| share_taken(without.gap[k], self.gap[k], &POLICY));
         short.max(long)
     }
 }
@@ -140,7 +142,8 @@ impl Search<'_> {
         let (e, model) = (self.evidence, &base.train.model);
         let offset = clock_offset(&base.train.examined, &e.train);
         let Some(late) = offset.filter(|late| *late > 0.0) else { return Ok(None) };
-        let Ok(effect) = EffectSpec::new("pose_sensor_delay", None, &[late]) else { return Ok(None) };
+        let effect = EffectSpec::new("pose_sensor_delay", None, &[late]);
+        let effect = effect.map_err(|error| FitError::Model(error.to_string()))?;
         let mut delayed = model.clone();
         delayed.effects.push(effect.clone());
         let fitted = self.refined_by_data(&delayed);
@@ -176,11 +179,23 @@ impl Search<'_> {
 
     /// `fitted` with what its instruments ask for, where something is left for them and no explanation gains far more.
     pub(crate) fn with_instruments(&mut self, fitted: &Fitted, gain: f64) -> Result<Option<Fitted>, FitError> {
+        let Evidence { train, noise, .. } = self.evidence;
+        self.with_those(fitted, gain, &Sizing::new(train, noise, self.penalty))
+    }
+
+    /// The same where instruments forget within the time of the latent forces.
+    pub(crate) fn with_forgetful_instruments(&mut self, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+        let Evidence { train, noise, .. } = self.evidence;
+        let sizing = Sizing::new(train, noise, self.penalty).remembering_at_most(fitted.train.randomness.time);
+        self.with_those(fitted, 0.0, &sizing)
+    }
+
+    fn with_those(&mut self, fitted: &Fitted, gain: f64, sizing: &Sizing<'_>) -> Result<Option<Fitted>, FitError> {
         let e = self.evidence;
         if !fitted.train.randomness.has_latents() && !self.something_left(&fitted.train, &e.train) {
             return Ok(None);
         }
-        let taken = instruments::take_up(&fitted.train, &e.train, &e.noise, self.penalty, gain, self.free_from);
+        let taken = sizing.take_up(&fitted.train, gain, self.free_from);
         let Some(Some(fit)) = self.or_remark("What the instruments seem to add does not go with the data", taken)?
         else {
             return Ok(None);
@@ -192,7 +207,7 @@ impl Search<'_> {
     }
 
     /// What came of a step that may fail because the model has no trajectory near the data; that is remarked.
-    fn or_remark<T>(&mut self, what: &str, result: Result<T, FitError>) -> Result<Option<T>, FitError> {
+    pub(crate) fn or_remark<T>(&mut self, what: &str, result: Result<T, FitError>) -> Result<Option<T>, FitError> {
         match result {
             Ok(done) => Ok(Some(done)),
             Err(error @ (FitError::Diverged { .. } | FitError::Simulation(_))) => {
@@ -204,6 +219,35 @@ impl Search<'_> {
             }
             Err(error) => Err(error),
         }
+    }
+
+    /// `fitted` with the instruments that are found now that its effects have names, where that is likelier than what was found
+    /// before: then what a law does was theirs as well, and took the place of what they do.
+    pub(crate) fn instruments_anew(&mut self, fitted: Fitted) -> Result<Fitted, FitError> {
+        if self.taken.is_empty() || instruments::parameters(&fitted.train.randomness) == 0 {
+            return Ok(fitted);
+        }
+        let Some(anew) = self.with_instruments_anew(&fitted)? else { return Ok(fitted) };
+        self.taken.iter_mut().for_each(Taken::changed);
+        Ok(self.counted(anew))
+    }
+
+    /// The model of `fitted` with the instruments that are found from plain ones on, if that is likelier.
+    pub(crate) fn with_instruments_anew(&mut self, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+        let Some(plain) = self.with_plain_instruments(fitted)? else { return Ok(None) };
+        let anew = self.with_instruments(&plain, 0.0)?.unwrap_or(plain);
+        Ok((anew.score < fitted.score).then_some(anew))
+    }
+
+    /// The model of `fitted` with instruments that have white noise alone; latent forces carry what else they did.
+    pub(crate) fn with_plain_instruments(&mut self, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+        let (model, trials) = (&fitted.train.model, &self.evidence.train);
+        let mut start = fitted.train.clone();
+        start.randomness = start.randomness.with_white_noise();
+        let start = self.loosened(model, &start, trials);
+        let trained = start.and_then(|start| self.train(model, &start, trials, ROUNDS, None));
+        let plain = trained.and_then(|trained| self.verified(trained, fitted));
+        self.or_remark("With plain instruments the model does not go with the data", plain)
     }
 
     /// `fitted` without what its instruments were given before its effects were known, where it is as good without: a drift
@@ -218,8 +262,7 @@ impl Search<'_> {
             let trained = self.train(&start.model, &start, &self.evidence.train, ROUNDS, None);
             let held_against = self.instruments.clone();
             let without = trained.and_then(|trained| {
-                let left = trained.fit.randomness.without_latents();
-                self.instruments = (instruments::parameters(&left) > 0).then_some(left);
+                self.count_gaps_by(&trained.fit);
                 self.verified(trained, &fitted)
             });
             match without {
@@ -241,20 +284,50 @@ impl Search<'_> {
         fitted
     }
 
+    /// Has gaps count by the instruments of a fit from here on.
+    pub(crate) fn count_gaps_by(&mut self, fit: &Fit) {
+        let instruments = fit.randomness.without_latents();
+        self.instruments = (instruments::parameters(&instruments) > 0).then_some(instruments);
+    }
+
+    /// `fitted`, whose gaps count by its own instruments; so do all from here on.
+    pub(crate) fn counted(&mut self, fitted: Fitted) -> Fitted {
+        self.count_gaps_by(&fitted.train);
+        self.finish(fitted.train, fitted.holdout, fitted.estimate)
+    }
+
+    /// The model of `base` beside the instruments of `fitted`: what these leave of it. Latent forces carry what they can.
+    pub(crate) fn beside_those_of(&self, fitted: &Fitted, base: &Fitted) -> Result<Fitted, FitError> {
+        let randomness = fitted.train.randomness.with_latents(1.0);
+        let settled = |from: &Fit, trials: &[Trial]| {
+            let mut fit = Fit::new(&base.train.model, trials, &randomness, Some(from))?;
+            fit.settle(trials, FIRST_MOVES)?;
+            Ok::<_, FitError>(fit)
+        };
+        let mut train = settled(&base.train, &self.evidence.train)?;
+        train.fit_latents(&self.evidence.train);
+        train.settle(&self.evidence.train, FIRST_MOVES)?;
+        let mut holdout = settled(&base.holdout, &self.evidence.holdout)?;
+        holdout.randomness = train.randomness.clone();
+        holdout.settle(&self.evidence.holdout, FIRST_MOVES)?;
+        Ok(self.finish(train, holdout, None))
+    }
+
     pub(crate) fn finish(&self, train: Fit, holdout: Fit, estimate: Option<Estimate>) -> Fitted {
         let e = self.evidence;
         let score = self.score(&train, &e.train);
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
         let gap_over = |reach: &Reach| {
-            let gap_by = |noise: &[f64]| gap(&e.holdout, &predict(&holdout, &e.holdout, reach.horizon), noise).total();
+            let gap_by = |noise: &[f64]| gap(&e.holdout, &predict(&holdout, &e.holdout, reach.horizon), noise);
             match &self.instruments {
-                Some(randomness) => gap_by(&holdout.spread(&e.holdout, randomness, reach.horizon)),
-                None => gap_by(&e.noise) / reach.attainable,
+                Some(randomness) => (gap_by(&holdout.spread(&e.holdout, randomness, reach.horizon)), 1.0),
+                None => (gap_by(&e.noise), reach.attainable),
             }
         };
         let Reaches { main, long } = &self.reaches;
-        let (short, long) = rayon::join(|| gap_over(main), || gap_over(long));
-        Fitted { train, holdout, estimate, score, holdout_score, gap: [short, long] }
+        let ((short, of_short), (long, of_long)) = rayon::join(|| gap_over(main), || gap_over(long));
+        let gap = [short.total() / of_short, long.total() / of_long];
+        Fitted { train, holdout, estimate, score, holdout_score, gap, sums: [short, long] }
     }
 
     /// Fits `model`, starting from another fit, with its own effects' parameters refined.
@@ -343,11 +416,26 @@ impl Search<'_> {
         next.holdout_score < before.holdout_score - 0.5 * EVIDENCE
     }
 
-    /// Whether `next` shrinks the gap on held-out data by what an effect must earn.
-    pub(crate) fn earns(before: &Fitted, next: &Fitted) -> bool {
-        let shrink = |k: usize| 1.0 - (next.gap[k] / before.gap[k]).powi(2);
-        let (short, long) = (shrink(0), shrink(1));
-        short.max(long) >= POLICY.scatter && short.min(long) > -2.0 * POLICY.scatter
+    /// Whether what `with` has more than `without` is needed on held-out data.
+    pub(crate) fn needs(&self, without: &Fitted, with: &Fitted) -> bool {
+        let Reaches { main, long } = &self.reaches;
+        let facts = [main, long].into_iter().enumerate().map(|(k, reach)| HorizonFacts {
+            reach: Reach { attainable: 1.0, ..*reach },
+            holdout: BeforeAfter { before: without.gap[k], after: with.gap[k] },
+            scatter: with.sums[k].scatter(&without.sums[k]),
+        });
+        verdict::beats(&facts.collect::<Vec<_>>(), self.likelier(without, with), &POLICY)
+    }
+
+    /// Whether what `with` has more than `without` makes the held-out data as much likelier, sample by sample, as it does the
+    /// training data. Free runs do not show a slow law, nor a clock that is late by less than the noise; this does.
+    pub(crate) fn likelier(&self, without: &Fitted, with: &Fitted) -> bool {
+        let measurements = |trials: &[Trial]| {
+            trials.iter().flat_map(|trial| trial.measured.iter().flatten()).filter(|value| value.is_finite()).count()
+        };
+        let held = measurements(&self.evidence.holdout) as f64 / measurements(&self.evidence.train) as f64;
+        let expected = held * (without.score - with.score);
+        expected > 0.0 && without.holdout_score - with.holdout_score > POLICY.holds * expected
     }
 }
 
@@ -393,6 +481,23 @@ mod tests {
         let fitted = search.without_idle_instruments(fitted);
         let standing = fitted.train.randomness.memory.len();
         (standing, search.instruments.map_or(0, |randomness| randomness.memory.len()))
+    }
+
+    /// A pose late by a millisecond and a half, of which free runs under a noise of 2 mm show nothing, was pruned.
+    #[test]
+    fn what_free_runs_do_not_show_is_needed_where_the_likelihood_does() {
+        let delay = |value: f64| EffectSpec::new("pose_sensor_delay", None, &[value]).expect("an effect");
+        for (hidden, needed) in [(vec![delay(1.5e-3)], true), (Vec::new(), false)] {
+            let recorded = |seed: u64| record(&hidden, 40.0, seed);
+            let (train, holdout) = (vec![recorded(44), recorded(45)], vec![recorded(46)]);
+            let noise = noise_of_data(&train);
+            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let mut search = Search::new(&evidence, 0, &|_, _| {});
+            let base = search.base(&Model::default()).expect("a fit");
+            let late = Model { effects: vec![delay(1e-3)], ..Model::default() };
+            let next = search.fit(&late, &base, ROUNDS).expect("a fit");
+            assert_eq!(search.needs(&base, &next), needed, "{:?} {:?} {}", base.gap, next.gap, base.score - next.score);
+        }
     }
 
     #[test]

@@ -124,43 +124,69 @@ impl Prediction {
     }
 }
 
-/// Sum of squares of (simulated - measured)/σ and count, by channel of [`Channel::all`].
+/// Sums of squares of (simulated - measured)/σ.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct GapSum(Vec<(f64, usize)>);
+pub(crate) struct GapSum {
+    /// With their count, by channel of [`Channel::all`].
+    channels: Vec<(f64, usize)>,
+    /// By free run.
+    runs: Vec<f64>,
+}
 
 /// The gap of predictions.
 pub(crate) fn gap(trials: &[Trial], predictions: &[Prediction], noise: &[f64]) -> GapSum {
     let all = Channel::all(trials.first().map_or(0, Trial::cables));
     let mut sums = vec![(0.0, 0); all.len()];
+    let mut runs = Vec::new();
     for (trial, prediction) in trials.iter().zip(predictions) {
         let index: Vec<usize> = trial.channels.iter().map(|c| all.iter().position(|a| a == c).unwrap_or(0)).collect();
         // The sample of a restart has been used for the state; it is no prediction of its own stretch.
+        let first = runs.len();
+        runs.resize(first + prediction.restarts.len(), 0.0);
         let inside = (0..trial.len()).filter(|k| !prediction.is_restart(*k));
         let predicted = inside.map(|k| (k, &prediction.shown[k]));
         for (k, shown) in predicted.chain(prediction.ends.iter().map(|(k, shown)| (*k, shown))) {
+            // Before the first nothing is predicted.
+            let Some(run) = prediction.restarts.partition_point(|restart| *restart < k).checked_sub(1) else {
+                continue;
+            };
             for (j, at) in index.iter().enumerate() {
                 let e = (shown[j] - trial.measured[k][j]) / noise[*at];
                 if e.is_finite() {
                     sums[*at].0 += e * e;
                     sums[*at].1 += 1;
+                    runs[first + run] += e * e;
                 }
             }
         }
     }
-    GapSum(sums)
+    GapSum { channels: sums, runs }
 }
 
 impl GapSum {
     /// Root mean square over all samples and channels.
     pub(crate) fn total(&self) -> f64 {
-        let (sum, count) = self.0.iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        let (sum, count) = self.channels.iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
         (sum / count.max(1) as f64).sqrt()
     }
 
     /// Root mean square of one channel.
     pub(crate) fn channel(&self, at: usize) -> Option<f64> {
-        let (sum, count) = self.0[at];
+        let (sum, count) = self.channels[at];
         (count > 0).then(|| (sum / count as f64).sqrt())
+    }
+
+    /// Standard error of the change of the squared gap from `before`, as a share of that, by how it differs from one free run to
+    /// the next; zero where there is one only.
+    pub(crate) fn scatter(&self, before: &Self) -> f64 {
+        let changes: Vec<f64> = self.runs.iter().zip(&before.runs).map(|(after, before)| after - before).collect();
+        let count = changes.len() as f64;
+        if count < 2.0 {
+            return 0.0;
+        }
+        let mean = changes.iter().sum::<f64>() / count;
+        let variance = changes.iter().map(|change| (change - mean).powi(2)).sum::<f64>() * count / (count - 1.0);
+        variance.sqrt() / before.runs.iter().sum::<f64>()
     }
 }
 
@@ -189,6 +215,30 @@ mod tests {
             let predictions = predict(&fit, &trials, 1.0);
             let gap = gap(&trials, &predictions, &noise_of_data(&trials)).total();
             assert!(gap > 0.1, "{by}: {gap}");
+        }
+    }
+
+    #[test]
+    fn what_differs_from_run_to_run_is_scatter() {
+        let of = |runs: &[f64]| GapSum { channels: vec![(runs.iter().sum(), 10)], runs: runs.to_vec() };
+        let before = of(&[10.0, 10.0, 10.0, 10.0]);
+        // Every run is better by a tenth.
+        assert!(of(&[9.0; 4]).scatter(&before) < 1e-12);
+        // One in four is worse by as much as it was, the others by nothing: a quarter, give or take as much.
+        assert!((of(&[20.0, 10.0, 10.0, 10.0]).scatter(&before) - 0.25).abs() < 1e-12);
+        assert_eq!(of(&[20.0]).scatter(&of(&[10.0])), 0.0);
+    }
+
+    /// The first run ends where the second begins.
+    #[test]
+    fn sums_of_runs_are_those_of_channels() {
+        let trials = [record(&[], 40.0, 8)];
+        let fit = fitted(&[], &trials);
+        for horizon in [0.02, 1.0, 5.0] {
+            let gap = gap(&trials, &predict(&fit, &trials, horizon), &noise_of_data(&trials));
+            let all: f64 = gap.channels.iter().map(|(sum, _)| sum).sum();
+            assert!((gap.runs.iter().sum::<f64>() / all - 1.0).abs() < 1e-9, "{horizon}");
+            assert_eq!(gap.runs.len(), restarts(&trials[0], horizon).len());
         }
     }
 

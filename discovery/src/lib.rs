@@ -23,6 +23,7 @@ mod conclude;
 mod delayed;
 mod detection;
 mod discover;
+mod drift;
 mod entrance;
 mod estimate;
 mod every_cable;

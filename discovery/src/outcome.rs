@@ -174,7 +174,9 @@ pub struct HorizonGap {
     pub holdout: BeforeAfter,
     /// What a model without fault would leave on held-out data: how the error of a run's start grows.
     pub attainable: f64,
-    /// Whether that is near enough to the noise for the gap to say something of the model.
+    /// Standard error of the change of the squared gap on held-out data, as a share of what it was before.
+    pub scatter: f64,
+    /// Whether what is attainable is near enough to the noise for the gap to say something of the model.
     pub judged: bool,
     /// By channel: training and held-out data.
     pub channels: Vec<(Channel, BeforeAfter, Option<BeforeAfter>)>,

@@ -15,7 +15,7 @@ use crate::estimate::{Fit, FitError};
 use crate::extension::is_friction_law;
 use crate::fitted::Fitted;
 use crate::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
-use crate::round::{MOST_RIVALS, Signatures, effect_of, is_rival};
+use crate::round::{MOST_RIVALS, Proposed, Signatures, effect_of, is_rival};
 use crate::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search};
 use crate::stream::normals;
 
@@ -38,14 +38,7 @@ impl Search<'_> {
     ) -> Result<Option<Fitted>, FitError> {
         (self.progress)("weighing pairs", 0.25);
         let (fit, trials) = (&base.train, &self.evidence.train);
-        let library = &signatures.library;
-        let pairs = weigh_pairs(fit, trials, signatures, self.penalty);
-        // A pair that leaves work to the latent forces only does some of what is missing.
-        let last = ladder(&fit.randomness).len() - 1;
-        let Some(best) = pairs.first().filter(|pair| pair.members[0].level == last) else { return Ok(None) };
-        let members = [0, 1].map(|k| effect_of(library, &best.members[k]));
-        let [Some(first), Some(second)] = members else { return Ok(None) };
-        let pair = [first, second];
+        let Some((pair, rivals)) = best_pair(fit, trials, signatures, self.penalty) else { return Ok(None) };
         let beside = |other: &EffectSpec| format!("as one of a pair with {}", other.id);
         let mut model = fit.model.clone();
         model.effects.extend(pair.clone());
@@ -59,7 +52,6 @@ impl Search<'_> {
         if next.gap[0] > NOTHING_LEFT || !Self::helps(found, &next) {
             return Ok(None);
         }
-        let rivals = (0..2).map(|k| rivals(library, &pairs, k)).collect();
         let alone = std::mem::take(&mut self.taken);
         if self.enter(base, &next, rivals, Source::Catalogue, "as one of a pair")? == Answer::Enters {
             return Ok(Some(next));
@@ -67,6 +59,16 @@ impl Search<'_> {
         self.taken = alone;
         Ok(None)
     }
+}
+
+/// The best pair of candidates along a fit, each with its rivals, if it leaves nothing to the latent forces: else it only does
+/// some of what is missing.
+pub(crate) fn best_pair(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty) -> Option<Proposed> {
+    let library = &signatures.library;
+    let pairs = weigh_pairs(fit, trials, signatures, penalty);
+    let best = pairs.first().filter(|pair| !ladder(&fit.randomness)[pair.members[0].level].has_latents())?;
+    let effects = best.members.iter().map(|member| effect_of(library, member)).collect::<Option<_>>()?;
+    Some((effects, (0..2).map(|k| rivals(library, &pairs, k)).collect()))
 }
 
 /// All pairs of the best candidates, the best first.

@@ -121,6 +121,11 @@ impl Randomness {
         !self.memory.is_empty() || self.input > 0.0 || self.jitter > 0.0
     }
 
+    /// Whether an instrument drifts.
+    pub(crate) fn drifts(&self) -> bool {
+        self.memory.iter().any(|memory| memory.drift)
+    }
+
     /// The size of the latent force on the platform times a factor, within what is considered.
     pub(crate) fn force_scaled(&self, factor: f64) -> f64 {
         self.considered(self.force * factor)

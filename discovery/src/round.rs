@@ -10,7 +10,7 @@ use crate::fitted::Fitted;
 use crate::journal::Outcome;
 use crate::kalman::Randomness;
 use crate::null_test::{Weighed, Weighing};
-use crate::regression::{Scored, baseline, ladder, levels, rank};
+use crate::regression::{Penalty, Scored, baseline, ladder, levels, rank};
 use crate::search::{EVIDENCE, ROUNDS, Search};
 use crate::stream::normals;
 use cdpr::effect::EffectSpec;
@@ -204,6 +204,18 @@ fn is_a_force(id: &str) -> bool {
 
 pub(crate) fn effect_of(library: &Library, scored: &Scored) -> Option<EffectSpec> {
     library.candidates[scored.candidate].effect(&scored.amplitudes)
+}
+
+/// Effects to be fitted together, and the rivals of each.
+pub(crate) type Proposed = (Vec<EffectSpec>, Vec<Vec<EffectSpec>>);
+
+/// The best candidate along a fit with its rivals, if it explains enough to be believed.
+pub(crate) fn best_alone(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty) -> Option<Proposed> {
+    let library = &signatures.library;
+    let levels = levels(fit, trials, signatures, &ladder(&fit.randomness));
+    let (base, ranked) = (baseline(&levels), rank(library, &levels, penalty));
+    let best = ranked.first().filter(|best| base - best.score > EVIDENCE)?;
+    Some((vec![effect_of(library, best)?], vec![rivals(library, &ranked, best, base)]))
 }
 
 /// The candidate with the fewest columns among those nearly as good as the best.

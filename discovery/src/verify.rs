@@ -53,7 +53,9 @@ pub(crate) fn horizon_gaps(
             None => attainable(&fitted.holdout, &evidence.holdout, noise, *horizon),
         };
         let judged = attainable <= POLICY.farthest;
-        HorizonGap { horizon: *horizon, train: pair(&train), holdout: pair(&holdout), attainable, judged, channels }
+        let scatter = holdout[1].scatter(&holdout[0]);
+        let (train, holdout) = (pair(&train), pair(&holdout));
+        HorizonGap { horizon: *horizon, train, holdout, attainable, scatter, judged, channels }
     };
     horizons.iter().map(of_horizon).collect()
 }

@@ -121,7 +121,8 @@ struct At {
     value: f64,
 }
 
-struct Sizing<'a> {
+/// Instruments under examination.
+pub(crate) struct Sizing<'a> {
     trials: &'a [Trial],
     /// White noise of each channel by differences.
     noise: &'a [f64],
@@ -131,6 +132,10 @@ struct Sizing<'a> {
     duration: f64,
     /// Mean winch force (N).
     tension: f64,
+    /// Longest time constant of noise with memory (s).
+    longest: f64,
+    /// Whether an instrument may drift.
+    drifts: bool,
 }
 
 /// Number of parameters of the instruments beside white noise.
@@ -140,68 +145,6 @@ pub(crate) fn parameters(randomness: &Randomness) -> usize {
     late.sort_by(f64::total_cmp);
     late.dedup();
     memories + late.len() + usize::from(randomness.input > 0.0) + usize::from(randomness.jitter > 0.0)
-}
-
-/// `fit` with what its instruments ask for; `None` where they ask for nothing, or far less than the `gain` of an explanation
-/// that is at hand.
-///
-/// The parameters of the effects from `first` on, and the clocks that are set, adapt: fitted beside latent forces they are not
-/// near enough for an instrument to do without these.
-pub(crate) fn take_up(
-    fit: &Fit,
-    trials: &[Trial],
-    noise: &[f64],
-    penalty: Penalty,
-    gain: f64,
-    first: usize,
-) -> Result<Option<Fit>, FitError> {
-    let sizing = Sizing::new(trials, noise, penalty);
-    let free = free_parameters(&fit.model, first);
-    if gain > 0.0 && !sizing.promises(fit, gain) {
-        return Ok(None);
-    }
-    let mut fit = fit.clone();
-    let mut best = sizing.at(&fit, fit.randomness.clone());
-    let (begin, mut taken) = (best.value, false);
-    loop {
-        let mut scanned = sizing.scan_all(&fit, &free, &best);
-        scanned.extend(sizing.clocks(&fit, &best));
-        scanned.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        let Some((kind, start)) = scanned.into_iter().next() else { break };
-        if !taken && begin - start.value < PROMISING * gain {
-            return Ok(None);
-        }
-        // A late pose is an effect of the catalogue, which is told from what else delays there.
-        if best.value - start.value < 2.0 * WORTH || kind == Kind::Late(Device::Pose) {
-            break;
-        }
-        let (next_fit, next) = match kind {
-            Kind::Late(_) => sizing.set_clock(&fit, start)?,
-            _ => {
-                let (adapted, start) = sizing.adapted(&fit, &free, start)?;
-                let next = sizing.search(&adapted, &sizing.sizes(kind), start, &[3.0, 1.5]);
-                (adapted, next)
-            }
-        };
-        let cost =
-            penalty.of_parameters(parameters(&next.randomness)) - penalty.of_parameters(parameters(&best.randomness));
-        if best.value - next.value < cost + EVIDENCE {
-            break;
-        }
-        (fit, best, taken) = (next_fit, next, true);
-        // The trajectory no longer bends to what the instrument did.
-        fit.randomness = best.randomness.clone();
-        fit.smooth(trials)?;
-        best = sizing.at(&fit, best.randomness);
-    }
-    if !taken {
-        return Ok(None);
-    }
-    best = sizing.search(&fit, &sizing.each(&best.randomness), best, &[1.5, 1.15, 1.05]);
-    best = sizing.pruned(&fit, best);
-    fit.randomness = best.randomness;
-    fit.smooth(trials)?;
-    Ok(Some(fit))
 }
 
 /// The sizes of what the instruments of `fit` add, moved to where they belong with the model as it is now.
@@ -246,18 +189,79 @@ pub(crate) fn less_by_one(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
 }
 
 impl<'a> Sizing<'a> {
-    fn new(trials: &'a [Trial], noise: &'a [f64], penalty: Penalty) -> Self {
+    pub(crate) fn new(trials: &'a [Trial], noise: &'a [f64], penalty: Penalty) -> Self {
         let forces: Vec<f64> = trials.iter().flat_map(|t| &t.inputs).flat_map(|i| i.winch_force).collect();
-        let duration = |t: &Trial| t.time[t.len() - 1] - t.time[0];
+        let duration = trials.iter().map(|t: &Trial| t.time[t.len() - 1] - t.time[0]).fold(0.0, f64::max);
         Self {
             trials,
             noise,
             penalty,
             all: Channel::all(trials.first().map_or(0, Trial::cables)),
             interval: crate::data::clean::median(trials.iter().map(Trial::interval).collect()),
-            duration: trials.iter().map(duration).fold(0.0, f64::max),
+            duration,
             tension: forces.iter().map(|f| f.abs()).sum::<f64>() / forces.len().max(1) as f64,
+            longest: LONGEST * duration,
+            drifts: true,
         }
+    }
+
+    /// The same where instruments remember for no longer than this (s), and never drift.
+    pub(crate) fn remembering_at_most(self, longest: f64) -> Self {
+        Self { longest: longest.min(self.longest), drifts: false, ..self }
+    }
+
+    /// `fit` with what its instruments ask for; `None` where they ask for nothing, or far less than the `gain` of an explanation
+    /// that is at hand.
+    ///
+    /// The parameters of the effects from `first` on, and the clocks that are set, adapt: fitted beside latent forces they are not
+    /// near enough for an instrument to do without these.
+    pub(crate) fn take_up(&self, fit: &Fit, gain: f64, first: usize) -> Result<Option<Fit>, FitError> {
+        let free = free_parameters(&fit.model, first);
+        if gain > 0.0 && !self.promises(fit, gain) {
+            return Ok(None);
+        }
+        let mut fit = fit.clone();
+        let mut best = self.at(&fit, fit.randomness.clone());
+        let (begin, mut taken) = (best.value, false);
+        loop {
+            let mut scanned = self.scan_all(&fit, &free, &best);
+            scanned.extend(self.clocks(&fit, &best));
+            scanned.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+            let Some((kind, start)) = scanned.into_iter().next() else { break };
+            if !taken && begin - start.value < PROMISING * gain {
+                return Ok(None);
+            }
+            // A late pose is an effect of the catalogue, which is told from what else delays there.
+            if best.value - start.value < 2.0 * WORTH || kind == Kind::Late(Device::Pose) {
+                break;
+            }
+            let (next_fit, next) = match kind {
+                Kind::Late(_) => self.set_clock(&fit, start)?,
+                _ => {
+                    let (adapted, start) = self.adapted(&fit, &free, start)?;
+                    let next = self.search(&adapted, &self.sizes(kind), start, &[3.0, 1.5]);
+                    (adapted, next)
+                }
+            };
+            let cost = self.penalty.of_parameters(parameters(&next.randomness))
+                - self.penalty.of_parameters(parameters(&best.randomness));
+            if best.value - next.value < cost + EVIDENCE {
+                break;
+            }
+            (fit, best, taken) = (next_fit, next, true);
+            // The trajectory no longer bends to what the instrument did.
+            fit.randomness = best.randomness.clone();
+            fit.smooth(self.trials)?;
+            best = self.at(&fit, best.randomness);
+        }
+        if !taken {
+            return Ok(None);
+        }
+        best = self.search(&fit, &self.each(&best.randomness), best, &[1.5, 1.15, 1.05]);
+        best = self.pruned(&fit, best);
+        fit.randomness = best.randomness;
+        fit.smooth(self.trials)?;
+        Ok(Some(fit))
     }
 
     /// Whether a look at the beginnings of the trials says that the instruments may have what an explanation gains.
@@ -291,19 +295,22 @@ impl<'a> Sizing<'a> {
         randomness.memory.iter().any(|m| m.drift == drift && Device::of(self.all[m.channel]) == device)
     }
 
+    /// Channels of a device without noise with memory, or without drift.
+    fn without_memory(&self, randomness: &Randomness, device: Device, drift: bool) -> Vec<usize> {
+        let without = |at: &usize| !randomness.memory.iter().any(|m| m.drift == drift && m.channel == *at);
+        self.channels(device).into_iter().filter(without).collect()
+    }
+
     /// What could be taken up.
     fn kinds(&self, randomness: &Randomness) -> Vec<Kind> {
         let mut kinds = Vec::new();
-        for device in Device::ALL {
-            let channels = self.channels(device).len();
-            if channels == 0 || randomness.memory.len() + channels > crate::randomness::MOST_MEMORIES {
-                continue;
-            }
-            if !self.has_memory(randomness, device, false) {
-                kinds.push(Kind::Colour(device));
-            }
-            if !self.has_memory(randomness, device, true) {
-                kinds.push(Kind::Drift(device));
+        for (device, drift) in Device::ALL.into_iter().flat_map(|device| [(device, false), (device, true)]) {
+            let channels = self.without_memory(randomness, device, drift).len();
+            if (self.drifts || !drift)
+                && channels > 0
+                && randomness.memory.len() + channels <= crate::randomness::MOST_MEMORIES
+            {
+                kinds.push(if drift { Kind::Drift(device) } else { Kind::Colour(device) });
             }
         }
         kinds.extend((randomness.input == 0.0).then_some(Kind::Input));
@@ -314,14 +321,14 @@ impl<'a> Sizing<'a> {
     /// Sizes from which a kind is searched for, with a step between them (powers of ten).
     fn starts(&self, kind: Kind, from: &Randomness, step: f64) -> Vec<Randomness> {
         let remembering = |device: Device, ratio: f64, time: f64, drift: bool| {
-            self.channels(device).into_iter().fold(from.clone(), |randomness, channel| {
+            self.without_memory(from, device, drift).into_iter().fold(from.clone(), |randomness, channel| {
                 randomness.with_memory(Memory { channel, deviation: ratio * self.noise[channel], time, drift })
             })
         };
         match kind {
             Kind::Colour(device) => {
-                let longest = LONGEST * self.duration;
-                let times = (0..).map(|k| 4.0 * self.interval * 8.0_f64.powi(k)).take_while(|time| *time < longest);
+                let times =
+                    (0..).map(|k| 4.0 * self.interval * 8.0_f64.powi(k)).take_while(|time| *time < self.longest);
                 times.flat_map(|time| RATIOS.map(|ratio| remembering(device, ratio, time, false))).collect()
             }
             Kind::Drift(device) => RATIOS.map(|ratio| remembering(device, ratio, self.duration, true)).to_vec(),
@@ -417,7 +424,7 @@ impl<'a> Sizing<'a> {
     fn scaled(&self, from: &Randomness, size: Size, factor: f64) -> Randomness {
         let mut next = from.clone();
         let of = |m: &Memory, device: Device| Device::of(self.all[m.channel]) == device;
-        let times = SHORTEST * self.interval..=LONGEST * self.duration;
+        let times = SHORTEST * self.interval..=self.longest;
         // What it does within a sample stays: size and time constant are told apart by what it does later.
         let time = |memory: &mut Memory| {
             let before = memory.time;

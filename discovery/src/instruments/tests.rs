@@ -13,7 +13,8 @@ fn recordings(change: impl Fn(u64, &mut Trial)) -> [Trial; 2] {
 
 fn taken_up(trials: &[Trial]) -> Option<Fit> {
     let fit = fitted(&[], trials);
-    take_up(&fit, trials, &crate::estimate::noise_of_data(trials), Penalty::new(PENALTY), 0.0, 0).unwrap()
+    let noise = crate::estimate::noise_of_data(trials);
+    Sizing::new(trials, &noise, Penalty::new(PENALTY)).take_up(&fit, 0.0, 0).unwrap()
 }
 
 /// First-order noise of this size and time constant.
@@ -156,4 +157,27 @@ fn noise_of_counts_is_no_smaller_than_rounding() {
         let smaller = sizing.scaled(&fit.randomness, Size::WhiteOf(at), 1e-3).noise[at];
         assert!(noise[at] >= least && fit.randomness.noise[at] >= least && smaller >= least, "{at}: {smaller}");
     }
+}
+
+/// Where x and y have noise with memory, φ may have it as well; sensors that forget neither drift nor remember for long.
+#[test]
+fn each_channel_may_have_what_the_others_of_its_device_have() {
+    let trials = recordings(|_, _| {});
+    let noise = crate::estimate::noise_of_data(&trials);
+    let sizing = || Sizing::new(&trials, &noise, Penalty::new(PENALTY));
+    let with = |channels: usize| {
+        let memory = |channel| Memory { channel, deviation: 1e-3, time: 1.0, drift: false };
+        (0..channels).map(memory).fold(fitted(&[], &trials).randomness, |all, one| all.with_memory(one))
+    };
+    let colour = Kind::Colour(Device::Pose);
+    assert!(sizing().kinds(&with(2)).contains(&colour) && !sizing().kinds(&with(3)).contains(&colour));
+    let added = &sizing().starts(colour, &with(2), 1.0)[0].memory[2..];
+    assert_eq!(added.iter().map(|memory| memory.channel).collect::<Vec<_>>(), [2]);
+    let drifts = |sizing: Sizing<'_>| sizing.kinds(&with(0)).iter().any(|kind| matches!(kind, Kind::Drift(_)));
+    assert!(drifts(sizing()) && !drifts(sizing().remembering_at_most(2.0)));
+    let longest = |sizing: Sizing<'_>| {
+        let starts = sizing.starts(colour, &with(0), 1.0);
+        starts.iter().flat_map(|start| &start.memory).map(|memory| memory.time).fold(0.0, f64::max)
+    };
+    assert!(longest(sizing()) > 2.0 && longest(sizing().remembering_at_most(2.0)) <= 2.0);
 }

@@ -14,6 +14,8 @@ pub(crate) struct HorizonFacts {
     /// The horizon, with the gap that a model without fault would leave.
     pub(crate) reach: Reach,
     pub(crate) holdout: BeforeAfter,
+    /// Standard error of the change of its square, as a share of what it was before.
+    pub(crate) scatter: f64,
 }
 
 impl HorizonFacts {
@@ -22,6 +24,7 @@ impl HorizonFacts {
         let of = |gap: &HorizonGap| Self {
             reach: Reach { horizon: gap.horizon, attainable: gap.attainable },
             holdout: gap.holdout,
+            scatter: gap.scatter,
         };
         horizons.iter().map(of).collect()
     }
@@ -41,6 +44,14 @@ impl HorizonFacts {
     pub(crate) fn share_left(&self) -> f64 {
         left(self.holdout.after / self.reach.attainable) / left(self.holdout.before / self.reach.attainable)
     }
+}
+
+/// Share of the squared gap `before`, without the noise, that is no longer there `after`; all of it where what is left is noise.
+pub(crate) fn share_taken(before: f64, after: f64, policy: &Policy) -> f64 {
+    if after <= policy.at_noise {
+        return 1.0;
+    }
+    1.0 - (left(after) / left(before)).powi(2)
 }
 
 /// A gap without the noise in it.

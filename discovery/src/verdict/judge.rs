@@ -132,12 +132,13 @@ fn doubts(k: usize, effect: &EffectFacts, policy: &Policy) -> Vec<Reason> {
     doubts
 }
 
-/// Whether a set of effects beats the model as given on held-out data: over no horizon that the growth allows may it
-/// enlarge the gap, and over one at least it must shrink it.
-pub(crate) fn beats(horizons: &[HorizonFacts], nothing_left: f64, policy: &Policy) -> bool {
-    let telling = horizons.iter().filter(|h| h.tells(policy));
+/// Whether a model beats another one on held-out data: over no horizon that the growth allows may it enlarge the gap beyond
+/// its scatter, unless nothing is left; and over one at least it must shrink it, unless the data have become `likelier` by it.
+pub(crate) fn beats(horizons: &[HorizonFacts], likelier: bool, policy: &Policy) -> bool {
+    let telling = || horizons.iter().filter(|h| h.tells(policy));
     let change = |h: &HorizonFacts| (h.holdout.after / h.holdout.before).powi(2) - 1.0;
-    let at_noise = |h: &HorizonFacts| h.holdout.after <= nothing_left * h.reach.attainable;
-    let no_worse = telling.clone().all(|h| change(h) <= 2.0 * policy.scatter || at_noise(h));
-    no_worse && telling.clone().any(|h| change(h) <= -policy.scatter)
+    let no_worse = |h: &HorizonFacts| {
+        change(h) <= 2.0 * policy.scatter.max(h.scatter) || h.holdout.after <= policy.nothing_left * h.reach.attainable
+    };
+    telling().all(no_worse) && (likelier || telling().any(|h| change(h) <= -policy.scatter))
 }

@@ -14,7 +14,7 @@ mod remaining;
 mod tests;
 mod words;
 
-pub(crate) use facts::{Disturbance, EffectFacts, Facts, HorizonFacts, left, out_of_range};
+pub(crate) use facts::{Disturbance, EffectFacts, Facts, HorizonFacts, left, out_of_range, share_taken};
 pub(crate) use growth::{Reach, Reaches, attainable};
 pub(crate) use judge::{Judgement, beats, judge};
 pub(crate) use policy::POLICY;

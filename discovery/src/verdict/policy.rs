@@ -6,6 +6,8 @@ pub(crate) struct Policy {
     /// Gap, in multiples of what a faultless model would leave, up to which what is left is noise: the noise itself is
     /// known to some tens of per cent where sensors are not quite white.
     pub(crate) at_noise: f64,
+    /// The same up to which nothing is left to explain, where it decides whether more is looked for.
+    pub(crate) nothing_left: f64,
     /// Gap of a faultless model, in multiples of the noise, up to which a free run says something: beyond it the run shows
     /// how an error of its start grows, and no longer what the model is missing.
     pub(crate) farthest: f64,
@@ -14,6 +16,9 @@ pub(crate) struct Policy {
     /// Share of the squared gap, both without the noise, that one effect must take away to be worth a headline: what takes
     /// less is not seen in any picture.
     pub(crate) headline: f64,
+    /// Share of what training data of the same length gain by an effect that held-out data must gain where no gap shows it:
+    /// half, for they are other motions.
+    pub(crate) holds: f64,
     /// Standard error of an effect's size, in multiples of the size, from which the size is not known: at a half, zero is
     /// two standard errors away.
     pub(crate) uncertain: f64,
@@ -26,17 +31,19 @@ pub(crate) struct Policy {
     pub(crate) unrecorded: f64,
     /// Control runs, of 99, in which chance may explain as much as an effect that is taken up: one in a hundred.
     pub(crate) by_chance: usize,
-    /// Share of the squared gap on held-out data that a set of effects must take away over some horizon, and twice of
-    /// which it may add over another: the scatter of a gap over some thousand samples.
+    /// Share of the squared gap on held-out data that effects must take away over some horizon, and twice of which they may
+    /// add over another: the least scatter of a gap over some thousand samples. It is more where free runs differ more.
     pub(crate) scatter: f64,
 }
 
 /// The thresholds in use.
 pub(crate) const POLICY: Policy = Policy {
     at_noise: 1.5,
+    nothing_left: 1.1,
     farthest: 3.0,
     explained: 0.5,
     headline: 0.1,
+    holds: 0.5,
     uncertain: 0.5,
     out_of_range: 3.0,
     small_force: 1e-3,

@@ -99,6 +99,7 @@ pub(super) fn discovery() -> Discovery {
         train: pair(before, 1.02),
         holdout: pair(before - 1.0, 1.04),
         attainable: 1.01,
+        scatter: 0.01,
         judged: true,
         channels: vec![
             (Channel::Pose(0), pair(12.0, 1.0), Some(pair(11.0, 1.01))),
