@@ -53,7 +53,7 @@ fn scope(scope: Scope) -> &'static str {
 
 /// From when until when it may be there.
 fn when(info: &EffectInfo) -> String {
-    match info.always() {
+    match info.nature().always {
         None => "always, or `from` and `until` a time in s".to_owned(),
         Some(reason) => format!("always: {reason}"),
     }
@@ -102,7 +102,7 @@ fn as_json(info: &EffectInfo) -> Value {
         "title": info.title,
         "speed": speed(info),
         "equation": info.equation,
-        "may_switch": info.always().is_none(),
+        "may_switch": info.nature().always.is_none(),
         "scope": match info.scope { Scope::EachCable => "each_cable", Scope::Whole => "whole" },
         "parameters": info.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "texts": info

@@ -40,6 +40,8 @@ impl Effect for CableThermalExpansion {
         ],
     };
 
+    const IN_TIME: bool = true;
+
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
         Ok(Self { strain_amplitude: spec.values[0], period: spec.values[1], phase: spec.values[2] })
     }

@@ -110,6 +110,11 @@ impl Effect for Expression {
         look_alikes: &[],
     };
 
+    const REPEATS: bool = true;
+    /// It may name time and any length.
+    const IN_TIME: bool = true;
+    const COUPLES_CABLES: bool = true;
+
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
         let error = |message: String| SpecError::new("expression", message);
         let target = spec.target.as_deref().ok_or_else(|| error(format!("no `target`, expected {TARGETS}")))?;

@@ -65,6 +65,18 @@ pub trait Effect: Sized {
     /// Whether it sets numbers that other effects scale, and so comes before them.
     const SETS_WHAT_OTHERS_SCALE: bool = false;
 
+    /// Whether several can be at one place at one time, each for itself.
+    const REPEATS: bool = false;
+
+    /// Whether it gives a mass to the winch end of a cable that may have none without, and so decides which states there are.
+    const GIVES_WINCH_MASS: bool = false;
+
+    /// Whether what it adds is a function of time itself.
+    const IN_TIME: bool = false;
+
+    /// Whether it makes forces along one cable depend on lengths of others, or may.
+    const COUPLES_CABLES: bool = false;
+
     /// The effect as specified; `spec.values` are in the order of `INFO.parameters` and within their bounds.
     ///
     /// # Errors
@@ -225,6 +237,30 @@ pub trait Effect: Sized {
     fn pose_sensor(&self, _sensor: &mut PoseSensor) {}
 }
 
+/// What holds of an effect whatever its numbers: the constants of [`Effect`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Nature {
+    /// Why it cannot begin or end while the plant moves; `None` where it can.
+    pub always: Option<&'static str>,
+    /// Several can be at one place at one time.
+    pub repeats: bool,
+    pub(crate) gives_winch_mass: bool,
+    pub(crate) in_time: bool,
+    pub(crate) couples_cables: bool,
+}
+
+impl Nature {
+    fn of<E: Effect>() -> Self {
+        Self {
+            always: E::ALWAYS,
+            repeats: E::REPEATS,
+            gives_winch_mass: E::GIVES_WINCH_MASS,
+            in_time: E::IN_TIME,
+            couples_cables: E::COUPLES_CABLES,
+        }
+    }
+}
+
 macro_rules! catalogue {
     ($($module:ident :: $effect:ident),* $(,)?) => {
         $(mod $module; pub use $module::$effect;)*
@@ -238,12 +274,12 @@ macro_rules! catalogue {
         pub static CATALOGUE: &[EffectInfo] = &[$(<$effect as Effect>::INFO),*];
 
         impl EffectInfo {
-            /// Why the effect cannot begin or end while the plant moves; `None` where it can.
-            pub fn always(&self) -> Option<&'static str> {
+            /// What holds of the effect whatever its numbers; nothing of an entry that is not the catalogue's.
+            pub fn nature(&self) -> Nature {
                 $(if self.id == <$effect as Effect>::INFO.id {
-                    return <$effect as Effect>::ALWAYS;
+                    return Nature::of::<$effect>();
                 })*
-                None
+                Nature::default()
             }
         }
 

@@ -41,6 +41,8 @@ impl Effect for PeriodicGust {
         ],
     };
 
+    const IN_TIME: bool = true;
+
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
         Ok(Self { amplitude: spec.values[0], frequency: spec.values[1], phase: spec.values[2], direction: spec.values[3] })
     }

@@ -212,7 +212,7 @@ impl EffectSpec {
             if !time.is_finite() {
                 return Err(SpecError::new(&self.id, format!("`{key}` is {time}, expected a time in s")));
             }
-            if let Some(reason) = info.always() {
+            if let Some(reason) = info.nature().always {
                 return Err(SpecError::new(&self.id, format!("takes no `{key}`, it is always there: {reason}")));
             }
         }

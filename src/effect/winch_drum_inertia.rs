@@ -37,6 +37,10 @@ impl Effect for WinchDrumInertia {
         ],
     };
 
+    const GIVES_WINCH_MASS: bool = true;
+    /// It can leave one cable lumped beside massless ones.
+    const COUPLES_CABLES: bool = true;
+
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
         Ok(Self { mass: spec.values[0] })
     }

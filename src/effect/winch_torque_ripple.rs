@@ -47,6 +47,9 @@ impl Effect for WinchTorqueRipple {
         ],
     };
 
+    /// It moves the platform by the length of its own cable.
+    const COUPLES_CABLES: bool = true;
+
     fn new(spec: &EffectSpec) -> Result<Self, SpecError> {
         Ok(Self { amplitude: spec.values[0], number: TAU / spec.values[1], phase: spec.values[2] })
     }

@@ -4,7 +4,7 @@ use fmi2_export::description::{Dependency, DependencyKind};
 
 use super::role::{Choice, Role, State};
 use super::table::Table;
-use crate::effect::Stage;
+use crate::effect::{DependsOn, Site, Stage};
 use crate::model_file::Model;
 use crate::parameter::REALS;
 use crate::per_cable::PerCable;
@@ -65,7 +65,8 @@ struct EffectState {
 impl Knowns {
     fn new(table: &Table, model: &Model, plant: &Plant) -> Self {
         let at = |role: Role| table.find(role).expect("the table has every state and input");
-        let has = |id: &str| model.effects.iter().any(|effect| effect.id == id);
+        let infos = || model.effects.iter().filter_map(|effect| effect.info().ok());
+        let sensed = |on: DependsOn| infos().any(|info| info.site == Site::PoseSensor && info.depends_on.contains(&on));
         let effects = plant.states_of_effects().iter().flat_map(|place| {
             (0..place.count).map(move |k| {
                 let state = State::Effect(place.cable, place.first + k);
@@ -84,13 +85,8 @@ impl Knowns {
             Role::EffectParameter(..) | Role::Choice(Choice::Initialization) => true,
             _ => false,
         });
-        // An expression may name time and any length, a ripple moves the platform by its own cable's. A drum's inertia can leave one cable lumped beside massless ones.
-        let expression = has("expression");
         let over_cables = |index: &dyn Fn(usize) -> usize| PerCable::from_fn(plant.cables(), index);
-        let in_time = expression
-            || has("cable_thermal_expansion")
-            || has("periodic_gust")
-            || plant.next_switch(f64::NEG_INFINITY).is_some();
+        let in_time = infos().any(|info| info.nature().in_time) || plant.next_switch(f64::NEG_INFINITY).is_some();
         Self {
             pose: std::array::from_fn(|k| at(Role::State(State::Pose(k)))),
             twist: std::array::from_fn(|k| at(Role::State(State::Twist(k)))),
@@ -102,9 +98,9 @@ impl Knowns {
             initialization: at(Role::Choice(Choice::Initialization)),
             rest: rest.map(|(index, _)| index).collect(),
             time: in_time.then(|| at(Role::Time)),
-            coupled: expression || has("winch_drum_inertia") || has("winch_torque_ripple"),
-            late_pose: has("pose_sensor_delay"),
-            pose_in_frame: has("pose_sensor_frame"),
+            coupled: infos().any(|info| info.nature().couples_cables),
+            late_pose: sensed(DependsOn::Speed),
+            pose_in_frame: sensed(DependsOn::Position),
         }
     }
 

@@ -176,7 +176,9 @@ impl Plant {
             let phase = Self::at_time(plant.parameters.clone(), plant.effects.clone(), Some(from))?;
             let same = |(a, b): (&CableData, &CableData)| a.model == b.model;
             if !phase.data.cables.iter().zip(&plant.data.cables).all(same) {
-                let switched = |spec: &&EffectSpec| spec.is_switched() && spec.id == "winch_drum_inertia";
+                let switched = |spec: &&EffectSpec| {
+                    spec.is_switched() && spec.info().is_ok_and(|info| info.nature().gives_winch_mass)
+                };
                 let id = plant.effects.iter().find(switched).map_or("", |spec| spec.id.as_str());
                 let message = "takes no `from` and no `until` here: without it the cable has no mass, and other states";
                 return Err(SpecError::new(id, message).into());
@@ -413,7 +415,10 @@ pub(crate) fn axial_states(model: CableModel) -> usize {
 }
 
 fn check_unique(effects: &[EffectSpec]) -> Result<(), PlantError> {
-    for (k, spec) in effects.iter().enumerate().filter(|(_, spec)| spec.id != "expression") {
+    for (k, spec) in effects.iter().enumerate() {
+        if spec.info()?.nature().repeats {
+            continue;
+        }
         let alike = |other: &&EffectSpec| {
             other.id == spec.id
                 && (other.cable == spec.cable || other.cable.is_none() || spec.cable.is_none())

@@ -108,7 +108,7 @@ fn an_effect_is_there_from_its_beginning_to_its_end() {
         let values = values(&mut random, info.id);
         let cable = (info.scope == Scope::EachCable).then_some(2);
         let always = EffectSpec::new(info.id, cable, &values).unwrap();
-        if let Some(reason) = info.always() {
+        if let Some(reason) = info.nature().always {
             let error = always.during(Some(1.0), None).unwrap_err().to_string();
             assert!(error.contains("takes no `from`") && error.contains(reason), "{error}");
             continue;
