@@ -12,6 +12,7 @@ use self::lines::{line_at, line_of_key};
 use crate::dynamics::Inputs;
 use crate::effect::EffectSpec;
 use crate::integrator::Solver;
+use crate::parameter::check_tolerance;
 use crate::parameters::{
     CableDamper, CableInertia, CableModel, CableParameters, Initialization, ParameterError, Parameters, pair,
 };
@@ -273,10 +274,7 @@ impl Model {
 
     /// Checks what can be checked without a plant.
     pub(crate) fn check_values(&self) -> Result<(), ModelError> {
-        let tolerance = self.relative_tolerance;
-        if !(1e-13..=1e-3).contains(&tolerance) {
-            return Err(ParameterError::new("relative_tolerance", tolerance, "a number from 1e-13 to 1e-3").into());
-        }
+        check_tolerance(self.relative_tolerance)?;
         let s = &self.start;
         let inputs = &s.inputs;
         let named = [
@@ -404,6 +402,20 @@ mod tests {
         simulation.advance(1.0).unwrap();
         let tension = simulation.outputs().tension;
         assert!(tension.iter().all(|t| (t - 200.0).abs() < 1e-3), "{tension:?}");
+    }
+
+    /// The line of a pair was not found: its error names an axis.
+    #[test]
+    fn errors_in_pairs_name_their_line() {
+        for (text, expected) in [
+            ("platform_mass = 1.0\ngravity = [0.0, inf]", "line 2: `gravity (y)` is inf"),
+            ("centre_of_mass = [nan, 0.0]", "line 1: `centre_of_mass (x)` is NaN"),
+            (&three("[0.0, nan]", ""), "line 9: `cable[3].anchor (y)` is NaN"),
+            ("[winch]\nbandwidth = -1.0", "line 2: `bandwidth` is -1, expected a finite number greater than 0"),
+        ] {
+            let error = Model::from_toml(text).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{error}");
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::parameter::check_ranges;
 use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::winch::WinchParameters;
 
@@ -212,14 +213,6 @@ pub(crate) fn check_range(key: &str, value: f64, lower: f64, upper: f64) -> Resu
     Err(ParameterError::new(key, value, expected))
 }
 
-pub(crate) fn check_positive(key: &str, value: f64) -> Result<(), ParameterError> {
-    if value.is_finite() && value > 0.0 {
-        Ok(())
-    } else {
-        Err(ParameterError::new(key, value, "a finite number greater than 0"))
-    }
-}
-
 impl Parameters {
     /// The preset with the cross-section area as printed in Table II (4e-4 cm²), kept for the paper's figures only.
     pub fn as_printed() -> Self {
@@ -251,24 +244,13 @@ impl Parameters {
     /// # Errors
     /// Names the key, the value found and what was expected.
     pub fn check(&self) -> Result<(), ParameterError> {
-        check_positive("platform_mass", self.platform_mass)?;
-        check_positive("platform_inertia", self.platform_inertia)?;
-        for (axis, value) in ["x", "y"].into_iter().zip(self.centre_of_mass) {
-            check_range(&format!("centre_of_mass ({axis})"), value, f64::NEG_INFINITY, f64::INFINITY)?;
-        }
-        for (axis, value) in ["x", "y"].into_iter().zip(self.gravity) {
-            check_range(&format!("gravity ({axis})"), value, f64::NEG_INFINITY, f64::INFINITY)?;
-        }
+        check_ranges(self)?;
         if self.cable.is_empty() { self.check_circles() } else { self.check_cables() }?;
-        check_range("cable_density", self.cable_density, 0.0, f64::INFINITY)?;
-        check_positive("youngs_modulus", self.youngs_modulus)?;
-        check_positive("cable_area", self.cable_area)?;
-        check_range("cable_damping", self.cable_damping, 0.0, f64::INFINITY)?;
-        if self.cable_model == CableModel::MasslessSpring {
+        if self.cable_model == CableModel::MasslessSpring && self.cable_damping == 0.0 {
             // l' = L' + (EA (L-l)/l - T) / b has no solution without damping.
-            check_positive("cable_damping", self.cable_damping)?;
+            let expected = "a number greater than 0 where `cable_model` is \"massless_spring\"";
+            return Err(ParameterError::new("cable_damping", 0, expected));
         }
-        self.winch.check()?;
         if self.winch.command.is_servo() && self.cable_model != CableModel::LumpedMass {
             return Err(ParameterError::new(
                 "command",
@@ -279,10 +261,9 @@ impl Parameters {
         }
         Ok(())
     }
+
     /// Checks the two circles.
     fn check_circles(&self) -> Result<(), ParameterError> {
-        check_positive("anchor_radius", self.anchor_radius)?;
-        check_range("attachment_radius", self.attachment_radius, 0.0, f64::INFINITY)?;
         if self.attachment_radius >= self.anchor_radius {
             return Err(ParameterError::new(
                 "attachment_radius",
@@ -298,11 +279,6 @@ impl Parameters {
                 format!("{}, as many as `attachment_angle` has", self.attachment_angle.len()),
             ));
         }
-        for (key, angles) in [("anchor_angle", &self.anchor_angle), ("attachment_angle", &self.attachment_angle)] {
-            for (i, angle) in angles.iter().enumerate() {
-                check_range(&format!("{key}[{}]", i + 1), *angle, f64::NEG_INFINITY, f64::INFINITY)?;
-            }
-        }
         Ok(())
     }
 
@@ -311,24 +287,6 @@ impl Parameters {
         check_count("cable", self.cable.len())?;
         for (i, cable) in self.cable.iter().enumerate() {
             let key = |name: &str| format!("cable[{}].{name}", i + 1);
-            for (name, point) in [("anchor", cable.anchor), ("attachment", cable.attachment)] {
-                if !point.iter().all(|v| v.is_finite()) {
-                    return Err(ParameterError::new(key(name), format!("{point:?}"), "two finite numbers"));
-                }
-            }
-            for (name, own) in [
-                ("youngs_modulus", cable.youngs_modulus),
-                ("area", cable.area),
-                ("drum_radius", cable.drum_radius),
-                ("gear_ratio", cable.gear_ratio),
-            ] {
-                own.map_or(Ok(()), |value| check_positive(&key(name), value))?;
-            }
-            for (name, own) in
-                [("density", cable.density), ("damping", cable.damping), ("rotor_inertia", cable.rotor_inertia)]
-            {
-                own.map_or(Ok(()), |value| check_range(&key(name), value, 0.0, f64::INFINITY))?;
-            }
             let same = |other: &CableParameters| other.anchor == cable.anchor && other.attachment == cable.attachment;
             if let Some(twin) = self.cable[..i].iter().position(same) {
                 return Err(ParameterError::new(

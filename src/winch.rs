@@ -15,7 +15,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::{ParameterError, check_positive, check_range};
 use crate::scalar::Real;
 
 /// What a winch is told.
@@ -106,25 +105,6 @@ impl Default for WinchParameters {
             damping: 0.7,
             force_limit: 5e4,
         }
-    }
-}
-
-impl WinchParameters {
-    /// Checks the ranges.
-    ///
-    /// # Errors
-    /// The first value that is out of its range.
-    pub fn check(&self) -> Result<(), ParameterError> {
-        for (key, value) in [
-            ("drum_radius", self.drum_radius),
-            ("gear_ratio", self.gear_ratio),
-            ("bandwidth", self.bandwidth),
-            ("force_limit", self.force_limit),
-        ] {
-            check_positive(key, value)?;
-        }
-        check_range("rotor_inertia", self.rotor_inertia.unwrap_or(0.0), 0.0, f64::INFINITY)?;
-        check_range("damping", self.damping, 0.0, f64::INFINITY)
     }
 }
 

@@ -416,10 +416,10 @@ fn real_parameter(place: usize, index: usize, start: f64) -> Variable {
         true => variable.described(format!("{}, cable {}", parameter.description, index + 1)),
         false => variable.described(parameter.description),
     };
-    if let Some(min) = parameter.range.0 {
+    if let Some(min) = parameter.range.least() {
         variable = variable.min(min);
     }
-    if let Some(max) = parameter.range.1 {
+    if let Some(max) = parameter.range.greatest() {
         variable = variable.max(max);
     }
     variable

@@ -10,8 +10,9 @@ pub(super) fn line_at(text: &str, byte: usize) -> usize {
     text.as_bytes()[..byte.min(text.len())].iter().filter(|b| **b == b'\n').count() + 1
 }
 
-/// Line of a key at the top or under `[start]`; `key` may carry an index.
+/// Line of a key at the top or under `[start]`; `key` may carry an index, and an axis as in `gravity (x)`.
 pub(super) fn line_of_key(text: &str, key: &str) -> Option<usize> {
+    let key = key.split_once(" (").map_or(key, |(key, _)| key);
     if let Some((index, field)) = key.strip_prefix("cable[").and_then(|rest| rest.split_once("].")) {
         return line_in_cable(text, index.parse().ok()?, field);
     }
