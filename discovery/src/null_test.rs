@@ -24,7 +24,7 @@ use crate::estimate::{Fit, FitError, for_trial};
 use crate::kalman::{Keep, Randomness, filter};
 use crate::outcome::NullTest;
 use crate::path::LinearTrial;
-use crate::regression::{Level, Penalty, all_pairs, rank};
+use crate::regression::{Beside, Level, Penalty, all_pairs, rank};
 use crate::signature::Along;
 use crate::stream::Stream;
 use crate::whiten::{Normal, Products, Whitening};
@@ -101,7 +101,11 @@ impl Weighing<'_> {
             let sum = |c: usize| parts.iter().map(|part| f64::from(part.shifted.right[(c, i)])).sum::<f64>();
             (0..normal.columns).map(|c| scale * sum(c)).collect()
         };
-        let shifted = shifts.map(|_| Arc::new((0..SHIFTS).map(shifted).collect()));
+        let mut shifted = shifts.map(|_| (0..SHIFTS).map(shifted).collect::<Vec<_>>());
+        let beside = Beside::new(self.library, &normal);
+        beside.take_from(&mut normal);
+        shifted.iter_mut().flatten().for_each(|right| beside.take_from_right(right));
+        let shifted = shifted.map(Arc::new);
         let failures = Arc::new(parts.into_iter().flat_map(|part| part.failures).collect());
         Weighed { level: Level { normal }, shifted, failures }
     }

@@ -116,7 +116,9 @@ impl Search<'_> {
             let candidate = &library.candidates[chosen.candidate];
             refused.push((candidate.id, candidate.cable));
             let Some(effect) = effect_of(library, chosen) else { continue };
-            if is_a_force(candidate.id) && self.foreseen(fitted, library, chosen, &sizes) > fitted.holdout_score {
+            // Where errors of the survey move along, its signature does not say all.
+            let alone = library.beside.is_empty() && is_a_force(candidate.id);
+            if alone && self.foreseen(fitted, library, chosen, &sizes) > fitted.holdout_score {
                 self.journal.note(
                     &effect,
                     Outcome::Refused,

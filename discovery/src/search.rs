@@ -16,6 +16,7 @@ use crate::kalman::Randomness;
 use crate::outcome::{Alternative, NullTest};
 use crate::regression::Penalty;
 use crate::round::Signatures;
+use crate::survey::set_beside;
 use crate::verdict::{POLICY, Reaches};
 use crate::verify;
 
@@ -326,13 +327,14 @@ impl<'a> Search<'a> {
             return signatures;
         }
         let fit = &fitted.train;
-        let library = match source {
+        let mut library = match source {
             Source::Catalogue => {
                 (self.progress)("weighing the catalogue", 0.1 + 0.12 * self.taken.len() as f64);
                 catalogue(&fit.model, &self.situation(fit))
             }
             Source::Terms => dictionary(&self.situation(fit)),
         };
+        set_beside(&mut library, &fit.model, self.free_from..self.given);
         Signatures::new(library)
     }
 

@@ -12,6 +12,7 @@ use crate::estimate::{Fit, FitError};
 use crate::late::{LateForces, comes_late};
 use crate::model::{Examined, Moment, disturb};
 use crate::path::{LinearTrial, Trajectory};
+use crate::survey::with_variation;
 use crate::variation::{Forced, Variation};
 use crate::whiten::Forcing;
 
@@ -97,9 +98,8 @@ impl Follower {
         if comes_late(&spec.id) && !shows_tension(trial) {
             return Ok(Self::Late(LateForces::new(spec, along)));
         }
-        let mut varied = along.model.clone();
-        varied.effects.push(spec.clone());
-        let varied = Examined::new(&varied).map_err(|error| FitError::Model(error.to_string()))?;
+        let varied =
+            Examined::new(&with_variation(along.model, spec)).map_err(|error| FitError::Model(error.to_string()))?;
         if !acts_through_rates(&spec.id) {
             return Ok(Self::Simulated(Box::new(Simulated::new(along, varied)?)));
         }

@@ -5,10 +5,13 @@
 //! laws and not before them, for a winch that pulls too little looks like an anchor that is too near. Directions of which
 //! recordings tell nothing are held by the tolerance (A. N. Tikhonov's regularisation, with the tolerance as its prior).
 
+use std::ops::Range;
+
 use cdpr::effect::EffectSpec;
 use cdpr::geometry::Geometry;
 use cdpr::model_file::Model;
 
+use crate::candidates::{Known, Library};
 use crate::data::{Channel, Trial};
 use crate::estimate::{Fit, FitError};
 use crate::fitted::Fitted;
@@ -26,6 +29,8 @@ pub(crate) const ANCHORS: f64 = 2e-3;
 pub(crate) const ATTACHMENTS: f64 = 0.05;
 /// So many laws at once are as much to ask as that the geometry is not quite as given.
 pub(crate) const SEVERAL: usize = 3;
+/// Share of what an error of the survey may plausibly be, by which it is varied.
+const VARIED: f64 = 0.025;
 /// Share of the forces at random that errors of the survey may leave to be looked for.
 const LEFT: f64 = 0.2;
 
@@ -90,6 +95,39 @@ pub(crate) fn survey_errors(model: &Model, trials: &[Trial]) -> Vec<EffectSpec> 
     errors
 }
 
+/// Sets the errors of the survey that are a model's `effects` of these numbers beside the candidates of a library.
+pub(crate) fn set_beside(library: &mut Library, model: &Model, effects: Range<usize>) {
+    let sizes = Sizes::of(&model.parameters);
+    for effect in &model.effects[effects] {
+        let Some(plausible) = plausible(&effect.id, &sizes) else { continue };
+        for (parameter, value) in effect.values.iter().enumerate() {
+            let mut variation = effect.clone();
+            variation.values.fill(0.0);
+            // As small as candidates are varied by.
+            let size = VARIED * plausible;
+            variation.values[parameter] = size;
+            let known = Known { mean: -value / size, precision: (size / plausible).powi(2) };
+            library.set_beside(variation, known);
+        }
+    }
+}
+
+/// `model` with `variation` in it: an error of the survey moves one that is there, what else it is comes beside the others.
+pub(crate) fn with_variation(model: &Model, variation: &EffectSpec) -> Model {
+    let mut model = model.clone();
+    let sizes = Sizes::of(&model.parameters);
+    let same = |e: &&mut EffectSpec| {
+        (&e.id, e.cable, &e.channel, e.from, e.until)
+            == (&variation.id, variation.cable, &variation.channel, variation.from, variation.until)
+    };
+    let there = plausible(&variation.id, &sizes).and_then(|_| model.effects.iter_mut().find(same));
+    match there {
+        Some(there) => there.values.iter_mut().zip(&variation.values).for_each(|(value, by)| *value += by),
+        None => model.effects.push(variation.clone()),
+    }
+    model
+}
+
 /// By how much (m) errors of the survey make a cable longer at most, or shorter, with the platform in the middle.
 pub(crate) fn most_longer(model: &Model, errors: &[&EffectSpec]) -> f64 {
     let geometry = Geometry::new(&model.parameters);
@@ -146,9 +184,12 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::candidates::{Situation, catalogue};
     use crate::data::recording::{fitted, record};
     use crate::outcome::Verdict;
     use crate::refine::refine;
+    use crate::regression::{Penalty, levels, rank};
+    use crate::round::Signatures;
     use crate::{Geometry as Given, discover};
 
     fn effect(id: &str, cable: usize, values: &[f64]) -> EffectSpec {
@@ -198,6 +239,41 @@ mod tests {
             let (found, truth) = (of(&fit.model.effects), of(&hidden));
             assert!((found - truth).abs() < 0.003, "cable {cable}: {found} {truth}");
         }
+    }
+
+    /// Weighed by itself a wind stood before the winch's force: the geometry had taken up what it does to the lengths.
+    #[test]
+    fn a_winch_is_told_from_the_geometry_that_stood_for_it() {
+        let hidden = [
+            effect("winch_force_gain", 2, &[-0.01]),
+            effect("anchor_offset", 1, &[0.05, -0.04]),
+            effect("attachment_offset", 3, &[0.01, 0.01]),
+        ];
+        let trials = [record(&hidden, 40.0, 66)];
+        let errors = survey_errors(&Model::default(), &trials);
+        let mut fit = fitted(&errors, &trials);
+        let noise = fit.randomness.noise.clone();
+        refine(&mut fit, &trials, &noise, 0, 6, None).expect("a refinement");
+        let mut library = catalogue(&fit.model, &Situation::of(&trials));
+        set_beside(&mut library, &fit.model, 0..errors.len());
+        assert_eq!(library.beside.len(), 20);
+        let signatures = Signatures::new(library);
+        let levels = levels(&fit, &trials, &signatures, &ladder(&fit.randomness));
+        let library = &signatures.library;
+        let ranked = rank(library, &levels, Penalty::NONE);
+        let best = &library.candidates[ranked[0].candidate];
+        assert_eq!((best.id, best.cable), ("winch_force_gain", Some(2)));
+        let found = best.effect(&ranked[0].amplitudes).expect("an effect").values[0];
+        assert!((found + 0.01).abs() < 1e-3, "{found}");
+    }
+
+    #[test]
+    fn an_error_that_is_there_moves_and_another_comes_beside() {
+        let model = with_errors(&Model::default(), &[effect("anchor_offset", 2, &[0.01, 0.0])]);
+        let moved = with_variation(&model, &effect("anchor_offset", 2, &[0.0, 0.02]));
+        assert_eq!(moved.effects, [effect("anchor_offset", 2, &[0.01, 0.02])]);
+        assert_eq!(with_variation(&model, &effect("anchor_offset", 1, &[0.0, 0.02])).effects.len(), 2);
+        assert_eq!(with_variation(&model, &effect("winch_force_bias", 2, &[1.0])).effects.len(), 2);
     }
 
     /// On a recording like these, with the geometry as given, friction came with four parts of the geometry that stood for all.

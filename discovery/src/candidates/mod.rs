@@ -125,6 +125,16 @@ pub(crate) struct Library {
     pub(crate) variations: Vec<EffectSpec>,
     pub(crate) columns: Vec<Combination>,
     pub(crate) candidates: Vec<Candidate>,
+    /// Columns of what is free beside every candidate, and what is known of their amplitudes beforehand: these errors of the
+    /// survey move along when a candidate comes in.
+    pub(crate) beside: Vec<(usize, Known)>,
+}
+
+/// What is known of an amplitude beforehand: its mean, and the inverse of its variance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    pub(crate) mean: f64,
+    pub(crate) precision: f64,
 }
 
 impl Library {
@@ -161,6 +171,13 @@ impl Library {
             candidate.columns.iter_mut().for_each(|column| *column = place(column));
         }
         Self { candidates: std::mem::take(&mut self.candidates), ..self.of_columns(&used) }
+    }
+
+    /// The same with one more column of what is free beside every candidate.
+    pub(crate) fn set_beside(&mut self, variation: EffectSpec, known: Known) {
+        self.variations.push(variation);
+        let column = self.column(vec![(self.variations.len() - 1, 1.0)]);
+        self.beside.push((column, known));
     }
 
     /// What tells a candidate from every other one: its id and cable, of a term also its target and text.
