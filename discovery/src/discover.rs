@@ -7,16 +7,16 @@ use cdpr::model_file::Model;
 use cdpr::winch::WinchCommand;
 
 use crate::check::check;
-use crate::conclude::{About, conclude};
 use crate::data::clean::remove_outliers;
 use crate::data::{Trial, make_ready};
-use crate::estimate::{FitError, noise_of_data};
-use crate::fitted::Evidence;
+use crate::filter::estimate::{FitError, noise_of_data};
+use crate::hypothesis::survey::{SEVERAL, most_longer, survey_errors, with_errors};
 use crate::outcome::{Discovery, HORIZON};
 use crate::report;
-use crate::search::{EVIDENCE, NOTHING_LEFT, Progress, Search};
-use crate::settle::{beyond_catalogue, or_single_term, settle};
-use crate::survey::{SEVERAL, most_longer, survey_errors, with_errors};
+use crate::strategy::fitted::Evidence;
+use crate::strategy::search::{EVIDENCE, NOTHING_LEFT, Progress, Search};
+use crate::strategy::settle::{beyond_catalogue, or_single_term, settle};
+use crate::verdict::conclude::{About, conclude};
 
 /// Why there is no verdict.
 #[derive(Debug, thiserror::Error)]

@@ -132,7 +132,7 @@ fn failure(effect: Option<EffectSpec>, what: &str, error: &dyn Error) -> Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimate::FitError;
+    use crate::filter::estimate::FitError;
 
     fn drag(value: f64) -> EffectSpec {
         EffectSpec::new("platform_linear_drag", None, &[value]).expect("an effect")

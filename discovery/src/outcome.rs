@@ -6,7 +6,7 @@ use cdpr::per_cable::PerCable;
 
 use crate::data::{Channel, Trial};
 use crate::journal::Entry;
-use crate::model::WRENCH;
+use crate::model::examined::WRENCH;
 
 /// The outcome in one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

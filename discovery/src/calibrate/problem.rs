@@ -9,9 +9,9 @@ use super::CalibrateError;
 use crate::data::clean::noise_by_differences;
 use crate::data::counts::least_noise;
 use crate::data::{Channel, Trial};
-use crate::model::{Examined, gauss_newton_pose};
-use crate::sizes::Sizes;
-use crate::survey::{ANCHORS, ATTACHMENTS};
+use crate::hypothesis::survey::{ANCHORS, ATTACHMENTS};
+use crate::model::examined::{Examined, gauss_newton_pose};
+use crate::model::sizes::Sizes;
 
 /// A number that is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]

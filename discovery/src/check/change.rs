@@ -6,7 +6,7 @@ use super::instants::Window;
 use super::misfit::{lengths, poses};
 use crate::data::clean::median;
 use crate::data::{Channel, Trial};
-use crate::model::{Examined, gauss_newton_pose};
+use crate::model::examined::{Examined, gauss_newton_pose};
 
 /// Share of the robot's size from which an offset is no error of a calibration any more but another origin.
 const ANOTHER_ORIGIN: f64 = 0.02;

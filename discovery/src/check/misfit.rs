@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::instants::{Instant, SIDE, Window};
 use crate::data::clean::median;
 use crate::data::{Channel, Trial};
-use crate::model::{Examined, gauss_newton_pose};
+use crate::model::examined::{Examined, gauss_newton_pose};
 
 /// Share of a cable's length by which it may miss the geometry, unnoticed: centimetres at a robot of hundreds of metres.
 const LENGTH_FLOOR: f64 = 1e-4;

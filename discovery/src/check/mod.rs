@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::data::clean::noise_by_differences;
 use crate::data::{Channel, Trial};
-use crate::model::Examined;
+use crate::model::examined::Examined;
 use change::{Change, Column};
 use instants::{Window, windows};
 use misfit::{Misfits, misfits};

@@ -6,7 +6,7 @@ use cdpr::model_file::Model;
 use super::{another_robot, check, windows};
 use crate::data::recording::{Bench, record, record_on};
 use crate::data::{Channel, Trial};
-use crate::model::Examined;
+use crate::model::examined::Examined;
 
 /// What a check says of a trial, with the default robot: an error's lines.
 fn said(trial: &Trial) -> String {

@@ -11,7 +11,7 @@ use cdpr::parameters::{CableParameters, Parameters};
 use cdpr::simulation::Start;
 
 use crate::data::{Channel, Trial};
-use crate::estimate::{Fit, first_randomness, noise_of_data};
+use crate::filter::estimate::{Fit, first_randomness, noise_of_data};
 
 /// A robot with its controller, the path it is asked to follow, and its sensors.
 pub(crate) struct Bench {

@@ -10,10 +10,10 @@ use cdpr::per_cable::PerCable;
 use cdpr::simulation::Start;
 
 use crate::data::{Channel, Trial};
-use crate::delayed::earlier;
-use crate::model::Examined;
-use crate::path::Trajectory;
-use crate::sizes::Sizes;
+use crate::filter::path::Trajectory;
+use crate::model::delayed::earlier;
+use crate::model::examined::Examined;
+use crate::model::sizes::Sizes;
 
 use super::motion::{Motion, Statics};
 

@@ -3,17 +3,17 @@
 use cdpr::model_file::Model;
 use nalgebra::DMatrix;
 
-use crate::candidates::{Situation, catalogue};
-use crate::detection::{GUST, columns_of, readings_of};
-use crate::estimate::{for_trial, noise_of_data};
-use crate::extension::count_in_use;
-use crate::fitted::Evidence;
+use crate::filter::estimate::{for_trial, noise_of_data};
+use crate::filter::whiten::whiten;
+use crate::hypothesis::candidates::{Situation, catalogue};
+use crate::hypothesis::extension::count_in_use;
+use crate::hypothesis::signature::{Along, Varied, sensitivities};
+use crate::hypothesis::stream::forcing;
 use crate::outcome::DetectionLimit;
-use crate::refine::{free_parameters, varied_models};
-use crate::search::{EVIDENCE, Search};
-use crate::signature::{Along, Varied, sensitivities};
-use crate::stream::forcing;
-use crate::whiten::whiten;
+use crate::strategy::fitted::Evidence;
+use crate::strategy::search::{EVIDENCE, Search};
+use crate::verdict::detection::{GUST, columns_of, readings_of};
+use crate::weigh::refine::{free_parameters, varied_models};
 
 use super::Lowered;
 use super::apart::{Bench, CERTAIN, left};

@@ -9,7 +9,7 @@ use cdpr::model_file::Model;
 use cdpr::per_cable::PerCable;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Vector3};
 
-use crate::sizes::Sizes;
+use crate::model::sizes::Sizes;
 
 use super::PlanError;
 use super::limits::{Limits, inside};

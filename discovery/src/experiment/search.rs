@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::search::Progress;
+use crate::strategy::search::Progress;
 
 use super::PlanError;
 use super::apart::Pair;

@@ -9,9 +9,9 @@ use super::motion::{Family, GENES, Motion};
 use super::question::{Instrument, Open, Question};
 use super::*;
 use crate::data::{Channel, Trial};
-use crate::estimate::noise_of_data;
-use crate::fitted::Evidence;
-use crate::search::{ROUNDS, Search};
+use crate::filter::estimate::noise_of_data;
+use crate::strategy::fitted::Evidence;
+use crate::strategy::search::{ROUNDS, Search};
 
 const LIMITS: &str = "x = [-10, 12]\ny = [-8, 8]\nphi = [-0.05, 0.05]\nspeed = 0.8\nangular_speed = 0.01\n\
                       tension = [5000, 30000]\nduration = 60\ninterval = 0.1\n";

@@ -3,14 +3,14 @@
 use rayon::prelude::*;
 
 use super::{At, Device, Kind, Sizing};
-use crate::clock_offset::clock_offset;
 use crate::data::{Channel, Trial};
-use crate::estimate::{Fit, FitError, for_trial};
-use crate::kalman::Randomness;
-use crate::model::Examined;
-use crate::path::LinearTrial;
-use crate::refine::solve;
-use crate::whiten::{Forcing, Normal, whiten};
+use crate::filter::estimate::{Fit, FitError, for_trial};
+use crate::filter::kalman::Randomness;
+use crate::filter::path::LinearTrial;
+use crate::filter::whiten::{Forcing, Normal, whiten};
+use crate::instruments::clock_offset::clock_offset;
+use crate::model::examined::Examined;
+use crate::weigh::refine::solve;
 
 /// Moves of a clock and of the trajectory in turn.
 const CLOCK_MOVES: usize = 3;

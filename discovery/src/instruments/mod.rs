@@ -6,6 +6,8 @@
 //! as they are and without them.
 
 mod clock;
+pub(crate) mod clock_offset;
+pub(crate) mod expected;
 mod summary;
 #[cfg(test)]
 mod tests;
@@ -14,13 +16,13 @@ pub(crate) use clock::{Clocks, late_lengths};
 pub(crate) use summary::summary;
 
 use crate::data::{Channel, Trial};
-use crate::estimate::{Fit, FitError};
-use crate::kalman::Randomness;
-use crate::path::LinearTrial;
-use crate::randomness::Memory;
-use crate::refine::{Free, free_parameters, promises, refine_free};
-use crate::regression::Penalty;
-use crate::search::{BEGINNING, EVIDENCE};
+use crate::filter::estimate::{Fit, FitError};
+use crate::filter::kalman::Randomness;
+use crate::filter::path::LinearTrial;
+use crate::model::randomness::Memory;
+use crate::strategy::search::{BEGINNING, EVIDENCE};
+use crate::weigh::refine::{Free, free_parameters, promises, refine_free};
+use crate::weigh::regression::Penalty;
 
 /// Channels that share a device and its clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -308,7 +310,7 @@ impl<'a> Sizing<'a> {
             let channels = self.without_memory(randomness, device, drift).len();
             if (self.drifts || !drift)
                 && channels > 0
-                && randomness.memory.len() + channels <= crate::randomness::MOST_MEMORIES
+                && randomness.memory.len() + channels <= crate::model::randomness::MOST_MEMORIES
             {
                 kinds.push(if drift { Kind::Drift(device) } else { Kind::Colour(device) });
             }

@@ -5,10 +5,10 @@ use nalgebra::DMatrix;
 use super::{Device, Size, Sizing};
 use crate::data::Trial;
 use crate::data::counts::resolution;
-use crate::estimate::Fit;
-use crate::kalman::Randomness;
+use crate::filter::estimate::Fit;
+use crate::filter::kalman::Randomness;
 use crate::outcome::{ChannelInstrument, Estimated, Instruments};
-use crate::regression::Penalty;
+use crate::weigh::regression::Penalty;
 
 /// Step of the logarithm of a size for its standard error.
 const ERROR_STEP: f64 = 0.1;

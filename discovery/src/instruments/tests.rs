@@ -1,6 +1,6 @@
 use super::*;
 use crate::data::recording::{fitted, noise, record};
-use crate::randomness::Memory;
+use crate::model::randomness::Memory;
 
 const PENALTY: usize = 10_000;
 
@@ -13,7 +13,7 @@ fn recordings(change: impl Fn(u64, &mut Trial)) -> [Trial; 2] {
 
 fn taken_up(trials: &[Trial]) -> Option<Fit> {
     let fit = fitted(&[], trials);
-    let noise = crate::estimate::noise_of_data(trials);
+    let noise = crate::filter::estimate::noise_of_data(trials);
     Sizing::new(trials, &noise, Penalty::new(PENALTY)).take_up(&fit, 0.0, 0).unwrap()
 }
 
@@ -104,7 +104,7 @@ fn a_late_pose_is_no_early_clock_of_the_lengths() {
 #[test]
 fn no_device_is_early_by_itself() {
     let trials = late_recordings(3, usize::MAX, 0.02);
-    let noise = crate::estimate::noise_of_data(&trials);
+    let noise = crate::filter::estimate::noise_of_data(&trials);
     let (fit, sizing) = (fitted(&[], &trials), Sizing::new(&trials, &noise, Penalty::NONE));
     let clocks = sizing.clocks(&fit, &sizing.at(&fit, fit.randomness.clone()));
     let kinds: Vec<Kind> = clocks.iter().map(|(kind, _)| *kind).collect();
@@ -150,7 +150,7 @@ fn noise_of_counts_is_no_smaller_than_rounding() {
         let lengths = trial.measured.iter_mut().flat_map(|row| &mut row[3..]);
         lengths.for_each(|length| *length = count * (*length / count).round());
     });
-    let noise = crate::estimate::noise_of_data(&trials);
+    let noise = crate::filter::estimate::noise_of_data(&trials);
     let (fit, sizing) = (fitted(&[], &trials), Sizing::new(&trials, &noise, Penalty::NONE));
     let least = count / 12.0_f64.sqrt() - 1e-9;
     for at in sizing.channels(Device::UnstretchedLengths) {
@@ -163,7 +163,7 @@ fn noise_of_counts_is_no_smaller_than_rounding() {
 #[test]
 fn each_channel_may_have_what_the_others_of_its_device_have() {
     let trials = recordings(|_, _| {});
-    let noise = crate::estimate::noise_of_data(&trials);
+    let noise = crate::filter::estimate::noise_of_data(&trials);
     let sizing = || Sizing::new(&trials, &noise, Penalty::new(PENALTY));
     let with = |channels: usize| {
         let memory = |channel| Memory { channel, deviation: 1e-3, time: 1.0, drift: false };

@@ -5,7 +5,7 @@ use cdpr::effect::EffectSpec;
 use super::growth::Reach;
 use super::policy::Policy;
 use crate::data::Trial;
-use crate::estimate::Fit;
+use crate::filter::estimate::Fit;
 use crate::outcome::{BeforeAfter, Found, HorizonGap, NullTest};
 
 /// Gaps over one horizon on held-out data, to which no parameter was fitted, in units of the noise.

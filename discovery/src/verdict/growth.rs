@@ -10,11 +10,11 @@ use rayon::prelude::*;
 
 use super::policy::Policy;
 use crate::data::Trial;
-use crate::estimate::{Fit, for_trial};
-use crate::gap::restarts;
-use crate::kalman::{Randomness, covariances};
+use crate::filter::estimate::{Fit, for_trial};
+use crate::filter::kalman::{Randomness, covariances};
+use crate::filter::path::LinearTrial;
 use crate::outcome::{HORIZON, HORIZONS};
-use crate::path::LinearTrial;
+use crate::verdict::gap::restarts;
 
 /// Shorter horizons (s) for robots whose motion grows too fast for those of the report.
 const SHORTER: [f64; 8] = [2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01];

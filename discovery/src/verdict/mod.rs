@@ -5,13 +5,20 @@
 //! alone only where nothing but noise is left beside it. How far a free run tells of the model at all depends on how fast
 //! the robot lets an error grow; so gaps count in multiples of what a model without fault would leave.
 
+pub(crate) mod alike;
+pub(crate) mod by_block;
+pub(crate) mod conclude;
+pub(crate) mod detection;
 mod facts;
+pub(crate) mod gap;
 mod growth;
 mod judge;
 mod policy;
 mod remaining;
+pub(crate) mod stability;
 #[cfg(test)]
 mod tests;
+pub(crate) mod verify;
 mod words;
 
 pub(crate) use facts::{Disturbance, EffectFacts, Facts, HorizonFacts, left, out_of_range, share_taken};

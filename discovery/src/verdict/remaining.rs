@@ -3,9 +3,9 @@
 use cdpr::kinematics::cables;
 
 use crate::data::{Channel, Trial};
-use crate::estimate::Fit;
-use crate::gap::{Prediction, predict};
+use crate::filter::estimate::Fit;
 use crate::outcome::Remaining;
+use crate::verdict::gap::{Prediction, predict};
 
 /// What is left over `horizon` (s) on `trials`: by how much free runs miss, without the noise, and the mean force over so
 /// long that the model needs beyond its own.

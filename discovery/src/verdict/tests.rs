@@ -287,8 +287,8 @@ mod growth {
 
     use super::*;
     use crate::data::recording::{Bench, fitted, record, record_on};
-    use crate::estimate::noise_of_data;
-    use crate::gap::{gap, predict};
+    use crate::filter::estimate::noise_of_data;
+    use crate::verdict::gap::{gap, predict};
     use crate::{Geometry, discover};
 
     /// What carries the covariance of the start is right if a model without fault leaves that gap.

@@ -1,0 +1,642 @@
+//! Trajectories and sizes of the random parts of a model, estimated from trials.
+
+use std::sync::Arc;
+
+use cdpr::integrator::IntegrationError;
+use cdpr::model_file::Model;
+use cdpr::simulation::Simulation;
+use rayon::prelude::*;
+
+use crate::data::clean::{median, noise_by_differences};
+use crate::data::counts::least_noise;
+use crate::data::{Channel, Trial};
+use crate::filter::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
+use crate::filter::path::{LinearTrial, Trajectory, linearise};
+use crate::filter::shelf::Linear;
+use crate::instruments;
+use crate::instruments::expected;
+use crate::model::examined::{Examined, WRENCH, disturb};
+use crate::model::randomness::Memory;
+use crate::model::sizes::{Sizes, usual_force};
+use crate::verdict::gap::restarts;
+
+/// Correlation time of the latent disturbances in periods of the platform's swing on cables of fixed length: longer than the
+/// cables' own vibration, shorter than the motions that a platform is asked for.
+const LATENT_SWINGS: f64 = 1.12;
+/// Its bounds, in sampling intervals and as a share of the longest recording.
+const LATENT_TIMES: (f64, f64) = (4.0, 0.1);
+
+/// A model with everything that the data say of it.
+#[derive(Clone)]
+pub(crate) struct Fit {
+    pub(crate) model: Model,
+    pub(crate) examined: Examined,
+    pub(crate) first: Vec<Vec<f64>>,
+    pub(crate) trajectories: Vec<Trajectory>,
+    /// The model linearised along the trajectories, how late channels were taken to be then, and the sums of its defects.
+    linear: Linear,
+    late: Vec<f64>,
+    defects: Vec<f64>,
+    pub(crate) randomness: Randomness,
+    /// Share of its next move that each trajectory takes.
+    pace: Vec<f64>,
+}
+
+/// A run of the filter.
+pub(crate) struct Look {
+    randomness: Randomness,
+    filtered: Vec<Filtered>,
+    /// `-2 log L`.
+    pub(crate) value: f64,
+}
+
+/// Share of a move that a trajectory takes where whole moves overshoot: where friction turns its sign within a sample.
+const SLOW: f64 = 0.7;
+/// Least share of a move that is tried where the model cannot be simulated along all of it.
+const LEAST_SHARE: f64 = 1.0 / 16.0;
+/// Share of the defects that a move may leave.
+const LEFT: f64 = 0.6;
+/// Defect of a sample, relative to the size of its state, that is rounding and discretisation.
+const NO_DEFECT: f64 = 1e-6;
+/// Mean defect of a sample where a trajectory goes back and forth about one that the model can make.
+const SMALL_DEFECT: f64 = 3e-4;
+/// Share of the least defects so far below which they have shrunk.
+const SHRUNK: f64 = 0.9;
+/// Moves in which they may not shrink before a trajectory is left as it is.
+const PATIENCE: usize = 4;
+/// Change of `-2 log L` by a move below which a trajectory has settled.
+const SETTLED: f64 = 1.0;
+/// Sizes of latent forces between none and the first, as shares of the first.
+const BETWEEN: [f64; 2] = [0.1, 0.01];
+/// Fall of `-2 log L` for which another size of the latent forces is taken.
+const WORTH: f64 = 0.5;
+
+/// Noise of each channel of [`Channel::all`], pooled over trials, from the data alone; `NAN` where it is not measured.
+pub(crate) fn noise_of_data(trials: &[Trial]) -> Vec<f64> {
+    Channel::all(trials.first().map_or(0, Trial::cables))
+        .iter()
+        .map(|channel| {
+            let of_trial = |t: &Trial| t.channels.iter().position(|c| c == channel).map(|j| noise_by_differences(t, j));
+            let noise = median(trials.iter().filter_map(of_trial).collect());
+            if noise.is_nan() { noise } else { noise.max(least_noise(trials, *channel, noise)) }
+        })
+        .collect()
+}
+
+/// `randomness` with its noise in the order of this trial's channels.
+pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
+    let all = Channel::all(trial.cables());
+    let noise = trial
+        .channels
+        .iter()
+        .map(|c| all.iter().position(|a| a == c).map_or(f64::NAN, |at| randomness.noise[at]))
+        .collect();
+    let least = |c: &Channel| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.least_noise[at]);
+    let least_noise = trial.channels.iter().map(least).collect();
+    let memory = randomness.memory.iter().filter_map(|m| {
+        let channel = trial.channels.iter().position(|c| *c == all[m.channel])?;
+        Some(Memory { channel, ..*m })
+    });
+    let mut memory: Vec<Memory> = memory.collect();
+    memory.sort_by_key(|m| m.channel);
+    let late = trial.channels.iter().map(|c| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.late[at]));
+    Randomness { noise, least_noise, memory, late: late.collect(), ..randomness.clone() }
+}
+
+/// A first trajectory from measurements alone: pose by a local straight line, cables at rest under their commands.
+fn first_trajectory(model: &Examined, trial: &Trial, first: &[f64]) -> Trajectory {
+    let n = model.states();
+    let width = n + model.latents();
+    let len = trial.len();
+    let quarter_second = (0.25 / trial.interval()).round() as usize;
+    // A straight line takes three numbers, which a slow channel has some rows apart.
+    let halves: Vec<usize> = (0..trial.channels.len()).map(|j| quarter_second.max(2 * trial.stride(j))).collect();
+    let half = halves.iter().copied().max().unwrap_or(2);
+    let column = |wanted: Channel| trial.channels.iter().position(|c| *c == wanted);
+    let mut values = vec![0.0; len * width];
+    // Value and slope of a straight line through the samples around k; the last known value where there are too few.
+    let line = |j: usize, k: usize| -> Option<(f64, f64)> {
+        let (mut s, mut st, mut stt, mut sv, mut stv) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for i in k.saturating_sub(halves[j])..(k + halves[j] + 1).min(len) {
+            let v = trial.measured[i][j];
+            if v.is_finite() {
+                let t = trial.time[i] - trial.time[k];
+                s += 1.0;
+                st += t;
+                stt += t * t;
+                sv += v;
+                stv += t * v;
+            }
+        }
+        let determinant = s * stt - st * st;
+        (s >= 3.0 && determinant > 0.0)
+            .then(|| ((stt * sv - st * stv) / determinant, (s * stv - st * sv) / determinant))
+    };
+    let pose_measured = (0..3).all(|k| column(Channel::Pose(k)).is_some());
+    let mut last = first.to_vec();
+    for k in 0..len {
+        let row = &mut values[k * width..(k + 1) * width];
+        row[..n].copy_from_slice(&last);
+        if pose_measured {
+            for axis in 0..3 {
+                if let Some((value, slope)) = column(Channel::Pose(axis)).and_then(|j| line(j, k)) {
+                    row[axis] = value;
+                    row[3 + axis] = slope;
+                }
+            }
+        } else {
+            let window = trial.part(k.saturating_sub(half)..(k + half + 1).min(len), String::new());
+            let start = model.first_states(&window);
+            row[..3].copy_from_slice(&start[..3]);
+        }
+        let pose = [row[0], row[1], row[2]];
+        let twist = [row[3], row[4], row[5]];
+        let cables = cdpr::kinematics::cables(model.plant.geometry(), &pose, &twist);
+        for i in 0..cables.len() {
+            let Some(at) = model.plant.unstretched_index(i) else { continue };
+            let tension = trial.inputs[k].winch_force[i].max(0.0);
+            let range = model.plant.effect_states(i);
+            let mut states = [0.0; cdpr::dynamics::MAX_EFFECT_STATES];
+            states[..range.len()].copy_from_slice(&row[range]);
+            row[at] = model.plant.unstretched_length_for(i, trial.time[k], cables[i].length, tension, &states);
+            if let Some(rate) = model.plant.rate_index(i) {
+                row[rate] = cables[i].speed;
+            }
+        }
+        last.copy_from_slice(&row[..n]);
+    }
+    Trajectory { values, width, states: n }
+}
+
+/// A new model on trajectories of an old one: states of the same name are taken over, new ones start at rest.
+pub(crate) fn carry_over(old: &Examined, new: &Examined, trial: &Trial, trajectory: &Trajectory) -> Trajectory {
+    if old.states() == new.states() {
+        return trajectory.clone();
+    }
+    let n = new.states();
+    let width = n + new.latents();
+    let first = new.first_states(trial);
+    let mut values = vec![0.0; trial.len() * width];
+    let fresh = first_trajectory(new, trial, &first);
+    let mut follower: Option<Simulation> = None;
+    for k in 0..trial.len() {
+        let row = &mut values[k * width..(k + 1) * width];
+        row.copy_from_slice(fresh.row(k));
+        let from = trajectory.states(k);
+        row[..6].copy_from_slice(&from[..6]);
+        for i in 0..new.plant.cables() {
+            if let (Some(a), Some(b)) = (old.plant.unstretched_index(i), new.plant.unstretched_index(i)) {
+                row[b] = from[a];
+            }
+            if let (Some(a), Some(b)) = (old.plant.rate_index(i), new.plant.rate_index(i)) {
+                row[b] = from[a];
+            }
+        }
+        row[n..].copy_from_slice(trajectory.latents(k));
+        follow(new, trial, k, row, &mut follower);
+    }
+    Trajectory { values, width, states: n }
+}
+
+/// Own states of effects in `row`, sample `k` of a trajectory, as they follow from the samples before; at first those of
+/// a start. `follower` is the simulation that has come here from the last sample.
+fn follow(model: &Examined, trial: &Trial, k: usize, row: &mut [f64], follower: &mut Option<Simulation>) {
+    let cables = 0..model.plant.cables();
+    if cables.clone().all(|i| model.plant.effect_states(i).is_empty()) {
+        return;
+    }
+    let n = model.states();
+    match follower {
+        None => model.plant.straighten(&mut row[..n]),
+        Some(simulation) => {
+            for at in cables.flat_map(|i| model.plant.effect_states(i)) {
+                row[at] = simulation.states()[at];
+            }
+        }
+    }
+    let simulation = follower.get_or_insert_with(|| model.simulation(trial, k, &row[..n]));
+    simulation.nudge_states(&row[..n]);
+    disturb(simulation, &trial.inputs[k], &row[n..]);
+    if k + 1 < trial.len() && simulation.advance(trial.time[k + 1] - trial.time[k]).is_err() {
+        *follower = None;
+    }
+}
+
+impl Fit {
+    /// Fits trajectories of `model` to `trials`, beginning with `before` (another model's) or from measurements alone.
+    pub(crate) fn new(
+        model: &Model,
+        trials: &[Trial],
+        randomness: &Randomness,
+        before: Option<&Fit>,
+    ) -> Result<Self, FitError> {
+        let examined = Examined::new(model).map_err(|e| FitError::Model(e.to_string()))?;
+        let first: Vec<Vec<f64>> = trials.iter().map(|t| examined.first_states(t)).collect();
+        let trajectories = trials
+            .iter()
+            .enumerate()
+            .map(|(t, trial)| match before {
+                Some(fit) => carry_over(&fit.examined, &examined, trial, &fit.trajectories[t]),
+                None => {
+                    let mut trajectory = first_trajectory(&examined, trial, &first[t]);
+                    let mut follower = None;
+                    for (k, row) in trajectory.values.chunks_exact_mut(trajectory.width).enumerate() {
+                        follow(&examined, trial, k, row, &mut follower);
+                    }
+                    trajectory
+                }
+            })
+            .collect();
+        let mut fit = Self {
+            model: model.clone(),
+            examined,
+            first,
+            trajectories,
+            linear: Linear::Given(Arc::default()),
+            late: Vec::new(),
+            defects: Vec::new(),
+            randomness: randomness.clone(),
+            pace: before.map_or_else(|| vec![1.0; trials.len()], |fit| fit.pace.clone()),
+        };
+        fit.linearise(trials)?;
+        Ok(fit)
+    }
+
+    /// `model` linearised along trajectories that are known.
+    pub(crate) fn along_trajectories(
+        model: &Model,
+        examined: Examined,
+        trials: &[Trial],
+        trajectories: Vec<Trajectory>,
+        randomness: Randomness,
+    ) -> Result<Self, FitError> {
+        let mut fit = Self {
+            model: model.clone(),
+            examined,
+            first: trajectories.iter().map(|trajectory| trajectory.states(0).to_vec()).collect(),
+            trajectories,
+            linear: Linear::Given(Arc::default()),
+            late: Vec::new(),
+            defects: Vec::new(),
+            randomness,
+            pace: vec![1.0; trials.len()],
+        };
+        fit.linearise(trials)?;
+        Ok(fit)
+    }
+
+    /// Linearises along the present trajectories.
+    fn linearise(&mut self, trials: &[Trial]) -> Result<(), FitError> {
+        // Those along the trajectories before take no room any more.
+        self.linear = Linear::Given(Arc::default());
+        self.late.clone_from(&self.randomness.late);
+        let linear = self.linearised(trials)?;
+        self.defects = linear.iter().map(LinearTrial::total_defect).collect();
+        self.linear = Linear::kept(linear);
+        Ok(())
+    }
+
+    fn linearised(&self, trials: &[Trial]) -> Result<Vec<LinearTrial>, FitError> {
+        let randomness = Randomness { late: self.late.clone(), ..self.randomness.clone() };
+        let of_trial = |(t, trial): (usize, &Trial)| {
+            let late = for_trial(&randomness, trial).late;
+            linearise(&self.examined, trial, &self.trajectories[t], &self.first[t], &late)
+        };
+        trials.par_iter().enumerate().map(of_trial).collect()
+    }
+
+    /// The model linearised along the trajectories.
+    pub(crate) fn linear(&self, trials: &[Trial]) -> Arc<Vec<LinearTrial>> {
+        self.linear.models(|| {
+            let again = self.linearised(trials);
+            again.unwrap_or_else(|e| unreachable!("it was linearised along the same trajectories before: {e}"))
+        })
+    }
+
+    /// Moves the trajectories to the smoothed states, or most of the way where that has overshot before, as far as the model
+    /// can be simulated there, and linearises there. Returns `-2 log L` as it was before.
+    pub(crate) fn smooth(&mut self, trials: &[Trial]) -> Result<f64, FitError> {
+        let before = self.defects.clone();
+        let linear = self.linear(trials);
+        let moves: Vec<(Vec<f64>, f64)> = (0..trials.len())
+            .into_par_iter()
+            .map(|t| {
+                let randomness = for_trial(&self.randomness, &trials[t]);
+                smooth(&linear[t], &randomness)
+            })
+            .collect();
+        drop(linear);
+        self.move_by(&moves, 1.0);
+        let mut share = 1.0;
+        while let Err(error) = self.linearise(trials) {
+            if share <= LEAST_SHARE || matches!(error, FitError::Model(_)) {
+                self.move_by(&moves, -share);
+                self.linearise(trials)?;
+                return Err(error);
+            }
+            // Where it cannot go all the way, it goes as far as it can.
+            share *= 0.5;
+            self.move_by(&moves, -share);
+        }
+        for (((pace, after), before), trial) in self.pace.iter_mut().zip(&self.defects).zip(before).zip(trials) {
+            let overshot = *after > LEFT * before && *after > NO_DEFECT * trial.len() as f64;
+            *pace = if overshot { SLOW } else { 1.0 };
+        }
+        Ok(moves.iter().map(|(_, value)| value).sum())
+    }
+
+    /// Moves the trajectories by a share of the paces that they have.
+    fn move_by(&mut self, moves: &[(Vec<f64>, f64)], share: f64) {
+        for ((trajectory, (deviation, _)), pace) in self.trajectories.iter_mut().zip(moves).zip(&self.pace) {
+            for (value, move_) in trajectory.values.iter_mut().zip(deviation) {
+                *value += share * pace * move_;
+            }
+        }
+    }
+
+    /// Moves the trajectories until they stay or their defects no longer shrink, at most so often. Returns whether they stay.
+    pub(crate) fn settle(&mut self, trials: &[Trial], most: usize) -> Result<bool, FitError> {
+        let (mut last, mut least, mut idle) = (f64::INFINITY, self.defect(), 0);
+        for _ in 0..most {
+            let value = self.smooth(trials)?;
+            let defect = self.defect();
+            (least, idle) = if defect < SHRUNK * least { (defect, 0) } else { (least, idle + 1) };
+            if (last - value).abs() < SETTLED {
+                return Ok(true);
+            }
+            if idle == PATIENCE {
+                break;
+            }
+            last = value;
+        }
+        Ok(false)
+    }
+
+    /// Mean defect of a sample, relative to the size of its state.
+    fn defect(&self) -> f64 {
+        let samples: usize = self.trajectories.iter().map(|path| path.values.len() / path.width).sum();
+        self.defects.iter().sum::<f64>() / samples as f64
+    }
+
+    /// Whether the trajectories are near ones that the model can make.
+    pub(crate) fn has_settled(&self) -> bool {
+        self.defect() < SMALL_DEFECT
+    }
+
+    /// Whether the last move of a trajectory left most of its defects.
+    pub(crate) fn overshoots(&self) -> bool {
+        self.pace.iter().any(|pace| *pace < 1.0)
+    }
+
+    /// The same model and sizes along other linear trials, to run the filter on.
+    pub(crate) fn along(&self, linear: Vec<LinearTrial>) -> Self {
+        Self {
+            model: self.model.clone(),
+            examined: self.examined.clone(),
+            first: self.first.clone(),
+            trajectories: Vec::new(),
+            late: self.late.clone(),
+            defects: linear.iter().map(LinearTrial::total_defect).collect(),
+            linear: Linear::Given(Arc::new(linear)),
+            randomness: self.randomness.clone(),
+            pace: self.pace.clone(),
+        }
+    }
+
+    /// The same fit on parts of its trials.
+    pub(crate) fn part(&self, trials: &[Trial], parts: &[Trial]) -> Result<Self, FitError> {
+        let mut of_parts = Self { linear: Linear::Given(Arc::default()), ..self.clone() };
+        for (t, (trial, part)) in trials.iter().zip(parts).enumerate() {
+            let start = trial.time.partition_point(|time| *time < part.time[0]);
+            let trajectory = &mut of_parts.trajectories[t];
+            trajectory.values.truncate((start + part.len()) * trajectory.width);
+            trajectory.values.drain(..start * trajectory.width);
+            if start > 0 {
+                of_parts.first[t] = trajectory.states(0).to_vec();
+            }
+        }
+        of_parts.linearise(parts)?;
+        Ok(of_parts)
+    }
+
+    pub(crate) fn filter(&self, trials: &[Trial], randomness: &Randomness, keep: Keep) -> Vec<Filtered> {
+        let linear = self.linear(trials);
+        (0..trials.len())
+            .into_par_iter()
+            .map(|t| filter(&linear[t], &for_trial(randomness, &trials[t]), keep))
+            .collect()
+    }
+
+    /// By channel of [`Channel::all`], how far simulations that run freely over `horizon` (s) would be from the measurements
+    /// where nothing is missing but what `randomness` has (root mean square); `NAN` where nothing is measured.
+    pub(crate) fn spread(&self, trials: &[Trial], randomness: &Randomness, horizon: f64) -> Vec<f64> {
+        let all = Channel::all(self.examined.plant.cables());
+        let of_trial = |(trial, linear): (&Trial, &LinearTrial)| {
+            let randomness = for_trial(randomness, trial);
+            spread(linear, &randomness, &restarts(trial, horizon))
+        };
+        let parts: Vec<Vec<(f64, usize)>> =
+            trials.par_iter().zip(self.linear(trials).par_iter()).map(of_trial).collect();
+        let mut sums = vec![(0.0, 0); all.len()];
+        for (trial, parts) in trials.iter().zip(parts) {
+            for (channel, part) in trial.channels.iter().zip(parts) {
+                if let Some(at) = all.iter().position(|a| a == channel) {
+                    sums[at] = (sums[at].0 + part.0, sums[at].1 + part.1);
+                }
+            }
+        }
+        sums.iter().map(|(sum, count)| (sum / *count as f64).sqrt()).collect()
+    }
+
+    /// Where the recorded forces have an error, with those in their place that are to be expected.
+    pub(crate) fn minus_two_log_likelihood(&self, trials: &[Trial], randomness: &Randomness) -> f64 {
+        if randomness.white_input() > 0.0 {
+            return expected::minus_two_log_likelihood(self, trials, randomness);
+        }
+        self.filter(trials, randomness, Keep::Likelihood).iter().map(|f| f.minus_two_log_likelihood).sum()
+    }
+
+    /// The filter's run at other sizes of the random parts.
+    pub(crate) fn look(&self, trials: &[Trial], randomness: Randomness) -> Look {
+        let filtered = self.filter(trials, &randomness, Keep::Likelihood);
+        let value = filtered.iter().map(|f| f.minus_two_log_likelihood).sum();
+        Look { randomness, filtered, value }
+    }
+
+    /// Sizes of latent forces (and noise) by maximum likelihood: none at all if that is better, else a coordinate search
+    /// on a logarithmic grid.
+    pub(crate) fn fit_randomness(&mut self, trials: &[Trial], noise: &[f64], coarse: bool) {
+        let nothing = self.randomness.without_latents();
+        let present = self.randomness.clone();
+        let mut sizes = vec![present.clone()];
+        sizes.extend((!present.same_latents(&nothing)).then(|| nothing.clone()));
+        let without = sizes.len();
+        sizes.extend(BETWEEN.map(|share| nothing.with_latents(share)));
+        let mut looks: Vec<Look> = sizes.into_par_iter().map(|size| self.look(trials, size)).collect();
+        let between = looks.split_off(without);
+        let mut best = looks.remove(0);
+        if let Some(at_nothing) = looks.pop().filter(|at_nothing| at_nothing.value < best.value) {
+            best = at_nothing;
+        }
+        // From nothing no step leads to a size that is worth having, past all those that are not.
+        for between in between {
+            if between.value < best.value - WORTH {
+                best = between;
+            }
+        }
+        // From nothing, one step up on each axis tells whether there is anything.
+        let factors: &[f64] = if coarse { &[10.0, 3.0] } else { &[3.0] };
+        for &factor in factors {
+            best = self.search_latents(trials, best, &[1.0 / factor, factor]);
+            if best.randomness.same_latents(&nothing) {
+                break;
+            }
+        }
+        self.randomness = best.randomness;
+        self.fit_noise(trials, noise, &best.filtered);
+        if self.randomness.has_instrument_noise() {
+            self.randomness = instruments::resize(self, trials, noise);
+        }
+    }
+
+    /// Sizes of latent forces alone by maximum likelihood.
+    pub(crate) fn fit_latents(&mut self, trials: &[Trial]) {
+        let present = self.look(trials, self.randomness.clone());
+        let coarse = self.search_latents(trials, present, &[0.1, 10.0]);
+        self.randomness = self.search_latents(trials, coarse, &[1.0 / 3.0, 3.0]).randomness;
+    }
+
+    /// As [`Fit::fit_randomness`] where the latent forces have been chosen but for being too small, with a run at these.
+    pub(crate) fn enlarge_randomness(&mut self, trials: &[Trial], noise: &[f64], run: Look) {
+        let best = self.search_latents(trials, run, &[3.0]);
+        self.randomness = best.randomness;
+        self.fit_noise(trials, noise, &best.filtered);
+    }
+
+    /// The best sizes of latent forces that are reached from a run by steps of these factors.
+    fn search_latents(&self, trials: &[Trial], mut best: Look, factors: &[f64]) -> Look {
+        for axis in 0..2 {
+            for factor in factors {
+                loop {
+                    let mut next = best.randomness.clone();
+                    if axis == 0 {
+                        next.force = next.force_scaled(*factor);
+                    } else {
+                        next.winch = next.winch_scaled(*factor);
+                    }
+                    if next.same_latents(&best.randomness) {
+                        break;
+                    }
+                    let candidate = self.look(trials, next);
+                    if candidate.value >= best.value - WORTH {
+                        break;
+                    }
+                    best = candidate;
+                }
+            }
+        }
+        best
+    }
+
+    /// White noise by maximum likelihood. Differences see too much of it where the signal itself is rough, and never too
+    /// little: where nothing else is random in the instruments, what goes beyond them is the model's.
+    fn fit_noise(&mut self, trials: &[Trial], noise: &[f64], filtered: &[Filtered]) {
+        for (at, channel) in Channel::all(self.examined.plant.cables()).iter().enumerate() {
+            let (mut sum, mut count) = (0.0, 0);
+            for (trial, f) in trials.iter().zip(filtered) {
+                if let Some(j) = trial.channels.iter().position(|c| c == channel) {
+                    sum += f.noise_moment[j].0;
+                    count += f.noise_moment[j].1;
+                }
+            }
+            if count > 0 {
+                let fitted = (sum / count as f64).sqrt();
+                let most = if self.randomness.has_instrument_noise() { f64::INFINITY } else { 1.05 * noise[at] };
+                self.randomness.noise[at] = fitted.min(most).max(self.randomness.least_noise[at]);
+            }
+        }
+    }
+}
+
+/// Why a model cannot be fitted.
+#[derive(Debug, thiserror::Error)]
+pub enum FitError {
+    /// The model cannot be built.
+    #[error("the model cannot be built: {0}")]
+    Model(String),
+    /// The model cannot be simulated along the data.
+    #[error("the model cannot be simulated along the data: {0}")]
+    Simulation(IntegrationError),
+    /// The trajectory that should fit the data has run away from them.
+    #[error("{trial}: the model's trajectory does not settle near the data at {time} s")]
+    Diverged {
+        /// The trial.
+        trial: String,
+        /// Time in it (s).
+        time: f64,
+    },
+    /// A variation of the model has rates, or shows something, that is no number.
+    #[error("{trial}: it gives values that are not finite")]
+    NotFinite {
+        /// The trial.
+        trial: String,
+    },
+}
+
+/// First guess of the random parts, before any fit.
+pub(crate) fn first_randomness(model: &Model, trials: &[Trial], noise: &[f64]) -> Randomness {
+    let (sizes, usual_force) = (Sizes::of(&model.parameters), usual_force(trials));
+    let duration = |t: &Trial| t.time[t.len() - 1] - t.time[0];
+    let longest = LATENT_TIMES.1 * trials.iter().map(duration).fold(0.0, f64::max);
+    let shortest = LATENT_TIMES.0 * median(trials.iter().map(Trial::interval).collect());
+    let channels = Channel::all(model.parameters.cables());
+    Randomness {
+        latents: WRENCH + model.parameters.cables(),
+        force: Randomness::first_latent(usual_force),
+        winch: Randomness::first_latent(usual_force),
+        usual_force,
+        arm: sizes.arm,
+        time: (LATENT_SWINGS * sizes.swing).min(longest).max(shortest),
+        noise: noise.to_vec(),
+        least_noise: channels.iter().zip(noise).map(|(channel, noise)| least_noise(trials, *channel, *noise)).collect(),
+        memory: Vec::new(),
+        input: 0.0,
+        expected: None,
+        jitter: 0.0,
+        late: vec![0.0; noise.len()],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+
+    use super::*;
+    use crate::data::recording::record;
+
+    /// Friction that turns its sign within a sample: whole moves would go back and forth for ever.
+    #[test]
+    fn a_trajectory_with_sharp_friction_settles() {
+        let friction = EffectSpec::new("winch_stribeck_friction", Some(2), &[100.0, 260.0, 0.12, 40.0]).unwrap();
+        let trials = [record(std::slice::from_ref(&friction), 40.0, 5)];
+        let model = Model { effects: vec![friction], ..Model::default() };
+        let randomness = first_randomness(&model, &trials, &noise_of_data(&trials));
+        let mut fit = Fit::new(&model, &trials, &randomness, None).unwrap();
+        fit.settle(&trials, 40).unwrap();
+        let settled = fit.smooth(&trials).unwrap();
+        let moved = fit.minus_two_log_likelihood(&trials, &randomness) - settled;
+        assert!(moved.abs() < SETTLED, "{moved}");
+    }
+
+    #[test]
+    fn a_beginning_has_the_trajectory_of_the_whole() {
+        let whole = [record(&[], 20.0, 6)];
+        let fit = crate::data::recording::fitted(&[], &whole);
+        let part = [whole[0].part(0..80, String::new())];
+        let begun = fit.part(&whole, &part).unwrap();
+        let (linear, begun_linear) = (fit.linear(&whole), begun.linear(&part));
+        assert_eq!(begun_linear[0].len, 80);
+        assert_eq!(begun.trajectories[0].values, fit.trajectories[0].values[..80 * fit.trajectories[0].width]);
+        assert_eq!(begun_linear[0].defect, linear[0].defect[..79 * linear[0].states]);
+    }
+}

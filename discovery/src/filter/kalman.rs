@@ -1,0 +1,703 @@
+//! Kalman filter and smoother on the linearised model.
+
+use std::ops::Range;
+
+use cdpr::per_cable::MAX_CABLES;
+
+use crate::filter::path::LinearTrial;
+use crate::filter::vector::{BLOCK, FULL, add, add_each, block, dot, plus, plus_each, vectorised};
+use crate::model::examined::WRENCH;
+use crate::model::randomness::ROOM;
+pub(crate) use crate::model::randomness::Randomness;
+
+/// Samples that are filtered and whitened together: what is kept of them stays near.
+pub(crate) const STRETCH: usize = 256;
+
+/// Innovations, gains and what else later passes need of some samples; what was not to be kept is empty.
+#[derive(Clone, Debug)]
+pub(crate) struct Filtered {
+    /// The first sample.
+    first: usize,
+    /// `Σ log S + ν²/S` over all measurements up to the last sample.
+    pub(crate) minus_two_log_likelihood: f64,
+    /// Innovation over its standard deviation, a number a measurement; `NAN` in gaps.
+    pub(crate) whitened: Vec<f64>,
+    /// Standard deviation of each innovation.
+    pub(crate) deviation: Vec<f64>,
+    /// Numbers of a row of what follows: states, latents, noise with memory, and zeros up to this.
+    stride: usize,
+    /// Gain of each measurement.
+    gain: Vec<f64>,
+    /// Predicted deviation before each sample's measurements.
+    predicted: Vec<f64>,
+    /// Deviation after each sample's measurements.
+    updated: Vec<f64>,
+    /// Its covariance before the measurements, a row a state, latent or noise with memory.
+    covariance: Vec<f64>,
+    /// `Σ e ν` and count by channel up to the last sample: its ratio estimates the noise variance.
+    pub(crate) noise_moment: Vec<(f64, usize)>,
+}
+
+impl Filtered {
+    /// Gain of a measurement, by its place among those of the samples: states, latents, zeros.
+    pub(crate) fn gain(&self, at: usize) -> &[f64] {
+        &self.gain[at * self.stride..(at + 1) * self.stride]
+    }
+
+    /// Deviation after the measurements of sample `k`: states, latents, zeros.
+    pub(crate) fn updated(&self, k: usize) -> &[f64] {
+        &self.updated[k * self.stride..(k + 1) * self.stride]
+    }
+}
+
+/// Standard deviation of the rounding and discretisation error that a step may hide (m, rad, m/s, ...).
+const STEP_ERROR: f64 = 1e-9;
+
+/// What later passes need of a filter's run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Keep {
+    /// The likelihood alone.
+    Likelihood,
+    /// Innovations and states as well.
+    Innovations,
+    /// And gains.
+    Gains,
+    /// And what the smoother needs.
+    Covariance,
+}
+
+/// Calls `$work::<N, W, FUSED>` with rows of fixed widths, which the compiler puts into the widest registers that the
+/// processor has: `N` the states with zeros up to one of [`STATES`](crate::filter::vector::STATES), as in [`LinearTrial`], and `W` with
+/// the latents and the noise with memory, the narrowest that has room for them.
+macro_rules! by_width {
+    ($linear:expr, $randomness:expr, $work:ident, $($argument:expr),*) => {{
+        let processes = $randomness.processes();
+        assert!(processes <= ROOM, "no more noise with memory than there is room for");
+        let width = $linear.states + processes;
+        match $linear.padded {
+            8 => by_room!(8, width, $work, ($($argument),*)),
+            16 => by_room!(16, width, $work, ($($argument),*)),
+            24 => by_room!(24, width, $work, ($($argument),*)),
+            32 => by_room!(32, width, $work, ($($argument),*)),
+            // Rare: one room for all.
+            48 => vectorised!(FUSED => $work::<48, { 48 + ROOM }, FUSED>($($argument),*)),
+            _ => vectorised!(FUSED => $work::<128, { 128 + ROOM }, FUSED>($($argument),*)),
+        }
+    }};
+}
+
+/// The part of [`by_width!`] that looks for the room beside the states.
+macro_rules! by_room {
+    ($states:literal, $width:expr, $work:ident, $arguments:tt) => {
+        if $width <= $states + 8 {
+            vectorised!(FUSED => $work::<$states, { $states + 8 }, FUSED>$arguments)
+        } else if $width <= $states + 16 {
+            vectorised!(FUSED => $work::<$states, { $states + 16 }, FUSED>$arguments)
+        } else if $width <= $states + 24 {
+            vectorised!(FUSED => $work::<$states, { $states + 24 }, FUSED>$arguments)
+        } else {
+            vectorised!(FUSED => $work::<$states, { $states + ROOM }, FUSED>$arguments)
+        }
+    };
+}
+
+/// Runs the filter over one trial.
+pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
+    Run::new(linear, randomness).advance(linear.len, keep)
+}
+
+/// The covariance before the measurements of some samples, in their order: rows of states and processes.
+pub(crate) fn covariances(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    samples: impl IntoIterator<Item = usize>,
+) -> Vec<Vec<f64>> {
+    let mut run = Run::new(linear, randomness);
+    let at = |sample: usize| {
+        run.advance(sample, Keep::Likelihood);
+        run.standing.p.clone()
+    };
+    samples.into_iter().map(at).collect()
+}
+
+/// A run of the filter over one trial, that can be interrupted.
+pub(crate) struct Run<'a> {
+    linear: &'a LinearTrial,
+    randomness: &'a Randomness,
+    standing: Standing,
+}
+
+/// Where a run of the filter stands: before the measurements of a sample.
+#[derive(Clone)]
+struct Standing {
+    next: usize,
+    /// Deviation of states and processes from the trajectory.
+    x: Vec<f64>,
+    /// Its covariance, by rows.
+    p: Vec<f64>,
+    minus_two_log_likelihood: f64,
+    noise_moment: Vec<(f64, usize)>,
+}
+
+impl Standing {
+    fn new(linear: &LinearTrial, randomness: &Randomness) -> Self {
+        let (n, w) = (linear.states, linear.states + randomness.processes());
+        let mut x = vec![0.0; w];
+        x[..n].copy_from_slice(&linear.prior);
+        for (slot, latent) in x[n..].iter_mut().zip(linear.latents(0)) {
+            *slot = -latent;
+        }
+        let mut p = vec![0.0; w * w];
+        for c in 0..n {
+            p[c * w + c] = linear.prior_deviation[c].powi(2);
+        }
+        for l in 0..randomness.processes() {
+            p[(n + l) * w + n + l] = randomness.deviation(l).powi(2);
+        }
+        // What is shown of no sample counts as if there were nothing but its noise.
+        let outside = linear.outside.iter().zip(&randomness.noise).filter(|(count, _)| **count > 0);
+        let minus_two_log_likelihood = outside.map(|(count, noise)| *count as f64 * (1.0 + 2.0 * noise.ln())).sum();
+        Self { next: 0, x, p, minus_two_log_likelihood, noise_moment: vec![(0.0, 0); linear.channels] }
+    }
+}
+
+impl<'a> Run<'a> {
+    pub(crate) fn new(linear: &'a LinearTrial, randomness: &'a Randomness) -> Self {
+        Self { linear, randomness, standing: Standing::new(linear, randomness) }
+    }
+
+    /// Runs on over the samples before `end`.
+    #[inline(never)]
+    pub(crate) fn advance(&mut self, end: usize, keep: Keep) -> Filtered {
+        let Self { linear, randomness, standing } = self;
+        by_width!(linear, randomness, run, linear, randomness, standing, end, keep)
+    }
+}
+
+/// What one measurement shows: places among states and processes, with slopes. Loops over it stay in wide registers, which
+/// those over a chain of iterators do not.
+struct Seen<const W: usize> {
+    count: usize,
+    at: [usize; W],
+    slope: [f64; W],
+}
+
+impl<const W: usize> Seen<W> {
+    #[inline(always)]
+    fn nothing() -> Self {
+        Self { count: 0, at: [0; W], slope: [0.0; W] }
+    }
+
+    /// Takes up channel `j` at sample `k`, with the processes that it shows beside the states.
+    #[inline(always)]
+    fn take(&mut self, linear: &LinearTrial, k: usize, j: usize, processes: &Range<usize>) {
+        self.count = 0;
+        for (c, slope) in linear.shown_by(k, j) {
+            (self.at[self.count], self.slope[self.count]) = (c, slope);
+            self.count += 1;
+        }
+        for l in processes.clone() {
+            (self.at[self.count], self.slope[self.count]) = (linear.states + l, 1.0);
+            self.count += 1;
+        }
+    }
+
+    /// What is shown of a vector.
+    #[inline(always)]
+    fn of(&self, vector: &[f64; W]) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..self.count.min(W) {
+            sum += self.slope[i] * vector[self.at[i]];
+        }
+        sum
+    }
+}
+
+#[inline(always)]
+fn run<const N: usize, const W: usize, const FUSED: bool>(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    standing: &mut Standing,
+    end: usize,
+    keep: Keep,
+) -> Filtered {
+    let (n, m, len) = (linear.states, linear.channels, linear.len);
+    let w = n + randomness.processes();
+    let remembered = randomness.shown_by_channel(m);
+    let first = standing.next;
+    let rows = |from: Keep| if keep >= from { end - first } else { 0 };
+    let (innovations, gains) = (rows(Keep::Innovations), rows(Keep::Gains));
+    let mut out = Filtered {
+        first,
+        minus_two_log_likelihood: standing.minus_two_log_likelihood,
+        whitened: vec![f64::NAN; innovations * m],
+        deviation: vec![f64::NAN; innovations * m],
+        stride: W,
+        gain: vec![0.0; gains * m * W],
+        predicted: vec![0.0; rows(Keep::Covariance) * W],
+        updated: vec![0.0; innovations * W],
+        covariance: vec![0.0; rows(Keep::Covariance) * w * W],
+        noise_moment: standing.noise_moment.clone(),
+    };
+    let mut x = [0.0; W];
+    x[..w].copy_from_slice(&standing.x);
+    let mut p = [[0.0; W]; W];
+    p.iter_mut().zip(standing.p.chunks_exact(w)).for_each(|(row, values)| row[..w].copy_from_slice(values));
+    let mut updates = vec![([0.0; W], [0.0; W]); m];
+    let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new());
+    for k in first..end {
+        let kept = k - first;
+        if keep >= Keep::Covariance {
+            out.predicted.as_chunks_mut().0[kept] = x;
+            out.covariance.as_chunks_mut().0[kept * w..(kept + 1) * w].copy_from_slice(&p[..w]);
+        }
+        // One measurement after the other, and the covariance once for all of them.
+        let mut used = 0;
+        for j in 0..m {
+            let at = k * m + j;
+            let z = linear.residual[at];
+            if !z.is_finite() {
+                continue;
+            }
+            seen.take(linear, k, j, &remembered[j]);
+            let mut ph = [0.0; W];
+            for i in 0..seen.count.min(W) {
+                ph = plus::<W, FUSED>(ph, seen.slope[i], &p[seen.at[i]]);
+            }
+            for (before, minus_gain) in &updates[..used] {
+                ph = plus::<W, FUSED>(ph, seen.of(minus_gain), before);
+            }
+            let innovation = z - seen.of(&x);
+            let r = randomness.noise[j].powi(2) + (randomness.jitter * linear.rate[at]).powi(2);
+            let s = r + seen.of(&ph);
+            let inverse = 1.0 / s;
+            let gain = ph.map(|v| v * inverse);
+            add::<FUSED>(&mut x, innovation, &gain);
+            updates[used] = (ph, gain.map(|g| -g));
+            used += 1;
+            if keep >= Keep::Gains {
+                out.gain.as_chunks_mut().0[kept * m + j] = gain;
+            }
+            if keep >= Keep::Innovations {
+                let deviation = s.sqrt();
+                out.deviation[kept * m + j] = deviation;
+                out.whitened[kept * m + j] = innovation / deviation;
+            }
+            out.minus_two_log_likelihood += s.ln() + innovation * innovation * inverse;
+            out.noise_moment[j].0 += innovation * innovation * r * inverse;
+            out.noise_moment[j].1 += 1;
+        }
+        for (at, rows) in p[..w.next_multiple_of(BLOCK)].as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
+            let mut updated = *rows;
+            for (ph, minus_gain) in &updates[..used] {
+                add_each::<W, FUSED>(&mut updated, block(minus_gain, at), ph);
+            }
+            *rows = updated;
+        }
+        if keep >= Keep::Innovations {
+            out.updated.as_chunks_mut().0[kept] = x;
+        }
+        if k + 1 < len {
+            predict::<N, W, FUSED>(linear, randomness, k, &mut x, &mut p, &mut room);
+        }
+    }
+    standing.next = end;
+    standing.x.copy_from_slice(&x[..w]);
+    standing.p.chunks_exact_mut(w).zip(&p).for_each(|(values, row)| values.copy_from_slice(&row[..w]));
+    standing.minus_two_log_likelihood = out.minus_two_log_likelihood;
+    standing.noise_moment.clone_from(&out.noise_moment);
+    out
+}
+
+/// How far simulations that run freely from what the filter knows are from the measurements where the model is right: sum
+/// of squares and count by channel. They begin anew at each of the samples `restarts`.
+pub(crate) fn spread(linear: &LinearTrial, randomness: &Randomness, restarts: &[usize]) -> Vec<(f64, usize)> {
+    let known = covariances(linear, randomness, restarts.iter().copied());
+    by_width!(linear, randomness, spread_in, linear, randomness, &known, restarts)
+}
+
+#[inline(always)]
+fn spread_in<const N: usize, const W: usize, const FUSED: bool>(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    known: &[Vec<f64>],
+    restarts: &[usize],
+) -> Vec<(f64, usize)> {
+    let (n, m) = (linear.states, linear.channels);
+    let w = n + randomness.processes();
+    let remembered = randomness.shown_by_channel(m);
+    let mut sums = vec![(0.0, 0); m];
+    let mut x = [0.0; W];
+    let mut p = [[0.0; W]; W];
+    let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new());
+    let mut running = false;
+    for k in 0..linear.len {
+        if let Ok(at) = restarts.binary_search(&k) {
+            p.iter_mut().zip(known[at].chunks_exact(w)).for_each(|(row, values)| row[..w].copy_from_slice(values));
+            running = true;
+        } else if running {
+            for j in 0..m {
+                seen.take(linear, k, j, &remembered[j]);
+                let mut by_states = 0.0;
+                for i in 0..seen.count.min(W) {
+                    by_states += seen.slope[i] * seen.of(&p[seen.at[i]]);
+                }
+                let jitter = (randomness.jitter * linear.rate[k * m + j]).powi(2);
+                sums[j].0 += by_states + randomness.noise[j].powi(2) + jitter;
+                sums[j].1 += 1;
+            }
+        }
+        if running && k + 1 < linear.len {
+            predict::<N, W, FUSED>(linear, randomness, k, &mut x, &mut p, &mut room);
+        }
+    }
+    sums
+}
+
+/// What a prediction works with, so that it is not cleared for each. What is wide is not on the stack: there the code for every
+/// width would take its own part of it.
+struct Room<const N: usize, const W: usize> {
+    /// What each state or latent does to the states.
+    columns: Vec<[f64; N]>,
+    /// The covariance of the states after a step with all before it.
+    half: Vec<[f64; W]>,
+    /// The rows of the latent forces at winches without the errors of forces.
+    alone: [[f64; W]; MAX_CABLES],
+    decay: [f64; W],
+}
+
+impl<const N: usize, const W: usize> Room<N, W> {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { columns: vec![[0.0; N]; W], half: vec![[0.0; W]; N], alone: [[0.0; W]; MAX_CABLES], decay: [0.0; W] }
+    }
+}
+
+#[inline(always)]
+fn predict<const N: usize, const W: usize, const FUSED: bool>(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    k: usize,
+    x: &mut [f64; W],
+    p: &mut [[f64; W]; W],
+    Room { columns, half, alone, decay }: &mut Room<N, W>,
+) {
+    let (n, acting) = (linear.states, linear.width());
+    let w = n + randomness.processes();
+    linear.columns(k, columns.as_flattened_mut());
+    let columns = &columns[..acting];
+    randomness.decays(linear.interval[k], &mut decay[n..w]);
+    // Errors of forces move the states as the latent forces at their winches do.
+    let (winches, errors) = (n + WRENCH, w - randomness.force_errors()..w);
+    let mut acts = *x;
+    errors.clone().enumerate().for_each(|(i, at)| acts[winches + i] += x[at]);
+    for (i, at) in errors.clone().enumerate() {
+        let error = p[at];
+        alone[i] = p[winches + i];
+        add::<FUSED>(&mut p[winches + i], 1.0, &error);
+    }
+    let mut next = [0.0; N];
+    next[..n].copy_from_slice(&linear.defect[k * n..(k + 1) * n]);
+    for (value, column) in acts.iter().zip(columns) {
+        add::<FUSED>(&mut next, *value, column);
+    }
+    x[..n].copy_from_slice(&next[..n]);
+    let (now, then) = (linear.latents(k), linear.latents(k + 1));
+    for (l, (now, then)) in (n..acting).zip(now.iter().zip(then)) {
+        x[l] = decay[l] * (x[l] + now) - then;
+    }
+    for l in acting..w {
+        x[l] *= decay[l];
+    }
+    // P = F P Fᵀ + Q: the lower triangle of the states, the states with the rest, the rest; what is left by symmetry.
+    for (at, half) in half.as_chunks_mut::<BLOCK>().0[..n.div_ceil(BLOCK)].iter_mut().enumerate() {
+        let mut sum = [[0.0; W]; BLOCK];
+        for (column, row) in columns.iter().zip(&*p) {
+            add_each::<W, FUSED>(&mut sum, block(column, at), row);
+        }
+        *half = sum;
+    }
+    for (i, _) in errors.clone().enumerate() {
+        p[winches + i] = alone[i];
+    }
+    for (at, half) in half.as_chunks::<BLOCK>().0[..n.div_ceil(BLOCK)].iter().enumerate() {
+        let first = at * BLOCK;
+        let mut acting = *half;
+        for row in &mut acting {
+            errors.clone().enumerate().for_each(|(i, at)| row[winches + i] += row[at]);
+        }
+        for chunk in 0..=first / FULL {
+            let mut sum = [[0.0; FULL]; BLOCK];
+            for c in 0..columns.len().min(W) {
+                let column = &columns[c].as_chunks::<FULL>().0[chunk];
+                let weights = acting.each_ref().map(|row| row[c]);
+                plus_each::<FUSED>(&mut sum, &weights, column);
+            }
+            for (row, sum) in p[first..n.min(first + BLOCK)].iter_mut().zip(&sum) {
+                row.as_chunks_mut::<FULL>().0[chunk] = *sum;
+            }
+        }
+    }
+    let input = randomness.white_input();
+    if input > 0.0 {
+        // A force that is not quite the one recorded, held over the interval.
+        for column in &columns[winches..] {
+            for (row, by) in p[..n].iter_mut().zip(column) {
+                add::<FUSED>(&mut row[..n], input * input * by, column);
+            }
+        }
+    }
+    for r in 0..n {
+        for c in 0..r {
+            p[c][r] = p[r][c];
+        }
+        for l in n..w {
+            p[r][l] = decay[l] * half[r][l];
+            p[l][r] = p[r][l];
+        }
+        p[r][r] += STEP_ERROR * STEP_ERROR;
+    }
+    for (row, by) in p[n..w].iter_mut().zip(&decay[n..w]) {
+        row[n..w].iter_mut().zip(&decay[n..w]).for_each(|(value, decay)| *value *= by * decay);
+    }
+    for l in n..w {
+        p[l][l] += randomness.deviation(l - n).powi(2) * (1.0 - decay[l] * decay[l]);
+    }
+}
+
+/// Smoothed deviations from the trajectory, `width` a sample, by the modified Bryson-Frazier recursion, and `-2 log L`.
+///
+/// G. J. Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973). On the way there the filter
+/// is only told where it stands now and then; what the smoother needs of the samples between it tells again on the way back.
+pub(crate) fn smooth(linear: &LinearTrial, randomness: &Randomness) -> (Vec<f64>, f64) {
+    let acting = linear.width();
+    let mut run = Run::new(linear, randomness);
+    let mut passed = Vec::new();
+    while run.standing.next + STRETCH < linear.len {
+        passed.push(run.standing.clone());
+        run.advance(run.standing.next + STRETCH, Keep::Likelihood);
+    }
+    let mut deviation = vec![0.0; linear.len * acting];
+    let mut lambda = vec![0.0; linear.states + randomness.processes()];
+    let mut back = |filtered: &Filtered| {
+        let deviation = &mut deviation[filtered.first * acting..];
+        let lambda = &mut lambda;
+        by_width!(linear, randomness, smooth_in, linear, randomness, filtered, lambda, deviation);
+    };
+    let last = run.advance(linear.len, Keep::Covariance);
+    back(&last);
+    for standing in passed.into_iter().rev() {
+        let end = standing.next + STRETCH;
+        back(&Run { linear, randomness, standing }.advance(end, Keep::Covariance));
+    }
+    (deviation, last.minus_two_log_likelihood)
+}
+
+/// Goes back over the samples of `filtered`, from what those after them say (`adjoint`) on.
+#[inline(always)]
+fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
+    linear: &LinearTrial,
+    randomness: &Randomness,
+    filtered: &Filtered,
+    adjoint: &mut [f64],
+    deviation: &mut [f64],
+) {
+    let (n, acting, m) = (linear.states, linear.width(), linear.channels);
+    let w = n + randomness.processes();
+    let remembered = randomness.shown_by_channel(m);
+    let (mut lambda, mut decay, mut columns) = ([0.0; W], [0.0; W], vec![[0.0; N]; W]);
+    lambda[..w].copy_from_slice(adjoint);
+    for kept in (0..filtered.whitened.len() / m).rev() {
+        let k = filtered.first + kept;
+        for j in (0..m).rev() {
+            let at = kept * m + j;
+            if !filtered.whitened[at].is_finite() {
+                continue;
+            }
+            let factor = filtered.whitened[at] / filtered.deviation[at] + dot::<FUSED>(filtered.gain(at), &lambda);
+            for (c, slope) in linear.shown_by(k, j) {
+                lambda[c] -= slope * factor;
+            }
+            for l in remembered[j].clone() {
+                lambda[n + l] -= factor;
+            }
+        }
+        // The covariance is symmetric: its rows are its columns.
+        let mut moved = filtered.predicted.as_chunks::<W>().0[kept];
+        let covariance = &filtered.covariance.as_chunks::<W>().0[kept * w..(kept + 1) * w];
+        for (row, value) in covariance.iter().zip(&lambda) {
+            add::<FUSED>(&mut moved, -value, row);
+        }
+        deviation[kept * acting..(kept + 1) * acting].copy_from_slice(&moved[..acting]);
+        if k > 0 {
+            linear.columns(k - 1, columns.as_flattened_mut());
+            let mut back = [0.0; W];
+            for (slot, column) in back.iter_mut().zip(&columns[..acting]) {
+                *slot = dot::<FUSED>(column, &lambda[..N]);
+            }
+            let errors = w - randomness.force_errors()..w;
+            errors.enumerate().for_each(|(i, at)| back[at] = back[n + WRENCH + i]);
+            randomness.decays(linear.interval[k - 1], &mut decay[n..w]);
+            for l in n..w {
+                back[l] += decay[l] * lambda[l];
+            }
+            lambda = back;
+        }
+    }
+    adjoint.copy_from_slice(&lambda[..w]);
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::*;
+    use crate::data::recording::{Bench, fitted, fitted_on, record, record_on};
+    use crate::model::randomness::{Expected, Memory};
+
+    /// The textbook's filter and smoother (H. E. Rauch, F. Tung and C. T. Striebel, 1965) with full matrices: `-2 log L`, the
+    /// smoothed deviations of states and latents, and the covariance before each sample's measurements.
+    fn dense(linear: &LinearTrial, randomness: &Randomness) -> (f64, Vec<f64>, Vec<DMatrix<f64>>) {
+        let (n, m, w) = (linear.states, linear.channels, linear.states + randomness.processes());
+        let shown = randomness.shown_by_channel(m);
+        let mut x = DVector::zeros(w);
+        let mut p = DMatrix::zeros(w, w);
+        (0..n).for_each(|c| (x[c], p[(c, c)]) = (linear.prior[c], linear.prior_deviation[c].powi(2)));
+        (0..linear.disturbances).for_each(|l| x[n + l] = -linear.latents(0)[l]);
+        (0..w - n).for_each(|l| p[(n + l, n + l)] = randomness.deviation(l).powi(2));
+        let (mut value, mut past) = (0.0, Vec::new());
+        for k in 0..linear.len {
+            let (before, covariance) = (x.clone(), p.clone());
+            for j in (0..m).filter(|j| linear.residual[k * m + j].is_finite()) {
+                let mut h = DVector::zeros(w);
+                linear.shown_by(k, j).for_each(|(c, slope)| h[c] = slope);
+                shown[j].clone().for_each(|l| h[n + l] = 1.0);
+                let jitter = randomness.jitter * linear.rate[k * m + j];
+                let s = h.dot(&(&p * &h)) + randomness.noise[j].powi(2) + jitter.powi(2);
+                let innovation = linear.residual[k * m + j] - h.dot(&x);
+                let gain = &p * &h / s;
+                value += s.ln() + innovation * innovation / s;
+                x += &gain * innovation;
+                p -= &gain * gain.transpose() * s;
+            }
+            let (mut f, mut add, mut q) = (DMatrix::zeros(w, w), DVector::zeros(w), DMatrix::zeros(w, w));
+            if k + 1 < linear.len {
+                for c in 0..linear.width() {
+                    linear.column(k, c).enumerate().for_each(|(r, slope)| f[(r, c)] = slope);
+                }
+                (0..n).for_each(|r| (add[r], q[(r, r)]) = (linear.defect[k * n + r], STEP_ERROR * STEP_ERROR));
+                let winches: Vec<DVector<f64>> =
+                    (n + WRENCH..linear.width()).map(|c| f.column(c).clone_owned()).collect();
+                match randomness.expected {
+                    None => winches.iter().for_each(|c| q += randomness.input.powi(2) * c * c.transpose()),
+                    Some(_) => winches.iter().rev().enumerate().for_each(|(i, c)| f.set_column(w - 1 - i, c)),
+                }
+                for l in 0..w - n {
+                    let decay = randomness.decay(l, linear.interval[k]);
+                    f[(n + l, n + l)] = decay;
+                    q[(n + l, n + l)] = randomness.deviation(l).powi(2) * (1.0 - decay * decay);
+                    if l < linear.disturbances {
+                        add[n + l] = decay * linear.latents(k)[l] - linear.latents(k + 1)[l];
+                    }
+                }
+            }
+            past.push((before, covariance, x.clone(), p.clone(), f.clone()));
+            x = &f * &x + add;
+            p = &f * &p * f.transpose() + q;
+        }
+        let mut smoothed = vec![0.0; linear.len * linear.width()];
+        let mut next: Option<DVector<f64>> = None;
+        for k in (0..linear.len).rev() {
+            let (_, _, x, p, f) = &past[k];
+            let state = match &next {
+                None => x.clone(),
+                Some(next) => {
+                    let (before, covariance, ..) = &past[k + 1];
+                    let inverse =
+                        covariance.clone().svd(true, true).solve(&(next - before), 1e-18).expect("a solution");
+                    x + p * f.transpose() * inverse
+                }
+            };
+            smoothed[k * linear.width()..(k + 1) * linear.width()].copy_from_slice(&state.as_slice()[..linear.width()]);
+            next = Some(state);
+        }
+        (value, smoothed, past.into_iter().map(|(_, covariance, ..)| covariance).collect())
+    }
+
+    #[test]
+    fn the_filter_and_the_smoother_are_those_of_the_textbook() {
+        are_those_of_the_textbook(&Bench::large());
+    }
+
+    #[test]
+    fn the_filter_and_the_smoother_have_room_for_six_cables() {
+        are_those_of_the_textbook(&Bench::six());
+    }
+
+    /// With everything that an instrument may have, in a trial with gaps.
+    fn are_those_of_the_textbook(bench: &Bench) {
+        // Longer than what is filtered together.
+        let mut trials = [record_on(bench, &[], 60.0, 3)];
+        (20..30).for_each(|k| trials[0].measured[k][1] = f64::NAN);
+        let fit = fitted_on(bench, &[], &trials);
+        let plain = crate::filter::estimate::for_trial(&fit.randomness, &trials[0]);
+        let memory = |channel, time, drift| Memory { channel, deviation: 3e-3, time, drift };
+        let rich = Randomness { input: 40.0, jitter: 3e-3, force: 5.0, winch: 8.0, ..plain.clone() }
+            .with_memory(memory(4, 0.7, false))
+            .with_memory(memory(0, 0.3, false))
+            .with_memory(memory(0, 40.0, true));
+        let expected =
+            Randomness { expected: Some(Expected { share: 0.6, time: 0.3, unrecorded: 0.0 }), ..rich.clone() };
+        for randomness in [plain, rich, expected] {
+            let linear = &fit.linear(&trials)[0];
+            let (smoothed, own) = smooth(linear, &randomness);
+            let (value, expected, covariances) = dense(linear, &randomness);
+            assert!((own - value).abs() < 1e-6 * value.abs(), "{own} {value}");
+            for c in 0..linear.states {
+                let of = |all: &[f64]| all.iter().skip(c).step_by(linear.width()).copied().collect::<Vec<f64>>();
+                let (own, expected) = (of(&smoothed), of(&expected));
+                let size = expected.iter().fold(1e-9_f64, |size, v| size.max(v.abs()));
+                let worst = own.iter().zip(&expected).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
+                assert!(worst < 1e-3 * size, "state {c}: {worst} of {size}");
+            }
+            // Rows of it are found beside noise with memory too.
+            let (k, w) = (linear.len / 2, linear.states + randomness.processes());
+            let own = &super::covariances(linear, &randomness, [k])[0];
+            for (r, c) in (0..linear.width()).flat_map(|r| (0..linear.width()).map(move |c| (r, c))) {
+                let (own, expected) = (own[r * w + c], covariances[k][(r, c)]);
+                let size = (covariances[k][(r, r)] * covariances[k][(c, c)]).sqrt();
+                assert!((own - expected).abs() <= 1e-3 * size, "{r}, {c}: {own} {expected}");
+            }
+        }
+    }
+
+    /// What a signature adds to the innovations is what the filter makes of data with it minus what it makes of data
+    /// without.
+    #[test]
+    fn whitening_is_the_difference_of_two_runs_of_the_filter() {
+        let trials = [record(&[], 6.0, 4)];
+        let fit = fitted(&[], &trials);
+        let plain = crate::filter::estimate::for_trial(&fit.randomness, &trials[0]);
+        let memory = Memory { channel: 1, deviation: 3e-3, time: 0.5, drift: false };
+        let randomness = Randomness { input: 40.0, jitter: 3e-3, ..plain }.with_memory(memory);
+        whitening_is_that_difference(&fit.linear(&trials)[0], &randomness);
+        let expected = Some(Expected { share: 0.6, time: 0.3, unrecorded: 0.0 });
+        whitening_is_that_difference(&fit.linear(&trials)[0], &Randomness { expected, ..randomness });
+    }
+
+    fn whitening_is_that_difference(linear: &LinearTrial, randomness: &Randomness) {
+        let (n, m) = (linear.states, linear.channels);
+        let sensor: Vec<f32> = (0..linear.len * m).map(|at| 1e-3 * (0.1 * at as f32).sin()).collect();
+        let step: Vec<f32> = (0..(linear.len - 1) * n).map(|at| 1e-4 * (0.03 * at as f32).cos()).collect();
+        let mut moved = linear.clone();
+        moved.residual.iter_mut().zip(&sensor).for_each(|(slot, value)| *slot += f64::from(*value));
+        moved.defect.iter_mut().zip(&step).for_each(|(slot, value)| *slot -= f64::from(*value));
+        let [before, after] = [linear, &moved].map(|linear| filter(linear, randomness, Keep::Innovations));
+        let forcing = crate::filter::whiten::Forcing { first: 0, columns: 1, step, sensor };
+        crate::filter::whiten::whitened_rows(linear, randomness, &forcing, |at, innovation, e| {
+            assert_eq!(innovation, before.whitened[at], "interrupted or not");
+            let difference = after.whitened[at] - before.whitened[at];
+            assert!((difference - e[0]).abs() < 1e-5 * (1.0 + e[0].abs()), "{at}: {difference} {}", e[0]);
+        });
+    }
+}

@@ -1,0 +1,470 @@
+//! A trajectory of states and latent disturbances, and the model linearised along it.
+
+use cdpr::dynamics::Inputs;
+use cdpr::effect::{EffectKind, Stage};
+use cdpr::per_cable::PerCable;
+use cdpr::plant::EffectStates;
+use rayon::prelude::*;
+
+use crate::data::Trial;
+use crate::filter::estimate::FitError;
+use crate::filter::sensor_slopes::{SensorSlopes, Slopes};
+use crate::filter::variation::{Step, Variation};
+use crate::filter::vector::padded;
+use crate::model::delayed::{Clock, at_instants, rates};
+use crate::model::examined::{Examined, Moment, disturb};
+
+/// States and latents at every sample of a trial.
+#[derive(Clone, Debug)]
+pub(crate) struct Trajectory {
+    /// Plant states, then latents; `width` numbers a sample.
+    pub(crate) values: Vec<f64>,
+    pub(crate) width: usize,
+    /// Plant states of a sample.
+    pub(crate) states: usize,
+}
+
+impl Trajectory {
+    pub(crate) fn row(&self, k: usize) -> &[f64] {
+        &self.values[k * self.width..(k + 1) * self.width]
+    }
+
+    pub(crate) fn states(&self, k: usize) -> &[f64] {
+        &self.row(k)[..self.states]
+    }
+
+    pub(crate) fn latents(&self, k: usize) -> &[f64] {
+        &self.row(k)[self.states..]
+    }
+}
+
+/// The model of one trial as a linear one in the deviation from a trajectory.
+#[derive(Clone, Debug)]
+pub(crate) struct LinearTrial {
+    /// Samples.
+    pub(crate) len: usize,
+    /// Plant states.
+    pub(crate) states: usize,
+    /// Latent disturbances.
+    pub(crate) disturbances: usize,
+    /// Channels.
+    pub(crate) channels: usize,
+    /// Sampling intervals (s), one less than samples.
+    pub(crate) interval: Vec<f64>,
+    /// States with zeros up to a width for which there is code.
+    pub(crate) padded: usize,
+    /// `∂x(k+1)/∂(x, latents)(k)` less one on its diagonal: `padded` numbers for each state or latent, what it does to the
+    /// states. As short numbers: what they leave out is ten millions times smaller than a step's change of a deviation, and
+    /// acts on deviations alone, which are none where a trajectory has settled.
+    transition: Vec<f32>,
+    /// Where one step of the model misses the trajectory's next point, `states` a step.
+    pub(crate) defect: Vec<f64>,
+    /// Latents of the trajectory, `disturbances` a sample.
+    latents: Vec<f64>,
+    /// The states that each channel shows anything of.
+    shows: Vec<Vec<usize>>,
+    /// `∂h/∂x` of these, channel after channel, and where those of each channel begin among those of a sample.
+    slopes: Vec<f64>,
+    first_slope: Vec<usize>,
+    /// What the sensors would show on the trajectory, `channels` a sample.
+    pub(crate) shown: Vec<f64>,
+    /// How fast what is measured changes along the trajectory (per s).
+    pub(crate) rate: Vec<f64>,
+    /// Measured minus what is shown then; `NAN` is a gap. What a late channel shows stands where it was so, not at its stamp.
+    pub(crate) residual: Vec<f64>,
+    /// Measurements of each channel that show what was before the first sample, or after the last.
+    pub(crate) outside: Vec<usize>,
+    /// Inputs as the plant feels them, and slack cables, at each sample.
+    pub(crate) felt: Vec<Inputs>,
+    pub(crate) slack: Vec<PerCable<bool>>,
+    /// Prior guess of the first states minus the trajectory's.
+    pub(crate) prior: Vec<f64>,
+    /// Standard deviation of that guess.
+    pub(crate) prior_deviation: Vec<f64>,
+}
+
+impl LinearTrial {
+    pub(crate) fn width(&self) -> usize {
+        self.states + self.disturbances
+    }
+
+    /// What it takes of memory.
+    pub(crate) fn bytes(&self) -> usize {
+        let doubles =
+            [&self.interval, &self.defect, &self.latents, &self.slopes, &self.shown, &self.rate, &self.residual];
+        size_of_val(&self.transition[..])
+            + doubles.map(|values| size_of_val(&values[..])).iter().sum::<usize>()
+            + size_of_val(&self.felt[..])
+            + size_of_val(&self.slack[..])
+    }
+
+    /// Latents of the trajectory at sample `k`.
+    pub(crate) fn latents(&self, k: usize) -> &[f64] {
+        &self.latents[k * self.disturbances..(k + 1) * self.disturbances]
+    }
+
+    /// What state or latent `c` does to the states in step `k`.
+    #[inline(always)]
+    pub(crate) fn column(&self, k: usize, c: usize) -> impl Iterator<Item = f64> {
+        let at = (k * self.width() + c) * self.padded;
+        let changes = self.transition[at..at + self.states].iter().enumerate();
+        changes.map(move |(r, change)| f64::from(*change) + if r == c { 1.0 } else { 0.0 })
+    }
+
+    /// Writes what each state or latent does to the states in step `k`, with zeros up to the padded width.
+    #[inline(always)]
+    pub(crate) fn columns(&self, k: usize, out: &mut [f64]) {
+        let of_step = self.width() * self.padded;
+        for (slot, change) in out.iter_mut().zip(&self.transition[k * of_step..(k + 1) * of_step]) {
+            *slot = f64::from(*change);
+        }
+        for slot in out.iter_mut().step_by(self.padded + 1).take(self.states) {
+            *slot += 1.0;
+        }
+    }
+
+    /// The states that channel `j` shows, with the slopes by which it does at sample `k`.
+    #[inline(always)]
+    pub(crate) fn shown_by(&self, k: usize, j: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
+        let at = k * self.slopes_of_sample() + self.first_slope[j];
+        self.shows[j].iter().zip(&self.slopes[at..]).map(|(c, slope)| (*c, *slope))
+    }
+
+    fn slopes_of_sample(&self) -> usize {
+        self.shows.iter().map(Vec::len).sum()
+    }
+
+    /// Step `k` of the model from a trajectory with these `states` at its beginning; writes to `end` where it goes from there,
+    /// given the trajectory's states at its end.
+    pub(crate) fn step<'a>(&self, k: usize, time: f64, from: &'a [f64], to: &[f64], end: &'a mut [f64]) -> Step<'a> {
+        for ((slot, state), defect) in end.iter_mut().zip(to).zip(&self.defect[k * self.states..]) {
+            *slot = state + defect;
+        }
+        Step { time, interval: self.interval[k], from, to: end, felt: self.felt[k], slack: self.slack[k] }
+    }
+
+    /// The first samples of it.
+    pub(crate) fn beginning(&self, len: usize) -> Self {
+        let len = len.min(self.len);
+        let cut = |values: &[f64], each: usize| values[..len * each].to_vec();
+        let (n, m, steps) = (self.states, self.channels, len - 1);
+        Self {
+            len,
+            interval: self.interval[..steps].to_vec(),
+            transition: self.transition[..steps * self.padded * self.width()].to_vec(),
+            defect: self.defect[..steps * n].to_vec(),
+            latents: cut(&self.latents, self.disturbances),
+            shows: self.shows.clone(),
+            slopes: cut(&self.slopes, self.slopes_of_sample()),
+            first_slope: self.first_slope.clone(),
+            shown: cut(&self.shown, m),
+            rate: cut(&self.rate, m),
+            residual: cut(&self.residual, m),
+            outside: self.outside.clone(),
+            felt: self.felt[..len].to_vec(),
+            slack: self.slack[..len].to_vec(),
+            prior: self.prior.clone(),
+            prior_deviation: self.prior_deviation.clone(),
+            ..*self
+        }
+    }
+
+    /// Compares channel `j` with what was shown along the trajectory when it was so.
+    fn delay(&mut self, trial: &Trial, j: usize, clock: Clock) {
+        let m = self.channels;
+        let column = |values: &[f64]| -> Vec<f64> { values.iter().skip(j).step_by(m).copied().collect() };
+        let instants: Vec<Option<f64>> = (0..self.len).map(|k| clock.instant(&trial.time, k)).collect();
+        let known = || instants.iter().flatten().copied();
+        let mut shown = at_instants(&trial.time, &column(&self.shown), known()).into_iter();
+        let mut rate = at_instants(&trial.time, &column(&self.rate), known()).into_iter();
+        for (k, instant) in instants.iter().enumerate() {
+            let measured = |_| Some(trial.measured[clock.row(k, self.len)?][j] - shown.next()?);
+            self.residual[k * m + j] = instant.and_then(measured).unwrap_or(f64::NAN);
+            if let Some(rate) = instant.and_then(|_| rate.next()) {
+                self.rate[k * m + j] = rate;
+            }
+        }
+        let finite = |rows: &mut dyn Iterator<Item = f64>| rows.filter(|value| value.is_finite()).count();
+        let measured = finite(&mut trial.measured.iter().map(|row| row[j]));
+        self.outside[j] = measured - finite(&mut column(&self.residual).into_iter());
+    }
+
+    /// Sum of all defects, each relative to the typical size of its state.
+    pub(crate) fn total_defect(&self) -> f64 {
+        let of_step =
+            |step: &[f64]| step.iter().zip(&self.prior_deviation).map(|(d, size)| d.abs() / size).sum::<f64>();
+        self.defect.chunks_exact(self.states).map(of_step).sum()
+    }
+}
+
+/// Size of an effect state: forces count in kN, strains in thousandths, bows of cables and their velocities in m and m/s,
+/// deflections by what friction holds.
+pub(crate) fn effect_state_scale(model: &Examined, cable: usize, at: usize) -> f64 {
+    let place = at - model.plant.effect_states(cable).start;
+    let holds = |s: &&EffectStates| s.cable == cable && (s.first..s.first + s.count).contains(&place);
+    let Some(states) = model.plant.states_of_effects().iter().find(holds) else { return 1.0 };
+    let spec = &model.plant.effects()[states.effect];
+    if let Stage::Command(_) = states.stage {
+        return 1e3;
+    }
+    match spec.id.as_str() {
+        "cable_creep" => 1e-3,
+        _ => EffectKind::new(spec).map_or(1.0, |kind| kind.loss_state_size()),
+    }
+}
+
+/// How wrong the first guess of the states may be (one standard deviation).
+pub(crate) fn prior_deviation(model: &Examined) -> Vec<f64> {
+    let mut deviation = vec![1.0; model.states()];
+    deviation[..6].copy_from_slice(&[1.0, 1.0, 0.1, 0.5, 0.5, 0.05]);
+    for i in 0..model.plant.cables() {
+        if let Some(at) = model.plant.unstretched_index(i) {
+            deviation[at] = 2.0;
+        }
+        if let Some(at) = model.plant.rate_index(i) {
+            deviation[at] = 0.5;
+        }
+        for at in model.plant.effect_states(i) {
+            deviation[at] = effect_state_scale(model, i, at);
+        }
+    }
+    deviation
+}
+
+/// Steps of the integrator (a sample, on average) from which a trajectory is taken for one that has run away.
+const STEPS: u64 = 100;
+
+/// Samples that are linearised one after the other, side by side with others.
+const STRETCH: usize = 1000;
+
+/// Linearises `model` along `trajectory`, each channel `late` (s) against its stamp by its clock, and by what the model says.
+///
+/// # Errors
+/// When the model cannot be simulated from a point of the trajectory, or only in steps far smaller than a sample.
+pub(crate) fn linearise(
+    model: &Examined,
+    trial: &Trial,
+    trajectory: &Trajectory,
+    first: &[f64],
+    late: &[f64],
+) -> Result<LinearTrial, FitError> {
+    let (n, m, len) = (model.states(), trial.channels.len(), trial.len());
+    let (disturbances, padded) = (model.latents(), padded(n));
+    let width = n + disturbances;
+    let late = late.iter().zip(&trial.channels).map(|(late, channel)| late + model.late(*channel));
+    let clocks: Vec<Option<Clock>> =
+        late.map(|late| (late != 0.0).then(|| Clock::new(late, trial.interval()))).collect();
+    let mut linear = LinearTrial {
+        len,
+        states: n,
+        disturbances,
+        channels: m,
+        interval: trial.time.windows(2).map(|w| w[1] - w[0]).collect(),
+        padded,
+        // One step more than there are, so that there is one for each sample.
+        transition: vec![0.0; len * padded * width],
+        defect: vec![0.0; len * n],
+        latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
+        shows: Vec::new(),
+        slopes: Vec::new(),
+        first_slope: Vec::new(),
+        shown: vec![0.0; len * m],
+        rate: vec![0.0; len * m],
+        residual: vec![0.0; len * m],
+        outside: vec![0; m],
+        felt: vec![Inputs::none(model.plant.cables()); len],
+        slack: vec![PerCable::filled(model.plant.cables(), false); len],
+        prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
+        prior_deviation: prior_deviation(model),
+    };
+    // Behind a dead time is what was commanded before.
+    let stretch = if has_dead_time(model) { len } else { STRETCH };
+    let parts = (
+        linear.transition.par_chunks_mut(stretch * padded * width),
+        linear.defect.par_chunks_mut(stretch * n),
+        linear.shown.par_chunks_mut(stretch * m),
+        linear.residual.par_chunks_mut(stretch * m),
+        linear.felt.par_chunks_mut(stretch),
+        linear.slack.par_chunks_mut(stretch),
+    );
+    let filled = parts.into_par_iter().enumerate().map(|(at, (transition, defect, shown, residual, felt, slack))| {
+        let part = Part { first: at * stretch, transition, defect, shown, residual, felt, slack };
+        part.fill(model, trial, trajectory, &clocks)
+    });
+    let slopes = Slopes::joined(filled.collect::<Result<_, _>>()?);
+    linear.rate = rates(&trial.time, &linear.shown, m);
+    for (j, clock) in clocks.iter().enumerate() {
+        clock.iter().for_each(|clock| linear.delay(trial, j, *clock));
+    }
+    linear.transition.truncate((len - 1) * padded * width);
+    linear.defect.truncate((len - 1) * n);
+    linear.first_slope = (0..m).map(|j| slopes.shows[..j].iter().map(Vec::len).sum()).collect();
+    (linear.shows, linear.slopes) = (slopes.shows, slopes.values);
+    Ok(linear)
+}
+
+fn has_dead_time(model: &Examined) -> bool {
+    model.plant.effects().iter().any(|effect| effect.id == "winch_delay")
+}
+
+/// Some samples of a [`LinearTrial`], from `first` on.
+struct Part<'a> {
+    first: usize,
+    transition: &'a mut [f32],
+    defect: &'a mut [f64],
+    shown: &'a mut [f64],
+    residual: &'a mut [f64],
+    felt: &'a mut [Inputs],
+    slack: &'a mut [PerCable<bool>],
+}
+
+impl Part<'_> {
+    /// Returns the slopes of what the sensors show: of a deviation those that are late show as much as it was by its velocity
+    /// when they did.
+    fn fill(
+        self,
+        model: &Examined,
+        trial: &Trial,
+        trajectory: &Trajectory,
+        clocks: &[Option<Clock>],
+    ) -> Result<Slopes, FitError> {
+        let (n, m, len) = (model.states(), trial.channels.len(), self.felt.len());
+        let mut simulation = model.simulation(trial, self.first, trajectory.states(self.first));
+        let mut sensors = SensorSlopes::new(model, trial);
+        let mut shown = Vec::new();
+        let mut variation = Variation::new(model);
+        let mut carries = vec![0.0; self.transition.len() / len];
+        let steps = self.transition.chunks_exact_mut(self.transition.len() / len).zip(self.defect.chunks_exact_mut(n));
+        let moving: Vec<(usize, usize)> = (0..3)
+            .map(|axis| (axis, 3 + axis))
+            .chain(
+                (0..model.plant.cables())
+                    .filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))),
+            )
+            .collect();
+        let mut sensor = vec![0.0; len * m * n];
+        let samples = sensor.chunks_exact_mut(m * n).zip(self.shown.chunks_exact_mut(m));
+        let samples = samples.zip(self.residual.chunks_exact_mut(m)).zip(self.felt.iter_mut().zip(self.slack));
+        for (at, ((transition, defect), (((slopes, all_shown), residual), (all_felt, all_slack)))) in
+            steps.zip(samples).enumerate()
+        {
+            let k = self.first + at;
+            let x = trajectory.states(k);
+            simulation.nudge_states(x);
+            disturb(&mut simulation, &trial.inputs[k], trajectory.latents(k));
+            let (felt, slack) = (simulation.inputs_at_plant(), simulation.slack());
+            let moment = Moment { time: trial.time[k], y: x, felt: &felt, slack };
+            let e = model.measure_at(&simulation, &moment, &trial.channels, &mut shown);
+            for ((slot, measured), shown) in residual.iter_mut().zip(&trial.measured[k]).zip(&shown) {
+                *slot = measured - shown;
+            }
+            all_shown.copy_from_slice(&shown);
+            (*all_felt, *all_slack) = (felt, slack);
+            if !model.sensor_slopes(trial.time[k], &e, &trial.channels, slopes) {
+                sensors.at(&simulation, &moment, &shown, slopes);
+            }
+            for (slopes, clock) in slopes.chunks_exact_mut(n).zip(clocks) {
+                let Some(rest) = clock.map(|clock| clock.rest(&trial.time, k)) else { continue };
+                moving.iter().for_each(|(position, velocity)| slopes[*velocity] -= rest * slopes[*position]);
+            }
+            if k + 1 == trial.len() {
+                break;
+            }
+            let interval = trial.time[k + 1] - trial.time[k];
+            simulation.advance(interval).map_err(FitError::Simulation)?;
+            let cost = simulation.statistics();
+            if cost.steps + cost.rejections + cost.newton_failures > STEPS * (at as u64 + 10) {
+                return Err(FitError::Diverged { trial: trial.name.clone(), time: trial.time[k] });
+            }
+            let next = simulation.states();
+            for ((slot, next), aim) in defect.iter_mut().zip(next).zip(trajectory.states(k + 1)) {
+                *slot = next - aim;
+            }
+            let step = Step { time: trial.time[k], interval, from: x, to: next, felt, slack };
+            variation.transition(&step, &mut carries);
+            // What stays is known.
+            carries.iter_mut().step_by(padded(n) + 1).take(n).for_each(|stays| *stays -= 1.0);
+            transition.iter_mut().zip(&carries).for_each(|(slot, value)| *slot = *value as f32);
+        }
+        Ok(Slopes::of(&sensor, m, n))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+    use cdpr::model_file::Model;
+    use cdpr::simulation::Simulation;
+
+    use super::*;
+    use crate::data::recording::{fitted, record};
+
+    /// Late by more than a sample, as an effect or by its clock: what is measured is compared with what was then.
+    #[test]
+    fn a_late_pose_is_compared_with_the_pose_of_then() {
+        let delay = EffectSpec::new("pose_sensor_delay", None, &[0.13]).unwrap();
+        let trials = [record(std::slice::from_ref(&delay), 40.0, 7)];
+        let mut fit = fitted(&[delay], &trials);
+        fit.settle(&trials, 10).unwrap();
+        let linear = fit.linear(&trials);
+        let (linear, m) = (&linear[0], linear[0].channels);
+        assert_eq!(&linear.outside[..4], [1, 1, 1, 0]);
+        let late: Vec<f64> = trials[0].channels.iter().map(|c| fit.examined.late(*c)).collect();
+        let on_time = Examined::new(&Model::default()).unwrap();
+        let by_clock = linearise(&on_time, &trials[0], &fit.trajectories[0], &fit.first[0], &late).unwrap();
+        for (j, noise) in [2e-3, 2e-3, 5e-5, 2e-3].into_iter().enumerate() {
+            let residuals = |linear: &LinearTrial| -> Vec<f64> {
+                linear.residual.iter().skip(j).step_by(m).copied().filter(|v| v.is_finite()).collect()
+            };
+            let own = residuals(linear);
+            let size = (own.iter().map(|v| v * v).sum::<f64>() / own.len() as f64).sqrt();
+            assert!((0.8..1.2).contains(&(size / noise)), "channel {j}: {size}");
+            assert_eq!(own, residuals(&by_clock), "channel {j}");
+        }
+    }
+
+    /// One sample after the other at the tolerance in use, against one ten thousand times finer.
+    #[test]
+    fn steps_are_far_more_exact_than_measurements() {
+        let friction = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 0.01]).unwrap();
+        let trials = [record(std::slice::from_ref(&friction), 20.0, 6)];
+        let fit = fitted(&[friction], &trials);
+        let linear = fit.linear(&trials);
+        let (trial, trajectory, linear) = (&trials[0], &fit.trajectories[0], &linear[0]);
+        let mut fine = Simulation::from_states(
+            fit.examined.plant.clone(),
+            trial.time[0],
+            trajectory.states(0).to_vec(),
+            trial.inputs[0],
+            1e-10,
+        );
+        let n = linear.states;
+        let mut sums = vec![0.0; n];
+        for k in 0..trial.len() - 1 {
+            fine.nudge_states(trajectory.states(k));
+            disturb(&mut fine, &trial.inputs[k], trajectory.latents(k));
+            fine.advance(linear.interval[k]).unwrap();
+            for (c, sum) in sums.iter_mut().enumerate() {
+                let defect = fine.states()[c] - trajectory.states(k + 1)[c];
+                *sum += (defect - linear.defect[k * n + c]).abs();
+            }
+        }
+        // All errors of 20 s together, without regard to their signs: metres or radians, and the same per second.
+        for (c, sum) in sums.iter().enumerate() {
+            assert!(*sum < 1e-4, "state {c}: {sum}");
+        }
+    }
+
+    #[test]
+    fn states_have_the_size_of_their_effect_whatever_stands_before() {
+        let effects = "[[effect]]\nid = 'cable_transverse_mode'\ncable = 2\nlinear_density = 0.2\n\
+                       [[effect]]\nid = 'winch_lag'\ntime_constant = 0.1\n\
+                       [[effect]]\nid = 'cable_creep'\naxial_stiffness = 1e8\ntime_constant = 10.0\n";
+        let model = Examined::new(&Model::from_toml(effects).unwrap()).unwrap();
+        for (cable, expected) in [(0, vec![1e3, 1e-3]), (1, vec![1.0, 1.0, 1e3, 1e-3])] {
+            let sizes: Vec<f64> =
+                model.plant.effect_states(cable).map(|at| effect_state_scale(&model, cable, at)).collect();
+            assert_eq!(sizes, expected);
+        }
+    }
+}

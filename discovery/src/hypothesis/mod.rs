@@ -1,0 +1,11 @@
+//! Hypotheses: what each effect would add to a fit, from which values it is looked for, and what it has in common with
+//! others.
+
+pub(crate) mod candidates;
+pub(crate) mod extension;
+pub(crate) mod late;
+pub(crate) mod signature;
+pub(crate) mod spectrum;
+pub(crate) mod stream;
+pub(crate) mod survey;
+pub(crate) mod term;

@@ -1,0 +1,517 @@
+//! Signatures: what a variation of the model would add to the states at each step and to the sensors at each sample.
+
+use std::ops::Range;
+
+use cdpr::effect::{EffectKind, EffectSpec, Site, Stage};
+use cdpr::model_file::Model;
+use cdpr::simulation::Simulation;
+use rayon::prelude::*;
+
+use crate::data::{Channel, Trial};
+use crate::filter::estimate::{Fit, FitError};
+use crate::filter::path::{LinearTrial, Trajectory};
+use crate::filter::variation::{Forced, Variation};
+use crate::filter::whiten::Forcing;
+use crate::hypothesis::late::{LateForces, comes_late};
+use crate::hypothesis::survey::with_variation;
+use crate::model::examined::{Examined, Moment, disturb};
+
+/// A model's trajectory in one trial, along which signatures are formed.
+#[derive(Clone, Copy)]
+pub(crate) struct Along<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) base: &'a Examined,
+    pub(crate) linear: &'a LinearTrial,
+    pub(crate) trial: &'a Trial,
+    pub(crate) trajectory: &'a Trajectory,
+}
+
+impl<'a> Along<'a> {
+    /// Along a fit and its linear models in the trial of number `t`.
+    pub(crate) fn new(fit: &'a Fit, linear: &'a [LinearTrial], trials: &'a [Trial], t: usize) -> Self {
+        let Fit { model, examined, trajectories, .. } = fit;
+        debug_assert_eq!(trajectories[t].width, examined.states() + examined.latents());
+        Self { model, base: examined, linear: &linear[t], trial: &trials[t], trajectory: &trajectories[t] }
+    }
+
+    /// The steps that begin at some samples.
+    fn steps(&self, samples: &Range<usize>) -> usize {
+        samples.end.min(self.trial.len() - 1) - samples.start
+    }
+
+    /// What `varied` shows more at sample `k` than the base, given what it has `shown`; what it shows later is what it was.
+    fn shows_more(&self, varied: &Examined, k: usize, shown: &[f64]) -> impl Iterator<Item = f64> {
+        let Self { base, linear, trial, .. } = self;
+        shown.iter().zip(&trial.channels).enumerate().map(move |(j, (shown, channel))| {
+            let at = k * linear.channels + j;
+            let later = varied.late(*channel) - base.late(*channel);
+            shown - linear.shown[at] - later * linear.rate[at]
+        })
+    }
+
+    /// Rates of the base plant at both ends of each step.
+    pub(crate) fn end_rates(&self, samples: &Range<usize>) -> [Vec<f64>; 2] {
+        let Self { base, linear, trial, trajectory, .. } = self;
+        let n = base.states();
+        [0, 1].map(|end| {
+            let mut rates = vec![0.0; self.steps(samples) * n];
+            for (at, rates) in rates.chunks_exact_mut(n).enumerate() {
+                let k = samples.start + at;
+                let (time, y) = (trial.time[k + end], trajectory.states(k + end));
+                base.plant.rates(time, y, &linear.felt[k], &linear.slack[k], rates);
+            }
+            rates
+        })
+    }
+}
+
+/// What one variation adds over some samples: `states` numbers a step, `channels` a sample.
+pub(crate) struct Single {
+    pub(crate) step: Vec<f32>,
+    pub(crate) sensor: Vec<f32>,
+}
+
+impl Single {
+    pub(crate) fn nothing(along: &Along<'_>, samples: &Range<usize>) -> Self {
+        let (n, m) = (along.base.states(), along.trial.channels.len());
+        Self { step: vec![0.0; along.steps(samples) * n], sensor: vec![0.0; samples.len() * m] }
+    }
+
+    fn if_finite(self, trial: &Trial) -> Result<Self, FitError> {
+        let finite = self.step.iter().chain(&self.sensor).all(|v| v.is_finite());
+        if finite { Ok(self) } else { Err(FitError::NotFinite { trial: trial.name.clone() }) }
+    }
+}
+
+/// A variation of a model, followed along a trajectory.
+pub(crate) enum Follower {
+    Late(LateForces),
+    Quick(Box<Quick>),
+    Simulated(Box<Simulated>),
+}
+
+impl Follower {
+    /// # Errors
+    /// Where the variation is no plant at all.
+    pub(crate) fn new(along: &Along<'_>, spec: &EffectSpec) -> Result<Self, FitError> {
+        let Along { base, trial, .. } = along;
+        if comes_late(&spec.id) && !shows_tension(trial) {
+            return Ok(Self::Late(LateForces::new(spec, along)));
+        }
+        let varied =
+            Examined::new(&with_variation(along.model, spec)).map_err(|error| FitError::Model(error.to_string()))?;
+        if !acts_through_rates(&spec.id) {
+            return Ok(Self::Simulated(Box::new(Simulated::new(along, varied)?)));
+        }
+        let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
+        let acts = Acts { plant: !is_of_sensors(&spec.id), sensors, by_states: acts_by_states(spec) };
+        Ok(Self::Quick(Box::new(Quick::new(along, varied, acts)?)))
+    }
+
+    /// What it adds over the next samples, given the base plant's rates at both ends of each step.
+    ///
+    /// # Errors
+    /// Where it cannot be simulated.
+    pub(crate) fn advance(
+        &mut self,
+        along: &Along<'_>,
+        samples: &Range<usize>,
+        base_rates: &[Vec<f64>; 2],
+    ) -> Result<Single, FitError> {
+        match self {
+            Self::Late(late) => {
+                Ok(Single { step: late.advance(along, samples.clone()), ..Single::nothing(along, samples) })
+            }
+            Self::Quick(quick) => quick.advance(along, samples, base_rates),
+            Self::Simulated(simulated) => simulated.advance(along, samples),
+        }
+    }
+}
+
+/// Index in the varied plant of each state of the base plant.
+fn state_map(base: &Examined, varied: &Examined) -> Result<Vec<usize>, FitError> {
+    let mut map: Vec<usize> = (0..6).collect();
+    for i in 0..base.plant.cables() {
+        map.extend(base.plant.unstretched_index(i).map(|_| varied.plant.unstretched_index(i)).into_iter().flatten());
+        map.extend(base.plant.rate_index(i).map(|_| varied.plant.rate_index(i)).into_iter().flatten());
+        let start = varied.plant.effect_states(i).start;
+        // New effects come last in the model, so their states come last on each cable.
+        map.extend((0..base.plant.effect_states(i).len()).map(|k| start + k));
+    }
+    if map.len() == base.states() {
+        return Ok(map);
+    }
+    Err(FitError::Model("it lacks states that the model has".to_owned()))
+}
+
+/// A variation that is simulated, from the trajectory's point on at each sample.
+pub(crate) struct Simulated {
+    varied: Examined,
+    map: Vec<usize>,
+    y: Vec<f64>,
+    simulation: Simulation,
+    shown: Vec<f64>,
+}
+
+impl Simulated {
+    /// Own states of the varied plant begin at rest under the first sample and then follow the trajectory.
+    fn new(along: &Along<'_>, varied: Examined) -> Result<Self, FitError> {
+        let y = varied.first_states(along.trial);
+        let simulation = varied.simulation(along.trial, 0, &y);
+        Ok(Self { map: state_map(along.base, &varied)?, y, simulation, shown: Vec::new(), varied })
+    }
+
+    fn advance(&mut self, along: &Along<'_>, samples: &Range<usize>) -> Result<Single, FitError> {
+        let Along { base, linear, trial, trajectory, .. } = along;
+        let Self { varied, map, y, simulation, shown } = self;
+        let (n, m) = (base.states(), trial.channels.len());
+        let mut out = Single::nothing(along, samples);
+        for k in samples.clone() {
+            let at = k - samples.start;
+            let x = trajectory.states(k);
+            y.copy_from_slice(simulation.states());
+            for (value, at) in x.iter().zip(&*map) {
+                y[*at] = *value;
+            }
+            if k == 0 {
+                start_effect_states(varied, trial, y, base);
+            }
+            simulation.nudge_states(y);
+            disturb(simulation, &trial.inputs[k], trajectory.latents(k));
+            varied.measure(simulation, &trial.channels, shown);
+            for (slot, more) in out.sensor[at * m..].iter_mut().zip(along.shows_more(varied, k, shown)) {
+                *slot = more as f32;
+            }
+            if k + 1 < trial.len() {
+                let aim = trajectory.states(k + 1);
+                simulation.advance(trial.time[k + 1] - trial.time[k]).map_err(FitError::Simulation)?;
+                for (r, place) in map.iter().enumerate() {
+                    out.step[at * n + r] = (simulation.states()[*place] - aim[r] - linear.defect[k * n + r]) as f32;
+                }
+            }
+        }
+        out.if_finite(trial)
+    }
+}
+
+/// Whether a variation acts through the rates of the states the base plant has, so that its forcing over a step follows
+/// from the rates at both ends.
+fn acts_through_rates(id: &str) -> bool {
+    !(comes_late(id) || matches!(id, "cable_elasticity" | "cable_transverse_mode"))
+}
+
+/// Whether what a variation adds to the rates depends on states and time alone, and not on the inputs.
+fn acts_by_states(spec: &EffectSpec) -> bool {
+    let text = spec.expression.as_deref().unwrap_or_default();
+    let by_inputs = ["pulley_capstan_loss", "pulley_wrap_friction"].contains(&spec.id.as_str())
+        || ["winch_force", "disturbance"].iter().any(|i| text.contains(i));
+    let Ok(stage) = EffectKind::new(spec).map(|kind| kind.stage()) else { return false };
+    let added = matches!(stage, Stage::WinchLoss | Stage::WinchPull(_) | Stage::WinchPosition | Stage::PlatformWrench);
+    !by_inputs && (added || matches!(stage, Stage::ElasticLaw | Stage::Transverse))
+}
+
+/// Whether a variation only changes what the sensors show.
+fn is_of_sensors(id: &str) -> bool {
+    cdpr::effect::find(id)
+        .is_some_and(|info| matches!(info.site, Site::LengthSensor | Site::TensionSensor | Site::PoseSensor))
+}
+
+/// Whether a variation changes what the sensors show of the same states.
+fn acts_on_sensors(id: &str, trial: &Trial, rigid: bool) -> bool {
+    matches!(id, "anchor_offset" | "attachment_offset")
+        || is_of_sensors(id)
+        || (shows_tension(trial) && (rigid || id.starts_with("cable_")))
+}
+
+fn shows_tension(trial: &Trial) -> bool {
+    trial.channels.iter().any(|c| matches!(c, Channel::Tension(_)))
+}
+
+/// What a variation acts on, and whether on the plant by its states alone.
+#[derive(Clone, Copy)]
+struct Acts {
+    plant: bool,
+    sensors: bool,
+    by_states: bool,
+}
+
+/// As [`Simulated`], by the trapezoidal rule on the difference of rates: an order faster, good to a few per cent where the
+/// fastest mode turns by less than a radian in a sampling interval. Own states of the variation follow by the same rule, so
+/// they must be slow. For weighing candidates, not for estimates.
+pub(crate) struct Quick {
+    varied: Examined,
+    acts: Acts,
+    map: Vec<usize>,
+    /// States that the base plant does not have.
+    own: Vec<usize>,
+    y: Vec<f64>,
+    simulation: Simulation,
+    shown: Vec<f64>,
+    rates: [Vec<f64>; 2],
+    difference: Vec<f64>,
+}
+
+impl Quick {
+    fn new(along: &Along<'_>, varied: Examined, acts: Acts) -> Result<Self, FitError> {
+        let Along { base, trial, .. } = along;
+        let map = state_map(base, &varied)?;
+        let mut y = varied.first_states(trial);
+        start_effect_states(&varied, trial, &mut y, base);
+        let own: Vec<usize> = (0..y.len()).filter(|at| !map.contains(at)).collect();
+        let simulation = varied.simulation(trial, 0, &y);
+        let acts = Acts { by_states: acts.by_states && own.is_empty(), ..acts };
+        let rates = [vec![0.0; y.len()], vec![0.0; y.len()]];
+        Ok(Self {
+            acts,
+            map,
+            own,
+            y,
+            simulation,
+            shown: Vec::new(),
+            rates,
+            difference: vec![0.0; base.states()],
+            varied,
+        })
+    }
+
+    fn advance(
+        &mut self,
+        along: &Along<'_>,
+        samples: &Range<usize>,
+        base_rates: &[Vec<f64>; 2],
+    ) -> Result<Single, FitError> {
+        let Along { base, linear, trial, trajectory, .. } = along;
+        let Self { varied, acts, map, own, y, simulation, shown, rates, difference } = self;
+        let (n, m) = (base.states(), trial.channels.len());
+        let mut out = Single::nothing(along, samples);
+        let take =
+            |y: &mut [f64], k: usize| map.iter().zip(trajectory.states(k)).for_each(|(at, value)| y[*at] = *value);
+        for k in samples.clone() {
+            let at = k - samples.start;
+            let (felt, slack) = (&linear.felt[k], linear.slack[k]);
+            take(y, k);
+            if acts.sensors {
+                let moment = Moment { time: trial.time[k], y, felt, slack };
+                varied.measure_at(simulation, &moment, &trial.channels, shown);
+                for (slot, more) in out.sensor[at * m..].iter_mut().zip(along.shows_more(varied, k, shown)) {
+                    *slot = more as f32;
+                }
+            }
+            if !acts.plant || k + 1 == trial.len() {
+                continue;
+            }
+            let half = 0.5 * linear.interval[k];
+            let target = &mut out.step[at * n..(at + 1) * n];
+            // Else it is that at the end of the step before.
+            if k == 0 || !acts.by_states || slack != linear.slack[k - 1] {
+                varied.plant.rates(trial.time[k], y, felt, &slack, &mut rates[0]);
+                for (r, slot) in difference.iter_mut().enumerate() {
+                    *slot = rates[0][map[r]] - base_rates[0][at * n + r];
+                }
+            }
+            for (c, difference) in difference.iter().enumerate().skip(3) {
+                if *difference != 0.0 {
+                    for (slot, slope) in target.iter_mut().zip(linear.column(k, c)) {
+                        *slot += (half * slope * difference) as f32;
+                    }
+                }
+            }
+            take(y, k + 1);
+            own.iter().for_each(|at| y[*at] += 2.0 * half * rates[0][*at]);
+            varied.plant.rates(trial.time[k + 1], y, felt, &slack, &mut rates[1]);
+            own.iter().for_each(|at| y[*at] += half * (rates[1][*at] - rates[0][*at]));
+            for (r, (slot, difference)) in target.iter_mut().zip(difference.iter_mut()).enumerate() {
+                *difference = rates[1][map[r]] - base_rates[1][at * n + r];
+                *slot += (half * *difference) as f32;
+            }
+        }
+        out.if_finite(trial)
+    }
+}
+
+/// Own states of a variation at rest, as at the start of a simulation.
+fn start_effect_states(varied: &Examined, trial: &Trial, y: &mut [f64], base: &Examined) {
+    let mut rest = varied.first_states(trial);
+    rest[..6].copy_from_slice(&y[..6]);
+    varied.plant.straighten(&mut rest);
+    for i in 0..base.plant.cables() {
+        let known = base.plant.effect_states(i).len();
+        for at in varied.plant.effect_states(i).skip(known) {
+            y[at] = rest[at];
+        }
+    }
+}
+
+/// A model moved in one parameter.
+pub(crate) struct Varied {
+    pub(crate) examined: Examined,
+    /// The effect that the parameter belongs to.
+    pub(crate) effect: String,
+    /// How far it was moved.
+    pub(crate) size: f64,
+}
+
+/// Whether an effect is not in the equations of the plant but in when its inputs come.
+fn is_dead_time(id: &str) -> bool {
+    id == "winch_delay"
+}
+
+/// Steps that are done one after the other, side by side with others.
+const STRETCH: usize = 500;
+
+/// The sensitivities to parameters: the forcing of a move to each of `varied`, models with the same states, over its size.
+///
+/// By the variational equation with the parameters as inputs; a dead time, which is none in it, by simulation. Where that
+/// fails a move of it says nothing, and it stays as it is.
+pub(crate) fn sensitivities(along: &Along<'_>, varied: &[Varied]) -> Forcing {
+    let Along { base, linear, trial, trajectory, .. } = *along;
+    let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), varied.len());
+    let mut forcing =
+        Forcing { first: 0, columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
+    if columns == 0 {
+        return forcing;
+    }
+    let stretches = forcing.step.par_chunks_mut(STRETCH * n * columns).enumerate();
+    stretches.for_each(|(at, steps)| respond(along, varied, at * STRETCH, steps));
+    let rigid = base.plant.unstretched_index(0).is_none();
+    for (c, varied) in varied.iter().enumerate() {
+        let scale = 1.0 / varied.size;
+        if is_dead_time(&varied.effect) {
+            let simulated = Simulated::new(along, varied.examined.clone());
+            let Ok(single) = simulated.and_then(|mut all| all.advance(along, &(0..len))) else { continue };
+            for (at, value) in single.step.iter().enumerate() {
+                forcing.step[at * columns + c] = value * scale as f32;
+            }
+            for (at, value) in single.sensor.iter().enumerate() {
+                forcing.sensor[at * columns + c] = value * scale as f32;
+            }
+        } else if acts_on_sensors(&varied.effect, trial, rigid) {
+            let simulation = varied.examined.simulation(trial, 0, trajectory.states(0));
+            let mut shown = Vec::new();
+            for k in 0..len {
+                let (felt, slack) = (&linear.felt[k], linear.slack[k]);
+                let moment = Moment { time: trial.time[k], y: trajectory.states(k), felt, slack };
+                varied.examined.measure_at(&simulation, &moment, &trial.channels, &mut shown);
+                for (j, more) in along.shows_more(&varied.examined, k, &shown).enumerate() {
+                    forcing.sensor[(k * m + j) * columns + c] = (more * scale) as f32;
+                }
+            }
+        }
+    }
+    forcing
+}
+
+/// Writes the response to each of `varied` over the steps from `first` on.
+fn respond(along: &Along<'_>, varied: &[Varied], first: usize, steps: &mut [f32]) {
+    let Along { base, linear, trial, trajectory, .. } = along;
+    let (n, columns) = (base.states(), varied.len());
+    let acting: Vec<usize> =
+        (0..columns).filter(|c| !is_of_sensors(&varied[*c].effect) && !is_dead_time(&varied[*c].effect)).collect();
+    if acting.is_empty() {
+        return;
+    }
+    let mut variation = Variation::new(base);
+    let (mut point, mut end) = (vec![0.0; n], vec![0.0; n]);
+    let (mut own, mut moved) = (vec![0.0; n], vec![0.0; n]);
+    let width = acting.len();
+    let mut forced = [vec![0.0; n * width], vec![0.0; n * width]];
+    let mut response = vec![0.0; n * width];
+    for (k, target) in steps.chunks_exact_mut(n * columns).enumerate() {
+        let k = first + k;
+        let step = linear.step(k, trial.time[k], trajectory.states(k), trajectory.states(k + 1), &mut end);
+        step.inner_point(&mut point);
+        let places = [(step.inner_time(), &point[..]), (step.end_time(), step.to)];
+        for ((time, y), forced) in places.into_iter().zip(&mut forced) {
+            base.plant.rates(time, y, &step.felt, &step.slack, &mut own);
+            for (c, at) in acting.iter().enumerate() {
+                let Varied { examined, size, .. } = &varied[*at];
+                examined.plant.rates(time, y, &step.felt, &step.slack, &mut moved);
+                for (r, (moved, own)) in moved.iter().zip(&own).enumerate() {
+                    forced[r * width + c] = (moved - own) / size;
+                }
+            }
+        }
+        let [inner, at_end] = &forced;
+        variation.response(&step, &Forced { inner, end: at_end, columns: width }, &mut response);
+        for (row, target) in response.chunks_exact(width).zip(target.chunks_exact_mut(columns)) {
+            for (at, value) in acting.iter().zip(row) {
+                target[*at] = *value as f32;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::{fitted, record};
+    use crate::hypothesis::stream::forcing;
+
+    fn simulated(along: &Along<'_>, varied: &Examined) -> Single {
+        let mut simulated = Simulated::new(along, varied.clone()).unwrap();
+        simulated.advance(along, &(0..along.linear.len)).unwrap()
+    }
+    use crate::weigh::refine::{free_parameters, varied_models};
+
+    /// Sensitivities by the variational equation, against differences of simulations.
+    #[test]
+    fn sensitivities_are_those_of_simulations() {
+        let effect = |id: &str, cable, values: &[f64]| EffectSpec::new(id, cable, values).unwrap();
+        let effects = [
+            effect("platform_linear_drag", None, &[60.0]),
+            effect("winch_coulomb_friction", Some(1), &[80.0, 0.05]),
+            effect("winch_force_gain", Some(3), &[0.01]),
+            effect("winch_lag", None, &[0.1]),
+            effect("cable_stiffness", Some(2), &[-0.02]),
+            effect("winch_delay", Some(4), &[0.05]),
+            effect("length_sensor_scale", Some(4), &[1e-5]),
+        ];
+        let trials = [record(&effects, 30.0, 4)];
+        let fit = fitted(&effects, &trials);
+        let linear = fit.linear(&trials);
+        let along = Along::new(&fit, &linear, &trials, 0);
+        let varied: Vec<Varied> =
+            varied_models(&fit.model, &free_parameters(&fit.model, 0)).into_iter().flatten().collect();
+        assert_eq!(varied.len(), 8, "friction has two parameters in use");
+        let all = sensitivities(&along, &varied);
+        for (c, varied) in varied.iter().enumerate() {
+            let whole = simulated(&along, &varied.examined);
+            let column = |values: &[f32]| values.iter().skip(c).step_by(all.columns).copied().collect::<Vec<f32>>();
+            let own = [column(&all.step), column(&all.sensor)].concat();
+            let other: Vec<f32> = whole.step.iter().chain(&whole.sensor).map(|v| v / varied.size as f32).collect();
+            let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
+            let (size, whole_size) = (product(&own, &own), product(&other, &other));
+            let alike = product(&own, &other) / (size * whole_size).sqrt();
+            let ratio = (size / whole_size).sqrt();
+            assert!(alike > 0.95, "{} (parameter {c}): correlation {alike}", varied.effect);
+            assert!((0.85..1.15).contains(&ratio), "{} (parameter {c}): {ratio}", varied.effect);
+        }
+    }
+
+    /// Forcing without a simulation of its own, against the difference of two simulations.
+    #[test]
+    fn quick_forcing_is_that_of_a_simulation() {
+        let trials = [record(&[], 30.0, 3)];
+        let fit = fitted(&[], &trials);
+        let linear = fit.linear(&trials);
+        let along = Along::new(&fit, &linear, &trials, 0);
+        let late: [(&str, &[f64]); 4] = [
+            ("winch_lag", &[0.2]),
+            ("winch_delay", &[0.15]),
+            ("cable_creep", &[3e8, 2.0]),
+            ("cable_creep", &[3e8, 10.0]),
+        ];
+        for (id, values) in late {
+            let spec = EffectSpec::new(id, Some(2), values).unwrap();
+            let quick = forcing(along, (std::slice::from_ref(&spec), &[vec![(0, 1.0)]]));
+            let varied = Model { effects: vec![spec], ..fit.model.clone() };
+            let whole = simulated(&along, &Examined::new(&varied).unwrap());
+            let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
+            let (own, other) = (product(&quick.step, &quick.step), product(&whole.step, &whole.step));
+            let alike = product(&quick.step, &whole.step) / (own * other).sqrt();
+            assert!(alike > 0.97, "{id} {values:?}: correlation {alike}");
+            // At this sampling rate the fastest mode turns by more than a radian in an interval.
+            assert!((0.8..1.25).contains(&(own / other).sqrt()), "{id} {values:?}: {own} {other}");
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! Errors of the survey: where anchors and attachments are, and what lengths count from.
+//!
+//! Nobody knows them to the last millimetre, and each is within a tolerance that all such machines are built to. Where the
+//! geometry as given does not do, these errors are free beside every law, as the instruments' errors are: found with the
+//! laws and not before them, for a winch that pulls too little looks like an anchor that is too near. Directions of which
+//! recordings tell nothing are held by the tolerance (A. N. Tikhonov's regularisation, with the tolerance as its prior).
+
+use std::ops::Range;
+
+use cdpr::effect::EffectSpec;
+use cdpr::geometry::Geometry;
+use cdpr::model_file::Model;
+
+use crate::data::{Channel, Trial};
+use crate::filter::estimate::{Fit, FitError};
+use crate::filter::kalman::Randomness;
+use crate::filter::whiten::Normal;
+use crate::hypothesis::candidates::{Known, Library};
+use crate::model::sizes::Sizes;
+use crate::strategy::fitted::Fitted;
+use crate::strategy::search::{EVIDENCE, Search};
+use crate::weigh::refine::{Free, free_parameters, promises};
+use crate::weigh::regression::ladder;
+
+/// How exactly anybody who builds such a machine knows where its anchors are and what its encoders count from, as a share of
+/// its reach.
+pub(crate) const ANCHORS: f64 = 2e-3;
+/// The same of attachments, as a share of their arm.
+pub(crate) const ATTACHMENTS: f64 = 0.05;
+/// So many laws at once are as much to ask as that the geometry is not quite as given.
+pub(crate) const SEVERAL: usize = 3;
+/// Share of what an error of the survey may plausibly be, by which it is varied.
+const VARIED: f64 = 0.025;
+/// Share of the forces at random that errors of the survey may leave to be looked for.
+const LEFT: f64 = 0.2;
+
+/// By how much (m) each size of an effect may plausibly be off, where it is an error of the survey.
+fn plausible(id: &str, sizes: &Sizes) -> Option<f64> {
+    match id {
+        "anchor_offset" | "length_sensor_bias" => Some(ANCHORS * sizes.reach),
+        "attachment_offset" => Some(ATTACHMENTS * sizes.arm),
+        _ => None,
+    }
+}
+
+/// Adds what is known beforehand of the parameters to their normal equations, in which they come first; how many it is
+/// known of.
+pub(crate) fn regularise(normal: &mut Normal, model: &Model, parameters: impl Iterator<Item = Option<Free>>) -> usize {
+    let sizes = Sizes::of(&model.parameters);
+    let mut known = 0;
+    for (at, free) in parameters.enumerate() {
+        let Some(free) = free else { continue };
+        let effect = &model.effects[free.effect];
+        if let Some(plausible) = plausible(&effect.id, &sizes) {
+            normal.gram[at * normal.columns + at] += plausible.powi(-2);
+            normal.right[at] -= effect.values[free.parameter] / plausible.powi(2);
+            known += 1;
+        }
+    }
+    known
+}
+
+/// The errors of the survey that recordings with lengths may show and that `model` does not have, zero each.
+pub(crate) fn survey_errors(model: &Model, trials: &[Trial]) -> Vec<EffectSpec> {
+    let geometry = Geometry::new(&model.parameters);
+    // Where all cables meet in a point there is no attachment to be off.
+    let point = geometry.attachment.iter().flatten().all(|coordinate| *coordinate == 0.0);
+    let mut errors = Vec::new();
+    for cable in 0..geometry.cables() {
+        let lengths =
+            [(Channel::CableLength(cable), "cable_length"), (Channel::UnstretchedLength(cable), "unstretched_length")];
+        let measured = lengths.into_iter().filter(|(channel, _)| trials.iter().any(|t| t.channels.contains(channel)));
+        let measured: Vec<&str> = measured.map(|(_, name)| name).collect();
+        if measured.is_empty() {
+            continue;
+        }
+        let error = |id: &str, values: &[f64]| {
+            EffectSpec::new(id, Some(cable + 1), values).unwrap_or_else(|e| unreachable!("an effect of our own: {e}"))
+        };
+        errors.push(error("anchor_offset", &[0.0, 0.0]));
+        if !point {
+            errors.push(error("attachment_offset", &[0.0, 0.0]));
+        }
+        errors.extend(
+            measured
+                .into_iter()
+                .map(|name| EffectSpec { channel: Some(name.to_owned()), ..error("length_sensor_bias", &[0.0]) }),
+        );
+    }
+    let known = |error: &EffectSpec| {
+        let same = |e: &EffectSpec| (&e.id, e.cable, &e.channel) == (&error.id, error.cable, &error.channel);
+        model.effects.iter().any(same)
+    };
+    errors.retain(|error| !known(error));
+    errors
+}
+
+/// Sets the errors of the survey that are a model's `effects` of these numbers beside the candidates of a library.
+pub(crate) fn set_beside(library: &mut Library, model: &Model, effects: Range<usize>) {
+    let sizes = Sizes::of(&model.parameters);
+    for effect in &model.effects[effects] {
+        let Some(plausible) = plausible(&effect.id, &sizes) else { continue };
+        for (parameter, value) in effect.values.iter().enumerate() {
+            let mut variation = effect.clone();
+            variation.values.fill(0.0);
+            // As small as candidates are varied by.
+            let size = VARIED * plausible;
+            variation.values[parameter] = size;
+            let known = Known { mean: -value / size, precision: (size / plausible).powi(2) };
+            library.set_beside(variation, known);
+        }
+    }
+}
+
+/// `model` with `variation` in it: an error of the survey moves one that is there, what else it is comes beside the others.
+pub(crate) fn with_variation(model: &Model, variation: &EffectSpec) -> Model {
+    let mut model = model.clone();
+    let sizes = Sizes::of(&model.parameters);
+    let same = |e: &&mut EffectSpec| {
+        (&e.id, e.cable, &e.channel, e.from, e.until)
+            == (&variation.id, variation.cable, &variation.channel, variation.from, variation.until)
+    };
+    let there = plausible(&variation.id, &sizes).and_then(|_| model.effects.iter_mut().find(same));
+    match there {
+        Some(there) => there.values.iter_mut().zip(&variation.values).for_each(|(value, by)| *value += by),
+        None => model.effects.push(variation.clone()),
+    }
+    model
+}
+
+/// By how much (m) errors of the survey make a cable longer at most, or shorter, with the platform in the middle.
+pub(crate) fn most_longer(model: &Model, errors: &[&EffectSpec]) -> f64 {
+    let geometry = Geometry::new(&model.parameters);
+    let longer = |cable: usize| -> f64 {
+        let [to, from] = [geometry.anchor[cable], geometry.attachment[cable]];
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let length = along[0].hypot(along[1]);
+        let of = |error: &&&EffectSpec| {
+            let along = || (error.values[0] * along[0] + error.values[1] * along[1]) / length;
+            match error.id.as_str() {
+                "anchor_offset" => along(),
+                "attachment_offset" => -along(),
+                _ => error.values[0],
+            }
+        };
+        errors.iter().filter(|error| error.cable == Some(cable + 1)).map(|error| of(&error)).sum()
+    };
+    (0..geometry.cables()).map(longer).map(f64::abs).fold(0.0, f64::max)
+}
+
+/// `model` with errors of the survey.
+pub(crate) fn with_errors(model: &Model, errors: &[EffectSpec]) -> Model {
+    let mut model = model.clone();
+    model.effects.extend_from_slice(errors);
+    model
+}
+
+impl Search<'_> {
+    /// Whether errors of the survey promise to explain what a fit leaves to forces at random.
+    pub(crate) fn is_survey(&self, fitted: &Fitted) -> Result<bool, FitError> {
+        let trials = &self.evidence.train;
+        let fit = &fitted.train;
+        // What was found may be such an error itself.
+        let errors = survey_errors(&fit.model, trials);
+        if errors.is_empty() {
+            return Ok(false);
+        }
+        let first = fit.model.effects.len();
+        let beside = Fit::new(&with_errors(&fit.model, &errors), trials, &fit.randomness, Some(fit))?;
+        let free = free_parameters(&beside.model, self.free_from);
+        let sizes = ladder(&fit.randomness);
+        let promised = promises(&beside, trials, &free, &sizes).into_iter().zip(&sizes);
+        let Some((promised, size)) = promised.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(false) };
+        let gain = fit.minus_two_log_likelihood(trials, &fit.randomness) - promised;
+        let parameters = free.iter().filter(|free| free.effect >= first).count();
+        let pays = gain > self.penalty.of_parameters(parameters) + EVIDENCE;
+        let forces = |randomness: &Randomness| randomness.force.hypot(randomness.winch);
+        // Where forces at random are as small as they are looked for there are none.
+        let none = sizes.last().map_or(0.0, forces);
+        Ok(pays && forces(size) <= none.max(LEFT * forces(&fit.randomness)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::{fitted, record};
+    use crate::hypothesis::candidates::{Situation, catalogue};
+    use crate::outcome::Verdict;
+    use crate::strategy::round::Signatures;
+    use crate::weigh::refine::refine;
+    use crate::weigh::regression::{Penalty, levels, rank};
+    use crate::{Geometry as Given, discover};
+
+    fn effect(id: &str, cable: usize, values: &[f64]) -> EffectSpec {
+        EffectSpec::new(id, Some(cable), values).expect("an effect")
+    }
+
+    #[test]
+    fn what_is_measured_has_errors_and_what_is_known_of_is_left_alone() {
+        let trials = [record(&[], 4.0, 61)];
+        let lengths = trials[0].channels.iter().filter(|c| matches!(c, Channel::UnstretchedLength(_))).count();
+        let all = survey_errors(&Model::default(), &trials);
+        assert_eq!(all.len(), 3 * lengths);
+        let known = Model { effects: vec![effect("anchor_offset", 2, &[0.01, 0.0])], ..Model::default() };
+        assert_eq!(survey_errors(&known, &trials).len(), all.len() - 1);
+        let blind = [trials[0].clone()].map(|mut trial| {
+            trial.channels.iter_mut().for_each(|channel| {
+                if let Channel::UnstretchedLength(cable) = *channel {
+                    *channel = Channel::Tension(cable);
+                }
+            });
+            trial
+        });
+        assert!(survey_errors(&Model::default(), &blind).is_empty());
+    }
+
+    /// Half a minute around one pose tells an anchor along its cable and hardly across it.
+    #[test]
+    fn what_recordings_do_not_tell_is_held_by_the_tolerance() {
+        let hidden = [effect("anchor_offset", 1, &[0.05, 0.05]), effect("attachment_offset", 3, &[0.02, -0.01])];
+        let trials = [record(&hidden, 30.0, 62)];
+        let given = Model::default();
+        let errors = survey_errors(&given, &trials);
+        let mut fit = fitted(&errors, &trials);
+        let noise = fit.randomness.noise.clone();
+        refine(&mut fit, &trials, &noise, 0, 6, None).expect("a refinement");
+        let sizes = Sizes::of(&given.parameters);
+        for effect in &fit.model.effects {
+            let tolerance = plausible(&effect.id, &sizes).expect("an error of the survey");
+            assert!(effect.values.iter().all(|value| value.abs() < tolerance), "{effect:?}");
+        }
+        // What the errors of a cable do to its length at the middle they do together.
+        for cable in 1..=4 {
+            let of = |effects: &[EffectSpec]| {
+                let own: Vec<&EffectSpec> = effects.iter().filter(|effect| effect.cable == Some(cable)).collect();
+                most_longer(&given, &own)
+            };
+            let (found, truth) = (of(&fit.model.effects), of(&hidden));
+            assert!((found - truth).abs() < 0.003, "cable {cable}: {found} {truth}");
+        }
+    }
+
+    /// Weighed by itself a wind stood before the winch's force: the geometry had taken up what it does to the lengths.
+    #[test]
+    fn a_winch_is_told_from_the_geometry_that_stood_for_it() {
+        let hidden = [
+            effect("winch_force_gain", 2, &[-0.01]),
+            effect("anchor_offset", 1, &[0.05, -0.04]),
+            effect("attachment_offset", 3, &[0.01, 0.01]),
+        ];
+        let trials = [record(&hidden, 40.0, 66)];
+        let errors = survey_errors(&Model::default(), &trials);
+        let mut fit = fitted(&errors, &trials);
+        let noise = fit.randomness.noise.clone();
+        refine(&mut fit, &trials, &noise, 0, 6, None).expect("a refinement");
+        let mut library = catalogue(&fit.model, &Situation::of(&trials));
+        set_beside(&mut library, &fit.model, 0..errors.len());
+        assert_eq!(library.beside.len(), 20);
+        let signatures = Signatures::new(library);
+        let levels = levels(&fit, &trials, &signatures, &ladder(&fit.randomness));
+        let library = &signatures.library;
+        let ranked = rank(library, &levels, Penalty::NONE);
+        let best = &library.candidates[ranked[0].candidate];
+        assert_eq!((best.id, best.cable), ("winch_force_gain", Some(2)));
+        let found = best.effect(&ranked[0].amplitudes).expect("an effect").values[0];
+        assert!((found + 0.01).abs() < 1e-3, "{found}");
+    }
+
+    #[test]
+    fn an_error_that_is_there_moves_and_another_comes_beside() {
+        let model = with_errors(&Model::default(), &[effect("anchor_offset", 2, &[0.01, 0.0])]);
+        let moved = with_variation(&model, &effect("anchor_offset", 2, &[0.0, 0.02]));
+        assert_eq!(moved.effects, [effect("anchor_offset", 2, &[0.01, 0.02])]);
+        assert_eq!(with_variation(&model, &effect("anchor_offset", 1, &[0.0, 0.02])).effects.len(), 2);
+        assert_eq!(with_variation(&model, &effect("winch_force_bias", 2, &[1.0])).effects.len(), 2);
+    }
+
+    /// On a recording like these, with the geometry as given, friction came with four parts of the geometry that stood for all.
+    #[test]
+    fn friction_is_alone_where_the_geometry_is_off() {
+        let mut hidden = vec![effect("winch_viscous_friction", 2, &[2000.0])];
+        for (cable, [x, y]) in [[2.0, -3.0], [-1.0, 4.0], [3.0, 2.0], [-4.0, 1.0]].into_iter().enumerate() {
+            hidden.push(effect("anchor_offset", cable + 1, &[0.02 * x, 0.02 * y]));
+            hidden.push(effect("attachment_offset", cable + 1, &[4e-3 * y, 4e-3 * x]));
+        }
+        let record = |seed| record(&hidden, 40.0, seed);
+        let trials = [record(63), record(64)].to_vec();
+        let found = discover(&Model::default(), trials, vec![record(65)], Given::Corrected, &|_, _| ());
+        let found = found.expect("a verdict");
+        // So short recordings leave open whether it is Stribeck's.
+        assert!(matches!(found.verdict, Verdict::Named | Verdict::Ambiguous), "{:?}", found.remarks);
+        let [friction] = &found.effects[..] else { panic!("{:?}", found.effects) };
+        assert_eq!((friction.effect.id.as_str(), friction.effect.cable), ("winch_viscous_friction", Some(2)));
+        let error = friction.standard_error[0].expect("an error");
+        assert!((friction.effect.values[0] - 2000.0).abs() < 3.0 * error && error < 5.0, "{friction:?}");
+        assert_eq!(found.survey.len(), 12);
+    }
+}

@@ -1,0 +1,151 @@
+//! How late the pose is against the lengths of the cables, by kinematics alone.
+//!
+//! In a stiff robot a clock that is late by a few samples puts platform and cables where no force that its winches have could
+//! put them: cables would be slack that were not. No trajectory of the model is near such data, and nothing that is found along
+//! one of them means anything. So what no force can explain is settled before any dynamics. By how much the lengths that belong
+//! to the pose differ from those measured beside it, stretched by the recorded forces, is proportional to their rate where the
+//! clocks differ. In a soft robot a missing force does the same: there the search tells them apart.
+
+use crate::data::clean::noise_by_differences;
+use crate::data::{Channel, Trial};
+use crate::model::examined::Examined;
+use crate::model::sizes::usual_force;
+
+/// Root mean square of the force that the offset of the clocks would ask for, as a share of the usual force, from which no force
+/// explains it: three times of it are all that a cable carries.
+const NO_FORCE: f64 = 1.0 / 3.0;
+/// Share of the squared mismatch that the offset must explain: most of it.
+const EXPLAINS: f64 = 0.5;
+/// Share of a rate's square that may be noise: what is regressed on a rate with noise comes out smaller by so much.
+const NOISE: f64 = 0.01;
+
+/// Sums over the samples of all cables, each less its means in each trial.
+#[derive(Default)]
+struct Sums {
+    mismatch: f64,
+    product: f64,
+    rate: f64,
+    /// Of the rate times the cable's stiffness (N/m).
+    force: f64,
+    count: usize,
+}
+
+/// How late the pose is against the lengths (s), less than zero where the lengths are late; `None` where no more than a force
+/// that is missing shows.
+pub(crate) fn clock_offset(model: &Examined, trials: &[Trial]) -> Option<f64> {
+    let mut sums = Sums::default();
+    for trial in trials {
+        (0..trial.cables()).for_each(|i| sums.add(model, trial, i));
+    }
+    let late = -sums.product / sums.rate;
+    let explained = sums.product * sums.product / (sums.rate * sums.mismatch);
+    // The model's own delay is known.
+    let unknown = late - model.late(Channel::Pose(0));
+    let force = unknown.abs() * (sums.force / sums.count as f64).sqrt();
+    (explained > EXPLAINS && force > NO_FORCE * usual_force(trials)).then_some(unknown)
+}
+
+impl Sums {
+    fn add(&mut self, model: &Examined, trial: &Trial, cable: usize) {
+        let of_pose: Vec<f64> = (0..trial.len()).map(|k| length_of_pose(model, trial, k, cable)).collect();
+        let position = |channel: &Channel| matches!(channel, Channel::Pose(0 | 1));
+        let noise = (0..trial.channels.len()).filter(|j| position(&trial.channels[*j]));
+        let noise = noise.map(|j| noise_by_differences(trial, j)).fold(0.0, f64::max);
+        let rates = rates(&trial.time, &of_pose, noise);
+        let seen: Vec<[f64; 2]> = (0..trial.len())
+            .filter_map(|k| {
+                let shown = |wanted: Channel| value(trial, k, wanted);
+                let mismatch = of_pose[k] - model.lengths(shown, &trial.inputs[k])[cable]?;
+                (rates[k].is_finite() && mismatch.is_finite()).then_some([mismatch, rates[k]])
+            })
+            .collect();
+        let count = seen.len() as f64;
+        let mean = |part: usize| seen.iter().map(|values| values[part]).sum::<f64>() / count;
+        let means = [mean(0), mean(1)];
+        let elastic = model.plant.unstretched_index(cable).is_some();
+        let middle = of_pose.iter().copied().find(|length| length.is_finite()).unwrap_or(f64::INFINITY);
+        let stiffness = if elastic { model.plant.data().cables[cable].axial_stiffness / middle } else { f64::INFINITY };
+        for values in &seen {
+            let [mismatch, rate] = [values[0] - means[0], values[1] - means[1]];
+            self.mismatch += mismatch * mismatch;
+            self.product += mismatch * rate;
+            self.rate += rate * rate;
+            self.force += (stiffness * rate).powi(2);
+            self.count += 1;
+        }
+    }
+}
+
+/// Rates of a signal with white noise, from as near neighbours as the noise allows; `NAN` where these are missing.
+fn rates(time: &[f64], signal: &[f64], noise: f64) -> Vec<f64> {
+    let over = |half: usize| -> Vec<f64> {
+        let of = |k: usize| {
+            let (before, after) = (k.checked_sub(half)?, (k + half < time.len()).then_some(k + half)?);
+            Some((signal[after] - signal[before]) / (time[after] - time[before]))
+        };
+        (0..time.len()).map(|k| of(k).unwrap_or(f64::NAN)).collect()
+    };
+    let mut half = 1;
+    loop {
+        let rates = over(half);
+        let known = || rates.iter().filter(|rate| rate.is_finite());
+        let square = known().map(|rate| rate * rate).sum::<f64>() / known().count() as f64;
+        let apart = 2.0 * half as f64 * (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+        if 2.0 * (noise / apart).powi(2) < NOISE * square || 8 * half > time.len() {
+            return rates;
+        }
+        half *= 2;
+    }
+}
+
+/// What a channel shows at sample `k`.
+fn value(trial: &Trial, k: usize, wanted: Channel) -> Option<f64> {
+    let j = trial.channels.iter().position(|c| *c == wanted)?;
+    Some(trial.measured[k][j]).filter(|value| value.is_finite())
+}
+
+/// Length of a cable (m) at the measured pose; `NAN` where that is not measured.
+fn length_of_pose(model: &Examined, trial: &Trial, k: usize, cable: usize) -> f64 {
+    let pose: [f64; 3] = std::array::from_fn(|axis| value(trial, k, Channel::Pose(axis)).unwrap_or(f64::NAN));
+    cdpr::kinematics::cable_lengths(model.plant.geometry(), &pose)[cable]
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+    use cdpr::model_file::Model;
+
+    use super::*;
+    use crate::data::recording::{Bench, record_on};
+
+    /// A recording whose pose, or lengths, come so many samples late.
+    fn late(bench: &Bench, effects: &[EffectSpec], pose: usize, lengths: usize) -> Option<f64> {
+        let mut trial = record_on(bench, effects, 20.0, 4);
+        let then = trial.measured.clone();
+        for k in 0..trial.len() {
+            for j in 0..trial.channels.len() {
+                trial.measured[k][j] = then[k.saturating_sub(if j < 3 { pose } else { lengths })][j];
+            }
+        }
+        let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
+        clock_offset(&Examined::new(&model).unwrap(), &[trial])
+    }
+
+    #[test]
+    fn clocks_of_a_stiff_robot_are_told_by_kinematics() {
+        let bench = Bench::laboratory();
+        let found = late(&bench, &[], 3, 0).expect("a late pose");
+        assert!((found - 0.03).abs() < 2e-3, "{found}");
+        let found = late(&bench, &[], 0, 3).expect("late lengths");
+        assert!((found + 0.03).abs() < 2e-3, "{found}");
+        assert_eq!(late(&bench, &[], 0, 0), None);
+    }
+
+    /// Friction of a stiff robot, whose clocks agree, and a late pose of a soft one, where a small force would do the same.
+    #[test]
+    fn what_a_force_can_do_is_left_to_the_search() {
+        let friction = EffectSpec::new("winch_viscous_friction", None, &[200.0]).unwrap();
+        assert_eq!(late(&Bench::laboratory(), &[friction], 0, 0), None);
+        assert_eq!(late(&Bench::large(), &[], 2, 0), None);
+    }
+}

@@ -1,0 +1,251 @@
+//! What is random beside the model: latent disturbances, and what the instruments add to each recording.
+
+use cdpr::per_cable::MAX_CABLES;
+
+use crate::model::examined::WRENCH;
+
+/// Smallest latent force considered, as a share of the winch forces: below it a trial is as good as undisturbed.
+const SMALLEST_LATENT: f64 = 1.5e-6;
+/// Largest.
+const LARGEST_LATENT: f64 = 5.0;
+/// From what size on latent forces are searched for, as a share of the winch forces.
+const FIRST_LATENT: f64 = 1.5e-3;
+
+/// Most processes of noise with memory that the filter has room for, beside the latent disturbances of the most cables
+/// and of the errors of the forces that they are driven with.
+pub(crate) const MOST_MEMORIES: usize = ROOM - WRENCH - 2 * MAX_CABLES;
+/// Most processes that the filter has room for.
+pub(crate) const ROOM: usize = 64;
+
+/// Noise with memory on one channel: first order (Gauss and Markov), stationary. Where its time constant is as long as the
+/// recordings it is a drift.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Memory {
+    /// Place of the channel in [`Randomness::noise`].
+    pub(crate) channel: usize,
+    /// Standard deviation (in the channel's unit).
+    pub(crate) deviation: f64,
+    /// Time constant (s).
+    pub(crate) time: f64,
+    /// Whether it is a drift: its time constant is the length of the recordings.
+    pub(crate) drift: bool,
+}
+
+/// What is left of the white error of recorded forces in those that are to be expected: first order, for each winch its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Expected {
+    /// Its standard deviation over that of the white error.
+    pub(crate) share: f64,
+    /// Its time constant (s).
+    pub(crate) time: f64,
+    /// Variance of the error that the recorded forces have no room for, over that and what they vary by: the share of the
+    /// forces that nobody recorded.
+    pub(crate) unrecorded: f64,
+}
+
+/// Sizes of what is random: latent disturbances (Ornstein-Uhlenbeck), measurement noise, errors of the recorded inputs.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Randomness {
+    /// Number of latent disturbances: those of the platform, and one for each winch.
+    pub(crate) latents: usize,
+    /// Standard deviation of the latent force on the platform (N); the torque's is `arm` times as large.
+    pub(crate) force: f64,
+    /// Standard deviation of the latent force at each winch (N).
+    pub(crate) winch: f64,
+    /// Mean size of the winch forces (N).
+    pub(crate) usual_force: f64,
+    /// Lever between force and torque (m).
+    pub(crate) arm: f64,
+    /// Correlation time of the latent disturbances (s).
+    pub(crate) time: f64,
+    /// White noise of each channel.
+    pub(crate) noise: Vec<f64>,
+    /// The least that it can be.
+    pub(crate) least_noise: Vec<f64>,
+    /// Noise with memory, the channels in their order.
+    pub(crate) memory: Vec<Memory>,
+    /// White error of each recorded winch force (N), held from sample to sample.
+    pub(crate) input: f64,
+    /// What is left of it, where the forces are no longer those recorded but those to be expected.
+    pub(crate) expected: Option<Expected>,
+    /// Error of the time stamps (s).
+    pub(crate) jitter: f64,
+    /// How late each channel is against its stamp (s).
+    pub(crate) late: Vec<f64>,
+}
+
+impl Randomness {
+    /// Whether the latent disturbances are of the same size.
+    pub(crate) fn same_latents(&self, other: &Self) -> bool {
+        (self.force, self.winch) == (other.force, other.winch)
+    }
+
+    /// Whether all sizes are the same, also those of channels that are not measured.
+    pub(crate) fn same(&self, other: &Self) -> bool {
+        let measured = |own: &Self| Self { noise: Vec::new(), least_noise: Vec::new(), ..own.clone() };
+        let alike = |a: &[f64], b: &[f64]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.total_cmp(b).is_eq());
+        alike(&self.noise, &other.noise)
+            && alike(&self.least_noise, &other.least_noise)
+            && measured(self) == measured(other)
+    }
+
+    /// The size of latent force from which one is searched for (N).
+    pub(crate) fn first_latent(usual_force: f64) -> f64 {
+        FIRST_LATENT * usual_force
+    }
+
+    /// The size of latent force that is as good as none (N).
+    pub(crate) fn smallest_latent(&self) -> f64 {
+        SMALLEST_LATENT * self.usual_force
+    }
+
+    /// Whether latent disturbances have anything to do.
+    pub(crate) fn has_latents(&self) -> bool {
+        self.force.max(self.winch) > self.smallest_latent()
+    }
+
+    /// The same without latent disturbances.
+    pub(crate) fn without_latents(&self) -> Self {
+        let nothing = self.smallest_latent();
+        Self { force: nothing, winch: nothing, ..self.clone() }
+    }
+
+    /// The same with all latent forces of a share of the size from which they are searched for.
+    pub(crate) fn with_latents(&self, share: f64) -> Self {
+        let size = self.considered(share * Self::first_latent(self.usual_force));
+        Self { force: size, winch: size, ..self.clone() }
+    }
+
+    /// Whether the instruments add noise that is not white.
+    pub(crate) fn has_instrument_noise(&self) -> bool {
+        !self.memory.is_empty() || self.input > 0.0 || self.jitter > 0.0
+    }
+
+    /// Whether an instrument drifts.
+    pub(crate) fn drifts(&self) -> bool {
+        self.memory.iter().any(|memory| memory.drift)
+    }
+
+    /// The size of the latent force on the platform times a factor, within what is considered.
+    pub(crate) fn force_scaled(&self, factor: f64) -> f64 {
+        self.considered(self.force * factor)
+    }
+
+    /// The size of the latent forces at the winches times a factor, within what is considered.
+    pub(crate) fn winch_scaled(&self, factor: f64) -> f64 {
+        self.considered(self.winch * factor)
+    }
+
+    fn considered(&self, size: f64) -> f64 {
+        size.clamp(self.smallest_latent(), LARGEST_LATENT * self.usual_force)
+    }
+
+    /// The same with nothing but white noise from the instruments. Forces that are only to be expected keep what is left of
+    /// their error.
+    pub(crate) fn with_white_noise(&self) -> Self {
+        let input = if self.expected.is_some() { self.input } else { 0.0 };
+        Self { memory: Vec::new(), input, jitter: 0.0, ..self.clone() }
+    }
+
+    pub(crate) fn latent_deviation(&self, latent: usize) -> f64 {
+        match latent {
+            0 | 1 => self.force,
+            2 => self.force * self.arm,
+            _ => self.winch,
+        }
+    }
+
+    /// What the filter estimates beside the states: latents, then noise with memory, then errors of forces.
+    pub(crate) fn processes(&self) -> usize {
+        self.latents + self.memory.len() + self.force_errors()
+    }
+
+    /// Errors of the winch forces that the filter estimates, the last of its processes: one for each winch where they have
+    /// memory, none where they are white.
+    pub(crate) fn force_errors(&self) -> usize {
+        if self.expected.is_some() && self.input > 0.0 { self.latents - WRENCH } else { 0 }
+    }
+
+    /// White error of each winch force that the states are moved by (N). Once the forces are those to be expected it is no
+    /// longer asked for: what is left of it has little that a model's error has not.
+    pub(crate) fn white_input(&self) -> f64 {
+        if self.expected.is_none() { self.input } else { 0.0 }
+    }
+
+    /// Stationary standard deviation of a process.
+    pub(crate) fn deviation(&self, process: usize) -> f64 {
+        match process.checked_sub(self.latents) {
+            None => self.latent_deviation(process),
+            Some(at) => match (self.memory.get(at), &self.expected) {
+                (Some(memory), _) => memory.deviation,
+                (None, Some(expected)) => self.input * expected.share,
+                (None, None) => 0.0,
+            },
+        }
+    }
+
+    /// What is left of each process after an interval (s).
+    #[inline]
+    pub(crate) fn decays(&self, interval: f64, out: &mut [f64]) {
+        let (mut time, mut decay) = (f64::NAN, 0.0);
+        for (process, slot) in out.iter_mut().enumerate() {
+            let own = self.time_of(process);
+            // Most have the time constant of their neighbour.
+            if own != time {
+                (time, decay) = (own, (-interval / own).exp());
+            }
+            *slot = decay;
+        }
+    }
+
+    /// What is left of a process after an interval (s).
+    pub(crate) fn decay(&self, process: usize, interval: f64) -> f64 {
+        (-interval / self.time_of(process)).exp()
+    }
+
+    /// Time constant of a process (s).
+    fn time_of(&self, process: usize) -> f64 {
+        match process.checked_sub(self.latents) {
+            None => self.time,
+            Some(at) => match (self.memory.get(at), &self.expected) {
+                (Some(memory), _) => memory.time,
+                (None, Some(expected)) => expected.time,
+                (None, None) => 0.0,
+            },
+        }
+    }
+
+    /// The processes that each of so many channels shows beside the states.
+    pub(crate) fn shown_by_channel(&self, channels: usize) -> Vec<std::ops::Range<usize>> {
+        (0..channels)
+            .map(|j| {
+                let first = self.memory.partition_point(|m| m.channel < j);
+                self.latents + first..self.latents + self.memory.partition_point(|m| m.channel <= j)
+            })
+            .collect()
+    }
+
+    /// The same with one more noise with memory.
+    pub(crate) fn with_memory(mut self, memory: Memory) -> Self {
+        let at = self.memory.partition_point(|m| m.channel <= memory.channel);
+        self.memory.insert(at, memory);
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::{fitted, record};
+
+    /// They were taken for exact where something explained all, and never had an error again.
+    #[test]
+    fn forces_that_are_only_to_be_expected_are_never_exact() {
+        let recorded = fitted(&[], &[record(&[], 10.0, 1)]).randomness;
+        let marred = Randomness { input: 20.0, jitter: 1e-3, ..recorded };
+        assert_eq!(marred.with_white_noise().input, 0.0);
+        let expected = Some(Expected { share: 0.5, time: 0.2, unrecorded: 0.0 });
+        let plain = Randomness { expected, ..marred }.with_white_noise();
+        assert_eq!((plain.input, plain.force_errors(), plain.jitter), (20.0, 4, 0.0));
+    }
+}

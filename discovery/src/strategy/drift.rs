@@ -1,0 +1,116 @@
+//! Laws in the place of a drift.
+//!
+//! A sensor that drifts bends to nearly anything, also to what several laws do together of which none alone explains as much.
+//! So where a drift was taken up, laws are weighed as well where none is allowed, beside instruments that forget and latent
+//! forces: the best alone, and the best pair. Whatever is likelier with the instruments that belong to it stands.
+
+use cdpr::effect::EffectSpec;
+
+use crate::filter::estimate::FitError;
+use crate::strategy::entrance::{Answer, Source};
+use crate::strategy::fitted::Fitted;
+use crate::strategy::pair::best_pair;
+use crate::strategy::round::best_alone;
+use crate::strategy::search::{EVIDENCE, ROUNDS, Search};
+
+impl Search<'_> {
+    /// `fitted`, or, where it has a drift, what laws in the place of that explain if that is more; `base` then has the same
+    /// instruments.
+    pub(crate) fn instead_of_drift(&mut self, base: &mut Fitted, fitted: Fitted) -> Result<Fitted, FitError> {
+        if !fitted.train.randomness.drifts() {
+            return Ok(fitted);
+        }
+        (self.progress)("weighing laws against a drift", 0.5);
+        let Some(steady) = self.steady(&fitted)? else { return Ok(fitted) };
+        let signatures = self.signatures(&steady, Source::Catalogue);
+        let (fit, trials) = (&steady.train, &self.evidence.train);
+        let laws =
+            [best_alone(fit, trials, &signatures, self.penalty), best_pair(fit, trials, &signatures, self.penalty)];
+        let instruments = self.instruments.clone();
+        let mut best: Option<(Fitted, Vec<Vec<EffectSpec>>)> = None;
+        for (effects, rivals) in laws.into_iter().flatten() {
+            let mut model = steady.train.model.clone();
+            model.effects.extend(effects.clone());
+            let next = self.fit(&model, &steady, ROUNDS);
+            let Some(next) = self.journal.tried(&effects[0], "in the place of a drift", next) else { continue };
+            let next = self.with_instruments_anew(&next)?.unwrap_or(next);
+            if best.as_ref().is_none_or(|(best, _)| next.score < best.score) {
+                best = Some((next, rivals));
+            }
+        }
+        let Some((next, rivals)) = best else { return Ok(fitted) };
+        if next.score >= fitted.score - EVIDENCE || !self.likelier(&fitted, &next) {
+            return Ok(fitted);
+        }
+        let next = self.counted(next);
+        if self.enter(&fitted, &next, rivals, Source::Catalogue, "in the place of a drift")? != Answer::Enters {
+            self.instruments = instruments;
+            return Ok(fitted);
+        }
+        if let Some(without) = self.steady(base)? {
+            *base = without;
+        }
+        self.rounds(base, next)
+    }
+
+    /// A fit with instruments that forget.
+    fn steady(&mut self, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+        let Some(plain) = self.with_plain_instruments(fitted)? else { return Ok(None) };
+        let steady = self.with_forgetful_instruments(&plain)?;
+        Ok(Some(steady.unwrap_or(plain)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::model_file::Model;
+
+    use super::*;
+    use crate::data::Trial;
+    use crate::data::recording::record;
+    use crate::filter::estimate::noise_of_data;
+    use crate::model::randomness::Memory;
+    use crate::strategy::fitted::Evidence;
+
+    /// Ids that stand where `hidden` acts, x wanders by so much (m), and all unstretched lengths were said to drift.
+    fn in_the_place_of_a_drift(hidden: &[EffectSpec], wander: f64) -> Vec<String> {
+        let recorded = |seed: u64| -> Trial {
+            let mut trial = record(hidden, 40.0, seed);
+            let last = trial.time[trial.len() - 1];
+            for (row, time) in trial.measured.iter_mut().zip(&trial.time) {
+                row[0] += wander * (std::f64::consts::TAU * time / last + seed as f64).sin();
+            }
+            trial
+        };
+        let (train, holdout) = (vec![recorded(51), recorded(52)], vec![recorded(53)]);
+        let noise = noise_of_data(&train);
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let mut search = Search::new(&evidence, 0, &|_, _| {});
+        let mut base = search.base(&Model::default()).expect("a fit");
+        let channels = if wander > 0.0 { 0..1 } else { 7..11 };
+        let drift = |channel| Memory { channel, deviation: 0.06, time: 40.0, drift: true };
+        let mut train = base.train.clone();
+        train.randomness =
+            channels.map(drift).fold(train.randomness.without_latents(), |all, one| all.with_memory(one));
+        train.smooth(&evidence.train).expect("a trajectory");
+        search.instruments = Some(train.randomness.without_latents());
+        let fitted = search.finish(train, base.holdout.clone(), None);
+        let fitted = search.instead_of_drift(&mut base, fitted).expect("a search");
+        fitted.train.model.effects.into_iter().map(|effect| effect.id).collect()
+    }
+
+    /// All lengths were said to drift, and nothing to be missing.
+    #[test]
+    fn two_laws_that_a_drift_stood_for_are_found() {
+        let gain = EffectSpec::new("winch_force_gain", Some(1), &[0.01]).expect("an effect");
+        let drag = EffectSpec::new("platform_linear_drag", None, &[60.0]).expect("an effect");
+        let mut found = in_the_place_of_a_drift(&[gain, drag], 0.0);
+        found.sort();
+        assert_eq!(found, ["platform_linear_drag", "winch_force_gain"]);
+    }
+
+    #[test]
+    fn a_pose_that_wanders_is_no_law() {
+        assert_eq!(in_the_place_of_a_drift(&[], 0.05), Vec::<String>::new());
+    }
+}

@@ -1,0 +1,149 @@
+use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
+
+use super::locate::vertex;
+use super::*;
+use crate::data::recording::{fitted, record};
+use crate::filter::estimate::noise_of_data;
+use crate::hypothesis::extension::count_times;
+use crate::strategy::entrance::Source;
+use crate::strategy::fitted::Evidence;
+use crate::weigh::regression::ladder;
+
+fn effect(id: &str, cable: Option<usize>, values: &[f64]) -> EffectSpec {
+    EffectSpec::new(id, cable, values).expect("an effect")
+}
+
+fn during(effect: &EffectSpec, from: Option<f64>, until: Option<f64>) -> EffectSpec {
+    effect.clone().during(from, until).expect("an effect that can begin and end")
+}
+
+/// Errors of the times at which an effect begins and ends.
+type Times = [Option<f64>; 2];
+
+/// The effects found in the place of `standing`, which is always at work, where `hidden` ones act; and the errors of
+/// their times.
+fn course_of(standing: &EffectSpec, hidden: &[EffectSpec]) -> Option<(Vec<EffectSpec>, Vec<Times>)> {
+    let (train, holdout) = (vec![record(hidden, 60.0, 31)], vec![record(hidden, 50.0, 32)]);
+    let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
+    let evidence = Evidence { train, holdout, noise, instruments: None };
+    let mut search = Search::new(&evidence, 0, &|_, _| {});
+    let base = search.base(&Model::default()).expect("a fit");
+    let model = Model { effects: vec![standing.clone()], ..Model::default() };
+    let always = search.fit(&model, &base, ROUNDS).expect("a fit");
+    let found = search.in_time(&always, 0).expect("a look")?;
+    let errors = time_errors(&found.train, &evidence.train, 0).expect("errors");
+    Some((found.train.model.effects.clone(), errors))
+}
+
+#[test]
+fn a_wind_that_rises_is_found_with_the_time_at_which_it_does() {
+    let wind = effect("steady_wind", None, &[40.0, -25.0, 0.0]);
+    let (found, errors) = course_of(&wind, &[during(&wind, Some(31.37), None)]).expect("a course");
+    let [one] = &found[..] else { panic!("{found:?}") };
+    let (from, error) = (one.from.expect("it begins"), errors[0][0].expect("an error"));
+    assert!((from - 31.37).abs() < 3.0 * error && error < 0.5, "{from} {error}");
+    assert!(one.until.is_none() && (one.values[0] - 40.0).abs() < 2.0, "{one:?}");
+}
+
+#[test]
+fn a_gain_that_is_there_for_a_while_is_found_with_both_times() {
+    let gain = effect("winch_force_gain", Some(2), &[0.01]);
+    let (found, errors) = course_of(&gain, &[during(&gain, Some(18.2), Some(40.6))]).expect("a course");
+    let [one] = &found[..] else { panic!("{found:?}") };
+    for (time, truth, error) in [(one.from, 18.2, errors[0][0]), (one.until, 40.6, errors[0][1])] {
+        let (time, error) = (time.expect("a time"), error.expect("an error"));
+        assert!((time - truth).abs() < 3.0 * error && error < 0.5, "{time} of {truth}, {error}");
+    }
+}
+
+#[test]
+fn a_size_that_changes_makes_two_entries_that_follow_one_another() {
+    let drag = |size| effect("platform_linear_drag", None, &[size]);
+    let hidden = [during(&drag(60.0), None, Some(28.0)), during(&drag(240.0), Some(28.0), None)];
+    let (found, _) = course_of(&drag(100.0), &hidden).expect("a course");
+    let [before, after] = &found[..] else { panic!("{found:?}") };
+    assert_eq!((before.from, before.until, after.until), (None, after.from, None));
+    assert!((before.until.expect("an end") - 28.0).abs() < 0.5, "{before:?}");
+    assert!((before.values[0] - 60.0).abs() < 6.0 && (after.values[0] - 240.0).abs() < 6.0, "{found:?}");
+}
+
+#[test]
+fn what_is_always_there_gets_no_times() {
+    let drag = effect("platform_linear_drag", None, &[120.0]);
+    assert_eq!(course_of(&drag, std::slice::from_ref(&drag)), None);
+}
+
+/// A bias of a few seconds in a minute explains nothing as a bias that is always there.
+#[test]
+fn a_candidate_is_weighed_in_a_part_of_the_time() {
+    let bias = during(&effect("winch_force_bias", Some(2), &[150.0]), Some(24.0), Some(30.0));
+    let (train, holdout) =
+        (vec![record(std::slice::from_ref(&bias), 60.0, 33)], vec![record(std::slice::from_ref(&bias), 50.0, 34)]);
+    let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
+    let evidence = Evidence { train, holdout, noise, instruments: None };
+    let mut search = Search::new(&evidence, 0, &|_, _| {});
+    let base = search.base(&Model::default()).expect("a fit");
+    let signatures = search.signatures(&base, Source::Catalogue);
+    let sizes = ladder(&base.train.randomness);
+    let levels = crate::weigh::regression::levels(&base.train, &evidence.train, &signatures, &sizes);
+    let ranked = crate::weigh::regression::rank(&signatures.library, &levels, search.penalty);
+    let proposed = search.weighed_in_time(&base.train, &signatures.library, &ranked);
+    let (score, best) = &proposed[0];
+    assert_eq!(best.cable, Some(2), "{best:?}");
+    assert!((best.from.expect("it begins") - 24.0).abs() < 2.0, "{best:?}");
+    assert!((best.until.expect("it ends") - 30.0).abs() < 2.0, "{best:?}");
+    assert!(*score < base.score - EVIDENCE);
+}
+
+#[test]
+fn a_profile_has_its_minimum_between_its_points() {
+    let parabola = |time: f64| (time, 3.0 + ((time - 10.3) / 0.8).powi(2));
+    let values: Vec<(f64, f64)> = (0..40).map(|k| parabola(6.0 + 0.25 * f64::from(k))).collect();
+    let best = (0..values.len()).min_by(|a, b| values[*a].1.total_cmp(&values[*b].1)).expect("points");
+    let (time, error) = vertex(&values, best, 1.0);
+    assert!((time - 10.3).abs() < 1e-9, "{time}");
+    assert!((error.expect("an error") - 0.8).abs() < 0.05, "{error:?}");
+    // It does not rise to one side.
+    let (_, one_sided) = vertex(&values[..best + 1], best, 1.0);
+    assert!((one_sided.expect("an error") - 0.8).abs() < 0.2, "{one_sided:?}");
+    assert_eq!(vertex(&values[best - 1..best + 2], 1, 1.0).1, None);
+}
+
+#[test]
+fn one_time_of_change_is_counted_once() {
+    let drag = effect("platform_linear_drag", None, &[100.0]);
+    let entries = [during(&drag, None, Some(20.0)), during(&drag, Some(20.0), Some(30.0)), drag.clone()];
+    assert_eq!(count_times(&entries[..1]), 1);
+    assert_eq!(count_times(&entries), 2);
+    assert_eq!(count_times(&[]), 0);
+    let model = Model { effects: entries.to_vec(), ..Model::default() };
+    assert_eq!(switched(&model, 0), [vec![0, 1]]);
+}
+
+/// What is cut and put together again is whole.
+#[test]
+fn segments_add_up_to_the_whole() {
+    let trials = [record(&[], 30.0, 35)];
+    let fit = fitted(&[], &trials);
+    let wind = effect("steady_wind", None, &[10.0, 0.0, 0.0]);
+    let [one, ten] =
+        [1, 10].map(|count| Segments::of(&fit, &trials, &wind, segments::even(&trials, count)).along(&[(0, count)]));
+    let (one, ten) = (one.expect("a course"), ten.expect("a course"));
+    assert!((one.value - ten.value).abs() < 1e-6 * one.value.abs() && (one.sizes[0][0] - ten.sizes[0][0]).abs() < 1e-6);
+    assert_eq!(Kind::Between.courses(4), [vec![(1, 2)], vec![(1, 3)], vec![(2, 3)]]);
+}
+
+/// An anchor that slips shows at one instant and is followed by forces at random before and after.
+#[test]
+fn what_is_sudden_is_an_edge() {
+    let slip = during(&effect("anchor_offset", Some(1), &[0.08, -0.05]), Some(17.31), None);
+    let [quiet, slipped] = [vec![], vec![slip]].map(|effects| {
+        let trials = [record(&effects, 30.0, 36), record(&effects, 30.0, 37)];
+        let fit = fitted(&[], &trials);
+        (segments::even(&trials, 10), segments::edges(&fit, &trials, 10))
+    });
+    assert_eq!(quiet.0, quiet.1);
+    let nearest = slipped.1.iter().map(|edge| (edge - 17.31).abs()).fold(f64::INFINITY, f64::min);
+    assert!(nearest <= 2.0 * record(&[], 1.0, 36).interval(), "{:?}", slipped.1);
+}

@@ -1,0 +1,208 @@
+//! Two effects at once: the pair of candidates that together explain the innovations best.
+//!
+//! One effect after the other is misled where two are missing: the first one found may be neither, but what does some of
+//! both. Where the first effect leaves a gap, or none was taken, all pairs of the best candidates are therefore weighed
+//! together, on the signatures along the model as given. If the best pair leaves nothing to the latent forces, it is fitted
+//! in full, and taken if nothing is left to explain.
+
+use cdpr::effect::EffectSpec;
+use rayon::prelude::*;
+
+use crate::data::Trial;
+use crate::filter::estimate::{Fit, FitError};
+use crate::hypothesis::candidates::{Candidate, Library};
+use crate::hypothesis::extension::is_friction_law;
+use crate::hypothesis::stream::normals;
+use crate::strategy::entrance::{Answer, Source};
+use crate::strategy::fitted::Fitted;
+use crate::strategy::round::{MOST_RIVALS, Proposed, Signatures, effect_of, is_rival};
+use crate::strategy::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search};
+use crate::weigh::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
+
+/// Candidates of which pairs are formed.
+const PAIRED: usize = 30;
+
+/// Two candidates, solved together.
+struct Pair {
+    members: [Scored; 2],
+    score: f64,
+}
+
+impl Search<'_> {
+    /// The best pair of effects from `base` on, if it explains all that what was `found` does not; in place of that.
+    pub(crate) fn pair(
+        &mut self,
+        base: &Fitted,
+        signatures: &Signatures,
+        found: &Fitted,
+    ) -> Result<Option<Fitted>, FitError> {
+        (self.progress)("weighing pairs", 0.25);
+        let (fit, trials) = (&base.train, &self.evidence.train);
+        let Some((pair, rivals)) = best_pair(fit, trials, signatures, self.penalty) else { return Ok(None) };
+        let beside = |other: &EffectSpec| format!("as one of a pair with {}", other.id);
+        let mut model = fit.model.clone();
+        model.effects.extend(pair.clone());
+        let trained = self.train(&model, fit, trials, ROUNDS, None);
+        let Some(trained) = self.journal.tried(&pair[0], &beside(&pair[1]), trained) else { return Ok(None) };
+        if trained.score >= found.score - EVIDENCE {
+            return Ok(None);
+        }
+        let next = self.verified(trained, base);
+        let Some(next) = self.journal.tried(&pair[0], &beside(&pair[1]), next) else { return Ok(None) };
+        if next.gap[0] > NOTHING_LEFT || !Self::helps(found, &next) {
+            return Ok(None);
+        }
+        let alone = std::mem::take(&mut self.taken);
+        if self.enter(base, &next, rivals, Source::Catalogue, "as one of a pair")? == Answer::Enters {
+            return Ok(Some(next));
+        }
+        self.taken = alone;
+        Ok(None)
+    }
+}
+
+/// The best pair of candidates along a fit, each with its rivals, if it leaves nothing to the latent forces: else it only does
+/// some of what is missing.
+pub(crate) fn best_pair(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty) -> Option<Proposed> {
+    let library = &signatures.library;
+    let pairs = weigh_pairs(fit, trials, signatures, penalty);
+    let best = pairs.first().filter(|pair| !ladder(&fit.randomness)[pair.members[0].level].has_latents())?;
+    let effects = best.members.iter().map(|member| effect_of(library, member)).collect::<Option<_>>()?;
+    Some((effects, (0..2).map(|k| rivals(library, &pairs, k)).collect()))
+}
+
+/// All pairs of the best candidates, the best first.
+fn weigh_pairs(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty) -> Vec<Pair> {
+    let library = &signatures.library;
+    let sizes = ladder(&fit.randomness);
+    let ranked = rank(library, &levels(fit, trials, signatures, &sizes[..1]), Penalty::NONE);
+    // Of each effect on each cable the best variant.
+    let mut best: Vec<usize> = Vec::new();
+    for scored in ranked {
+        let candidate = &library.candidates[scored.candidate];
+        let same = |at: &usize| {
+            let other = &library.candidates[*at];
+            (other.id, other.cable) == (candidate.id, candidate.cable)
+        };
+        if best.len() < PAIRED && !best.iter().any(same) {
+            best.push(scored.candidate);
+        }
+    }
+    let mut columns: Vec<usize> = best.iter().flat_map(|c| library.candidates[*c].columns.clone()).collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let reduced = library.of_columns(&columns);
+    let joint = normals(fit, trials, (&reduced.variations, &reduced.columns), &sizes, None);
+    let joint: Vec<Level> = joint.into_iter().map(|normal| Level { normal }).collect();
+    let place = |c: &usize| columns.binary_search(c).unwrap_or_default();
+    let all: Vec<(usize, usize)> = (0..best.len()).flat_map(|b| (0..b).map(move |a| (a, b))).collect();
+    let mut pairs: Vec<Pair> = all
+        .into_par_iter()
+        .filter_map(|(a, b)| {
+            let members = [best[a], best[b]];
+            let [one, other] = members.map(|at| &library.candidates[at]);
+            if exclude_each_other(one, other) {
+                return None;
+            }
+            let own: Vec<usize> = one.columns.iter().chain(&other.columns).map(place).collect();
+            solved(&joint, &own, members, [one, other], penalty)
+        })
+        .collect();
+    pairs.sort_by(|a, b| a.score.total_cmp(&b.score));
+    pairs
+}
+
+/// A pair at the size of latents at which it does best.
+fn solved(
+    levels: &[Level],
+    own: &[usize],
+    members: [usize; 2],
+    candidates: [&Candidate; 2],
+    penalty: Penalty,
+) -> Option<Pair> {
+    let cost: f64 = candidates.iter().map(|c| penalty.of(c.columns.len() + c.tried)).sum();
+    let cut = candidates[0].columns.len();
+    let mut best: Option<Pair> = None;
+    for (at_level, level) in levels.iter().enumerate() {
+        let Some(solved) = subset(&level.normal, own) else { continue };
+        let score = level.normal.minus_two_log_likelihood - solved.drop + cost;
+        let (first, second) = solved.amplitudes.split_at(cut);
+        let possible = candidates[0].effect(first).is_some() && candidates[1].effect(second).is_some();
+        if possible && best.as_ref().is_none_or(|b| score < b.score) {
+            let member = |k: usize, amplitudes: &[f64]| Scored {
+                candidate: members[k],
+                score,
+                amplitudes: amplitudes.to_vec(),
+                level: at_level,
+            };
+            best = Some(Pair { members: [member(0, first), member(1, second)], score });
+        }
+    }
+    best
+}
+
+/// Whether two candidates say the same of the same place: an effect on a cable and on all, two laws of friction.
+fn exclude_each_other(a: &Candidate, b: &Candidate) -> bool {
+    let together = a.cable.is_none() || b.cable.is_none() || a.cable == b.cable;
+    together && (a.id == b.id || is_friction_law(a.id) && is_friction_law(b.id))
+}
+
+/// What could stand in place of a member of the best pair, beside the other one.
+fn rivals(library: &Library, pairs: &[Pair], member: usize) -> Vec<EffectSpec> {
+    let own = &pairs[0].members[member];
+    let beside = pairs[0].members[1 - member].candidate;
+    let others = pairs.iter().skip(1).filter_map(|pair| {
+        let at = pair.members.iter().position(|m| m.candidate == beside)?;
+        Some((&pair.members[1 - at], pair.score))
+    });
+    // What stands beside the other one and explains least is as good as nothing.
+    let worst = others.clone().map(|(_, score)| score).fold(pairs[0].score, f64::max);
+    let gain = worst - pairs[0].score;
+    let own = &library.candidates[own.candidate];
+    let wanted =
+        others.filter(|(scored, score)| is_rival(own, &library.candidates[scored.candidate], (worst - score) / gain));
+    wanted.filter_map(|(scored, _)| effect_of(library, scored)).take(MOST_RIVALS).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::{fitted, record};
+    use crate::hypothesis::candidates::{Situation, catalogue};
+
+    #[test]
+    fn both_effects_of_a_pair_are_found_with_their_sizes() {
+        let hidden = [
+            EffectSpec::new("winch_force_gain", Some(1), &[0.01]).unwrap(),
+            EffectSpec::new("platform_linear_drag", None, &[60.0]).unwrap(),
+        ];
+        let trials = [record(&hidden, 40.0, 7), record(&hidden, 40.0, 8)];
+        let fit = fitted(&[], &trials);
+        let library = catalogue(&fit.model, &Situation::of(&trials));
+        let signatures = Signatures::new(library);
+        let pairs = weigh_pairs(&fit, &trials, &signatures, Penalty::new(5000));
+        let found = [0, 1].map(|k| effect_of(&signatures.library, &pairs[0].members[k]).unwrap());
+        for effect in &hidden {
+            let same = found.iter().find(|f| (&f.id, f.cable) == (&effect.id, effect.cable));
+            let size = same.map(|f| f.values[0] / effect.values[0]);
+            assert!(size.is_some_and(|size| (size - 1.0).abs() < 0.1), "{found:?}");
+        }
+        // It explains all: at the smallest latent forces.
+        assert_eq!(pairs[0].members[0].level, ladder(&fit.randomness).len() - 1);
+    }
+
+    #[test]
+    fn the_same_place_is_not_explained_twice() {
+        let trials = [record(&[], 20.0, 9)];
+        let library = catalogue(&cdpr::model_file::Model::default(), &Situation::of(&trials));
+        let find = |id: &str, cable: Option<usize>| {
+            library.candidates.iter().find(|c| c.id == id && c.cable == cable).unwrap()
+        };
+        let gain = find("winch_force_gain", Some(1));
+        assert!(exclude_each_other(gain, find("winch_force_gain", None)));
+        assert!(!exclude_each_other(gain, find("winch_force_gain", Some(2))));
+        let friction = find("winch_coulomb_friction", Some(1));
+        assert!(exclude_each_other(friction, find("pulley_capstan_loss", None)));
+        assert!(!exclude_each_other(friction, gain));
+    }
+}

@@ -1,0 +1,343 @@
+//! What a search found, concluded: what each effect does by itself, what is left, and the verdict.
+
+use std::borrow::Cow;
+use std::time::Instant;
+
+use cdpr::effect::{DependsOn, EffectSpec, Place, SpecError};
+
+use crate::filter::estimate::FitError;
+use crate::hypothesis::term;
+use crate::instruments;
+use crate::outcome::{
+    BeforeAfter, Discovery, Estimated, Found, HORIZONS, HorizonGap, Located, Onset, Stability, SurveyError, Verdict,
+    at_rest,
+};
+use crate::report::{channel_words, phrase, printed};
+use crate::strategy::fitted::Fitted;
+use crate::strategy::onset::time_errors;
+use crate::strategy::search::{Search, Taken};
+use crate::verdict::alike::likeness;
+use crate::verdict::by_block::{ByBlock, Column};
+use crate::verdict::stability::stability;
+use crate::verdict::verify;
+use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY};
+use crate::write::{errors, label, place};
+
+/// What is to be said of a search beside what it found.
+pub(crate) struct About {
+    /// What was held out, as a noun phrase.
+    pub(crate) holdout_source: String,
+    pub(crate) outliers: usize,
+    pub(crate) remarks: Vec<String>,
+    pub(crate) begun: Instant,
+}
+
+/// Effects and terms with what is known of each, and the places where they act.
+#[derive(Default)]
+struct Explained {
+    effects: Vec<Found>,
+    terms: Vec<Found>,
+    located: Vec<Located>,
+    /// Of the effects, in their order.
+    facts: Vec<EffectFacts>,
+}
+
+/// The outcome of a search that has settled on `fitted`.
+///
+/// # Errors
+/// Effects whose places or times cannot be told.
+pub(crate) fn conclude(
+    mut search: Search<'_>,
+    base: &Fitted,
+    fitted: Fitted,
+    about: About,
+) -> Result<Discovery, FitError> {
+    (search.progress)("verifying on held-out data", 0.92);
+    let evidence = search.evidence;
+    let About { holdout_source, outliers, mut remarks, begun } = about;
+    let fitted = better_than_given(&mut search, base, fitted);
+    let base = &*as_given(&mut search, base, &fitted)?;
+    let horizons = horizon_gaps(&search, base, &fitted);
+    let by_block = ByBlock::new(&fitted.train, &evidence.train, search.free_from);
+    let standard_errors = by_block.standard_errors(&fitted.train.model);
+    let surveyed = surveyed(&search, &fitted, &standard_errors);
+    let Explained { mut effects, terms, mut located, facts } =
+        explained(&search, base, &fitted, &by_block, &standard_errors)?;
+    let whiteness = verify::whiteness(&fitted.train, &evidence.train, &fitted.train.randomness.noise);
+    let coloured = whiteness
+        .iter()
+        .filter(|w| w.statistic > w.limit)
+        .map(|w| channel_words(&w.channel.name()).replace('\u{a0}', " "))
+        .collect();
+    let facts = Facts {
+        horizons: HorizonFacts::all(&horizons),
+        main: search.reaches.main.horizon,
+        coloured,
+        disturbance: Disturbance::of(&fitted.train, &evidence.train),
+        unrecorded: fitted.train.randomness.expected.map_or(0.0, |expected| expected.unrecorded),
+        effects: facts,
+        terms: terms.len(),
+        chance: search.null_test,
+    };
+    let Judgement { verdict, reasons, named } = verdict::judge(&facts, &POLICY);
+    let phrases: Vec<String> = effects.iter().map(in_words).collect();
+    remarks.extend(reasons.iter().map(|reason| verdict::sentence(reason, &phrases)));
+    let remaining = HORIZONS.map(|h| {
+        let (fit, trials) = (&fitted.holdout, &evidence.holdout);
+        let noise = search.instruments.as_ref().map(|randomness| fit.spread(trials, randomness, h));
+        verdict::remaining(fit, trials, noise.as_ref().unwrap_or(&fitted.train.randomness.noise), h)
+    });
+    let remaining = remaining.to_vec();
+    if verdict == Verdict::PartlyNamed {
+        remarks.push(verdict::left_over(&remaining));
+    }
+    effects.iter_mut().zip(named).for_each(|(found, named)| found.named = named);
+    effects.sort_by(|a: &Found, b: &Found| a.delta_bic.total_cmp(&b.delta_bic));
+    located.sort_by(|a, b| b.share.total_cmp(&a.share));
+    for found in effects.iter().chain(&terms) {
+        remarks.extend(found.stability.as_ref().filter(|s| s.varies()).map(|s| varying(found, s)));
+    }
+    let size = |f: &Fitted| f.train.randomness.force.hypot(f.train.randomness.winch);
+    let arm = base.train.randomness.arm;
+    // Terms are of another library, weighed after it.
+    let last_weighing = search.null_test.filter(|_| terms.is_empty());
+    let delay_errors =
+        standard_errors.iter().filter(|(column, _)| matches!(column, Column::Clock(_))).map(|(_, error)| *error);
+    let instruments =
+        instruments::summary(&fitted.train, &evidence.train, &evidence.noise, &delay_errors.collect::<Vec<_>>());
+    remarks.extend(instruments.remarks());
+    remarks.append(&mut search.remarks);
+    let horizon = search.reaches.main.horizon;
+    let trials = verify::compared(base, &fitted, evidence, horizon, search.instruments.as_ref());
+    let detection_limits = search.detection_limits(&fitted);
+    if at_rest(&detection_limits) {
+        remarks.push(AT_REST.to_owned());
+    }
+    (search.progress)("done", 1.0);
+    let of_survey = surveyed.iter().map(|error| error.effect.values.len()).sum();
+    Ok(Discovery {
+        verdict,
+        base: base.train.model.clone(),
+        criterion: fitted.score + search.penalty.of_parameters(of_survey),
+        survey: surveyed,
+        model: fitted.train.model.clone(),
+        effects,
+        terms,
+        located,
+        horizons,
+        horizon,
+        remaining,
+        holdout_source,
+        whiteness,
+        instruments,
+        remainder_force: BeforeAfter { before: size(base), after: size(&fitted) },
+        remainder_torque: BeforeAfter {
+            before: arm * base.train.randomness.force,
+            after: arm * fitted.train.randomness.force,
+        },
+        trials,
+        null_test: last_weighing,
+        candidates: search.tried.len(),
+        outliers,
+        journal: search.journal.into_entries(),
+        detection_limits,
+        remarks,
+        seconds: begun.elapsed().as_secs_f64(),
+    })
+}
+
+/// What was found, or the model as given where that is as good over every horizon of held-out data.
+fn better_than_given(search: &mut Search<'_>, base: &Fitted, fitted: Fitted) -> Fitted {
+    let likelier = search.likelier(base, &fitted);
+    let horizons = HorizonFacts::all(&horizon_gaps(search, base, &fitted));
+    if search.taken.is_empty() || verdict::beats(&horizons, likelier, &POLICY) {
+        return fitted;
+    }
+    search.give_up(&fitted, "what was found does not beat the model as given on held-out data over every horizon");
+    search.count_gaps_by(&base.train);
+    base.clone()
+}
+
+/// What is reported as the model as given: beside the instruments of what was found, for its own may have stood for that.
+fn as_given<'a>(search: &mut Search<'_>, base: &'a Fitted, fitted: &Fitted) -> Result<Cow<'a, Fitted>, FitError> {
+    let plain = |fitted: &Fitted| instruments::parameters(&fitted.train.randomness) == 0;
+    if search.taken.is_empty() || plain(base) && plain(fitted) {
+        return Ok(Cow::Borrowed(base));
+    }
+    let beside = search.beside_those_of(fitted, base);
+    let beside = search
+        .or_remark("Beside the instruments of what was found the model as given does not go with the data", beside)?;
+    Ok(beside.map_or(Cow::Borrowed(base), Cow::Owned))
+}
+
+/// Gaps of two models over the horizons that are reported.
+fn horizon_gaps(search: &Search<'_>, base: &Fitted, fitted: &Fitted) -> Vec<HorizonGap> {
+    verify::horizon_gaps(base, fitted, search.evidence, &search.reaches.reported(), search.instruments.as_ref())
+}
+
+/// The errors of the survey that were found together with the laws.
+fn surveyed(search: &Search<'_>, fitted: &Fitted, standard_errors: &[(Column, f64)]) -> Vec<SurveyError> {
+    let one = |at: usize| {
+        let effect = fitted.train.model.effects[at].clone();
+        SurveyError { standard_error: errors_of(standard_errors, &effect, at), effect }
+    };
+    (search.free_from..search.given).map(one).collect()
+}
+
+/// What is known of each effect that was found.
+fn explained(
+    search: &Search<'_>,
+    base: &Fitted,
+    fitted: &Fitted,
+    by_block: &ByBlock,
+    standard_errors: &[(Column, f64)],
+) -> Result<Explained, FitError> {
+    let (given, trials) = (search.given, &search.evidence.train);
+    let model = &fitted.train.model;
+    let unknown = |e: SpecError| FitError::Model(e.to_string());
+    let times = time_errors(&fitted.train, trials, given)?;
+    let mut stability = stability(&fitted.train, by_block, given);
+    let total: f64 = search.taken.iter().map(|t| t.delta_bic.abs()).sum();
+    let mut out = Explained::default();
+    for (k, taken) in search.taken.iter().enumerate() {
+        let effect = &model.effects[given + k];
+        let without = without(search, base, fitted, k);
+        let without = without.as_deref();
+        let depends_on = effect.depends_on().map_err(unknown)?;
+        let one_by_one = |place: &Place| place.one_by_one(model.parameters.cables());
+        let places: Vec<Place> = effect.places().map_err(unknown)?.iter().flat_map(one_by_one).collect();
+        let when = without.map(|without| verify::when(&fitted.train, &without.train, trials)).unwrap_or_default();
+        let share = taken.delta_bic.abs() / total.max(1e-9) / places.len() as f64;
+        for place in &places {
+            add_place(&mut out.located, place, share, &when, &depends_on);
+        }
+        let mut alternatives = taken.alternatives.clone();
+        if let Some(without) = without {
+            let others: Vec<EffectSpec> = alternatives.iter().map(|a| a.effect.clone()).collect();
+            let alike = likeness(&without.train, &fitted.train.randomness, trials, effect, &others);
+            for (alternative, correlation) in alternatives.iter_mut().zip(alike) {
+                alternative.correlation = correlation;
+            }
+        }
+        let found = Found {
+            standard_error: errors_of(standard_errors, effect, given + k),
+            named: false,
+            delta_bic: taken.delta_bic,
+            holdout_gap_without: without.map(|without| without.gap[0] * search.reaches.main.attainable),
+            alternatives,
+            null_test: taken.null_test,
+            stability: stability[k].take(),
+            onset: onset(effect, times[k]),
+            effect: effect.clone(),
+        };
+        if effect.id == "expression" {
+            out.terms.push(found);
+        } else {
+            // Without what cannot be done without, nothing would be explained.
+            let share = without.map_or(1.0, |without| fitted.takes_away(without));
+            out.facts.push(EffectFacts::of(&found, share, &POLICY));
+            out.effects.push(found);
+        }
+    }
+    Ok(out)
+}
+
+/// The model with everything that was found but the effect that was taken up as number `k`; none where that cannot be fitted.
+fn without<'a>(search: &'a Search<'_>, base: &'a Fitted, fitted: &Fitted, k: usize) -> Option<Cow<'a, Fitted>> {
+    let Taken { without, .. } = &search.taken[k];
+    let known = without.as_deref().or((search.taken.len() == 1 && search.given == 0).then_some(base));
+    if let Some(known) = known {
+        return Some(Cow::Borrowed(known));
+    }
+    let mut model = fitted.train.model.clone();
+    let effect = model.effects.remove(search.given + k);
+    let without = search.fit_without(&model, fitted, 1);
+    search.journal.tried(&effect, "what the others do without it", without).map(Cow::Owned)
+}
+
+/// What is said where the data are of a machine at rest.
+const AT_REST: &str = "The machine hardly moves in these recordings: they show no friction and no drag of any size that it may \
+                       have, so they neither find such a law nor clear the machine of it. Record it moving.";
+
+/// When an effect begins and ends, with the standard errors of that.
+fn onset(effect: &EffectSpec, [from, until]: [Option<f64>; 2]) -> Onset {
+    let estimated = |time: Option<f64>, standard_error| Some(Estimated { value: time?, standard_error });
+    Onset { from: estimated(effect.from, from), until: estimated(effect.until, until) }
+}
+
+/// An effect and its place.
+fn in_words(found: &Found) -> String {
+    phrase(&label(&found.effect), &place(&found.effect)).replace('\u{a0}', " ")
+}
+
+/// That an effect is not the same throughout.
+fn varying(found: &Found, stability: &Stability) -> String {
+    let what = match &found.effect.expression {
+        Some(expression) => format!("term {}", printed(expression, &errors(found))),
+        None => in_words(found),
+    };
+    format!(
+        "The {what} is not the same throughout: its size differs from block to block by {:.0} % beyond its error. The law is not \
+         quite this one, or something changed during the recordings.",
+        100.0 * stability.spread
+    )
+}
+
+fn errors_of(errors: &[(Column, f64)], effect: &EffectSpec, at: usize) -> Vec<Option<f64>> {
+    let mut out = vec![None; term::values(effect).len()];
+    for (column, error) in errors {
+        if let Column::Parameter(free) = column
+            && free.effect == at
+            && error.is_finite()
+        {
+            out[free.parameter] = Some(*error);
+        }
+    }
+    out
+}
+
+fn add_place(
+    located: &mut Vec<Located>,
+    place: &Place,
+    share: f64,
+    when: &[(usize, f64, f64)],
+    depends_on: &[DependsOn],
+) {
+    if let Some(known) = located.iter_mut().find(|l| l.place == *place) {
+        known.share += share;
+        known.when = joined(&known.when, when);
+        known.depends_on.extend(depends_on.iter().filter(|on| !known.depends_on.contains(on)).collect::<Vec<_>>());
+        return;
+    }
+    located.push(Located { place: place.clone(), share, when: when.to_vec(), depends_on: depends_on.to_vec() });
+}
+
+/// The stretches `(trial, start, end)` of both lists, in order, those that meet or overlap as one.
+fn joined(one: &[(usize, f64, f64)], other: &[(usize, f64, f64)]) -> Vec<(usize, f64, f64)> {
+    let mut all = [one, other].concat();
+    all.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let mut out: Vec<(usize, f64, f64)> = Vec::new();
+    for (trial, start, end) in all {
+        match out.last_mut() {
+            Some(last) if last.0 == trial && start <= last.2 => last.2 = last.2.max(end),
+            _ => out.push((trial, start, end)),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_effects_at_one_place_show_whenever_either_does() {
+        let mut located = Vec::new();
+        let place = Place::Winch(Some(2));
+        add_place(&mut located, &place, 0.5, &[(0, 10.0, 20.0), (1, 0.0, 4.0)], &[DependsOn::Speed]);
+        add_place(&mut located, &place, 0.25, &[(0, 2.0, 4.0), (0, 18.0, 30.0)], &[DependsOn::Speed, DependsOn::Time]);
+        let [one] = &located[..] else { panic!("{located:?}") };
+        assert_eq!(one.when, [(0, 2.0, 4.0), (0, 10.0, 30.0), (1, 0.0, 4.0)]);
+        assert_eq!((one.share, &one.depends_on[..]), (0.75, &[DependsOn::Speed, DependsOn::Time][..]));
+    }
+}

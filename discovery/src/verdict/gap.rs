@@ -1,0 +1,261 @@
+//! The gap: how far the simulation is from the measurements when it runs free for a while.
+
+use rayon::prelude::*;
+
+use crate::data::{Channel, Trial};
+use crate::filter::estimate::{Fit, for_trial};
+use crate::filter::kalman::{Keep, filter};
+use crate::model::delayed::earlier;
+
+/// Free-running predictions of one trial.
+pub(crate) struct Prediction {
+    /// Predicted channels, a row a sample; `NAN` before the first restart.
+    pub(crate) shown: Vec<Vec<f64>>,
+    /// Samples at which the simulation restarts.
+    pub(crate) restarts: Vec<usize>,
+    /// What stretches without a sample inside predict of the sample at their end.
+    ends: Vec<(usize, Vec<f64>)>,
+}
+
+impl Prediction {
+    /// Whether the simulation restarts at sample `k`.
+    pub(crate) fn is_restart(&self, k: usize) -> bool {
+        self.restarts.binary_search(&k).is_ok()
+    }
+}
+
+/// Samples of `trial` at which a free run over `horizon` (s) begins anew: the first after one horizon, at most a fifth of
+/// the trial, so that there is a window before it.
+pub(crate) fn restarts(trial: &Trial, horizon: f64) -> Vec<usize> {
+    let start = trial.time[0];
+    let duration = trial.time[trial.len() - 1] - start;
+    let mut next = start + horizon.min(0.2 * duration);
+    let mut out = Vec::new();
+    for (k, time) in trial.time.iter().enumerate() {
+        if *time >= next {
+            out.push(k);
+            while next <= *time {
+                next += horizon;
+            }
+        }
+    }
+    out
+}
+
+/// Simulates every trial freely over `horizon` (s) at a time, from the state that the filter has by then, at the samples
+/// of [`restarts`]. A stretch takes at least one sampling interval. What the filter knows by then of noise with memory and of
+/// drift is shown as well, fading as it does: it is as much a part of what is measured next as the state.
+pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
+    let linear = fit.linear(trials);
+    (0..trials.len())
+        .into_par_iter()
+        .map(|t| {
+            let trial = &trials[t];
+            let randomness = for_trial(&fit.randomness, trial);
+            let filtered = filter(&linear[t], &randomness, Keep::Innovations);
+            let m = trial.channels.len();
+            let remembered = randomness.shown_by_channel(m);
+            let mut memory = vec![0.0; randomness.memory.len()];
+            let remember = |shown: &mut [f64], memory: &[f64]| {
+                for (value, processes) in shown.iter_mut().zip(&remembered) {
+                    *value += processes.clone().map(|process| memory[process - randomness.latents]).sum::<f64>();
+                }
+            };
+            let (shown, restarts) = (vec![vec![f64::NAN; m]; trial.len()], restarts(trial, horizon));
+            let mut out = Prediction { shown, restarts, ends: Vec::new() };
+            let mut next_restart = out.restarts.clone().into_iter().peekable();
+            let mut simulation = fit.examined.simulation(trial, 0, fit.trajectories[t].states(0));
+            let mut running = false;
+            let mut shown = Vec::new();
+            for k in 0..trial.len() {
+                simulation.set_inputs(trial.inputs[k]);
+                if next_restart.next_if_eq(&k).is_some() {
+                    if running && out.is_restart(k.wrapping_sub(1)) {
+                        fit.examined.measure(&simulation, &trial.channels, &mut shown);
+                        remember(&mut shown, &memory);
+                        out.ends.push((k, shown.clone()));
+                    }
+                    let state: Vec<f64> =
+                        fit.trajectories[t].states(k).iter().zip(filtered.updated(k)).map(|(a, b)| a + b).collect();
+                    simulation.set_states(&state);
+                    let known = &filtered.updated(k)[fit.examined.states() + randomness.latents..];
+                    memory.copy_from_slice(&known[..randomness.memory.len()]);
+                    running = true;
+                }
+                if running {
+                    fit.examined.measure(&simulation, &trial.channels, &mut shown);
+                    remember(&mut shown, &memory);
+                    out.shown[k].copy_from_slice(&shown);
+                } else {
+                    simulation.nudge_states(fit.trajectories[t].states(k));
+                }
+                if k + 1 < trial.len() {
+                    let interval = trial.time[k + 1] - trial.time[k];
+                    let processes = randomness.latents..;
+                    memory.iter_mut().zip(processes).for_each(|(m, at)| *m *= randomness.decay(at, interval));
+                }
+                if k + 1 < trial.len() && simulation.advance(trial.time[k + 1] - trial.time[k]).is_err() {
+                    running = false;
+                    simulation = fit.examined.simulation(trial, k + 1, fit.trajectories[t].states(k + 1));
+                }
+            }
+            for (j, (clock, channel)) in randomness.late.iter().zip(&trial.channels).enumerate() {
+                let late = clock + fit.examined.late(*channel);
+                if late != 0.0 {
+                    out.delay(&trial.time, j, late);
+                }
+            }
+            out
+        })
+        .collect()
+}
+
+impl Prediction {
+    /// Lets channel `j` show what was a while ago, in each stretch by itself.
+    fn delay(&mut self, time: &[f64], j: usize, late: f64) {
+        let ends = self.restarts.iter().skip(1).copied().chain([time.len()]);
+        let stretches: Vec<(usize, usize)> = self.restarts.iter().copied().zip(ends).collect();
+        for (first, end) in stretches.into_iter().filter(|(first, end)| end - first > 1) {
+            let column: Vec<f64> = self.shown[first..end].iter().map(|row| row[j]).collect();
+            for (row, then) in self.shown[first..end].iter_mut().zip(earlier(&time[first..end], &column, late)) {
+                row[j] = then;
+            }
+        }
+    }
+}
+
+/// Sums of squares of (simulated - measured)/σ.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct GapSum {
+    /// With their count, by channel of [`Channel::all`].
+    channels: Vec<(f64, usize)>,
+    /// By free run.
+    runs: Vec<f64>,
+}
+
+/// The gap of predictions.
+pub(crate) fn gap(trials: &[Trial], predictions: &[Prediction], noise: &[f64]) -> GapSum {
+    let all = Channel::all(trials.first().map_or(0, Trial::cables));
+    let mut sums = vec![(0.0, 0); all.len()];
+    let mut runs = Vec::new();
+    for (trial, prediction) in trials.iter().zip(predictions) {
+        let index: Vec<usize> = trial.channels.iter().map(|c| all.iter().position(|a| a == c).unwrap_or(0)).collect();
+        // The sample of a restart has been used for the state; it is no prediction of its own stretch.
+        let first = runs.len();
+        runs.resize(first + prediction.restarts.len(), 0.0);
+        let inside = (0..trial.len()).filter(|k| !prediction.is_restart(*k));
+        let predicted = inside.map(|k| (k, &prediction.shown[k]));
+        for (k, shown) in predicted.chain(prediction.ends.iter().map(|(k, shown)| (*k, shown))) {
+            // Before the first nothing is predicted.
+            let Some(run) = prediction.restarts.partition_point(|restart| *restart < k).checked_sub(1) else {
+                continue;
+            };
+            for (j, at) in index.iter().enumerate() {
+                let e = (shown[j] - trial.measured[k][j]) / noise[*at];
+                if e.is_finite() {
+                    sums[*at].0 += e * e;
+                    sums[*at].1 += 1;
+                    runs[first + run] += e * e;
+                }
+            }
+        }
+    }
+    GapSum { channels: sums, runs }
+}
+
+impl GapSum {
+    /// Root mean square over all samples and channels.
+    pub(crate) fn total(&self) -> f64 {
+        let (sum, count) = self.channels.iter().fold((0.0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+        (sum / count.max(1) as f64).sqrt()
+    }
+
+    /// Root mean square of one channel.
+    pub(crate) fn channel(&self, at: usize) -> Option<f64> {
+        let (sum, count) = self.channels[at];
+        (count > 0).then(|| (sum / count as f64).sqrt())
+    }
+
+    /// Standard error of the change of the squared gap from `before`, as a share of that, by how it differs from one free run to
+    /// the next; zero where there is one only.
+    pub(crate) fn scatter(&self, before: &Self) -> f64 {
+        let changes: Vec<f64> = self.runs.iter().zip(&before.runs).map(|(after, before)| after - before).collect();
+        let count = changes.len() as f64;
+        if count < 2.0 {
+            return 0.0;
+        }
+        let mean = changes.iter().sum::<f64>() / count;
+        let variance = changes.iter().map(|change| (change - mean).powi(2)).sum::<f64>() * count / (count - 1.0);
+        variance.sqrt() / before.runs.iter().sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::{fitted, record};
+    use crate::filter::estimate::noise_of_data;
+    use crate::model::randomness::Memory;
+
+    /// Every sample is a restart then; what is predicted of it is that of the one before.
+    #[test]
+    fn samples_one_horizon_apart_have_a_gap() {
+        let trial = record(&[], 60.0, 8);
+        let every = |by: usize| {
+            let mut slow = trial.clone();
+            let keep = |k: &usize| k.is_multiple_of(by);
+            slow.time = (0..trial.len()).filter(keep).map(|k| trial.time[k]).collect();
+            slow.inputs = (0..trial.len()).filter(keep).map(|k| trial.inputs[k]).collect();
+            slow.measured = (0..trial.len()).filter(keep).map(|k| trial.measured[k].clone()).collect();
+            [slow]
+        };
+        for by in [10, 20] {
+            let trials = every(by);
+            let fit = fitted(&[], &trials);
+            let predictions = predict(&fit, &trials, 1.0);
+            let gap = gap(&trials, &predictions, &noise_of_data(&trials)).total();
+            assert!(gap > 0.1, "{by}: {gap}");
+        }
+    }
+
+    #[test]
+    fn what_differs_from_run_to_run_is_scatter() {
+        let of = |runs: &[f64]| GapSum { channels: vec![(runs.iter().sum(), 10)], runs: runs.to_vec() };
+        let before = of(&[10.0, 10.0, 10.0, 10.0]);
+        // Every run is better by a tenth.
+        assert!(of(&[9.0; 4]).scatter(&before) < 1e-12);
+        // One in four is worse by as much as it was, the others by nothing: a quarter, give or take as much.
+        assert!((of(&[20.0, 10.0, 10.0, 10.0]).scatter(&before) - 0.25).abs() < 1e-12);
+        assert_eq!(of(&[20.0]).scatter(&of(&[10.0])), 0.0);
+    }
+
+    /// The first run ends where the second begins.
+    #[test]
+    fn sums_of_runs_are_those_of_channels() {
+        let trials = [record(&[], 40.0, 8)];
+        let fit = fitted(&[], &trials);
+        for horizon in [0.02, 1.0, 5.0] {
+            let gap = gap(&trials, &predict(&fit, &trials, horizon), &noise_of_data(&trials));
+            let all: f64 = gap.channels.iter().map(|(sum, _)| sum).sum();
+            assert!((gap.runs.iter().sum::<f64>() / all - 1.0).abs() < 1e-9, "{horizon}");
+            assert_eq!(gap.runs.len(), restarts(&trials[0], horizon).len());
+        }
+    }
+
+    /// What a pose that wanders will show in a second is known: as much as it shows now.
+    #[test]
+    fn a_free_run_goes_on_from_the_drift_that_is_known() {
+        let mut trials = [record(&[], 60.0, 8)];
+        let wander = |time: f64| 0.05 * (std::f64::consts::TAU * time / 90.0).cos();
+        for (time, row) in trials[0].time.iter().zip(&mut trials[0].measured) {
+            row[0] += wander(*time);
+        }
+        let mut fit = fitted(&[], &trials);
+        let drift = Memory { channel: 0, deviation: 0.04, time: 60.0, drift: true };
+        fit.randomness = fit.randomness.without_latents().with_memory(drift);
+        fit.smooth(&trials).expect("a fit");
+        let expected = fit.spread(&trials, &fit.randomness, 1.0);
+        let of_x = gap(&trials, &predict(&fit, &trials, 1.0), &expected).channel(0).expect("a gap");
+        assert!(of_x < 1.2, "{of_x}");
+    }
+}

@@ -1,0 +1,403 @@
+//! Parameters of a model's effects, refined by Gauss-Newton on the innovations.
+
+use cdpr::model_file::Model;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::data::Trial;
+use crate::filter::estimate::{Fit, FitError, Look, for_trial};
+use crate::filter::kalman::Randomness;
+use crate::filter::whiten::{Normal, whiten};
+use crate::hypothesis::extension::{in_use, index_of, is_friction, value_of};
+use crate::hypothesis::signature::{Along, Varied, sensitivities};
+use crate::hypothesis::survey::regularise;
+use crate::hypothesis::term;
+use crate::instruments::Clocks;
+use crate::model::examined::Examined;
+use crate::model::sizes::Sizes;
+use crate::weigh::regression::ladder;
+
+/// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
+const SETTLED: f64 = 0.1;
+/// Most moves of a trajectory of friction before its parameters are moved.
+const FIRST_MOVES: usize = 3;
+/// Most further moves of a trajectory that overshoots.
+const MOST_MOVES: usize = 8;
+/// Share of its promise that a proposal must keep to be taken without looking at others.
+const KEPT_PROMISE: f64 = 0.5;
+
+/// A parameter of the model that is estimated: effect index and parameter index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Free {
+    pub(crate) effect: usize,
+    pub(crate) parameter: usize,
+}
+
+/// How certain estimates are by white noise.
+#[derive(Clone, Debug)]
+pub(crate) struct Estimate {
+    /// Wald statistic of each effect: how far its size is from zero, as a chi-square.
+    pub(crate) wald: Vec<f64>,
+}
+
+/// Parameters of the model's effects from index `first` on, without extensions of a law that are left out.
+pub(crate) fn free_parameters(model: &Model, first: usize) -> Vec<Free> {
+    let mut free = Vec::new();
+    for (effect, spec) in model.effects.iter().enumerate().skip(first) {
+        let used = (0..spec.values.len()).filter(|parameter| in_use(spec, *parameter));
+        free.extend(used.map(|parameter| Free { effect, parameter }));
+    }
+    free
+}
+
+/// Step for differences in a parameter.
+pub(crate) fn parameter_step(model: &Model, free: Free) -> f64 {
+    let spec = &model.effects[free.effect];
+    if spec.expression.is_some() {
+        return term::step(spec, free.parameter);
+    }
+    let (typical, unit) = spec
+        .info()
+        .map_or(((0.0, 1.0), ""), |i| (i.parameters[free.parameter].typical, i.parameters[free.parameter].unit));
+    let scale = typical.0.abs().max(typical.1.abs());
+    let scale = if scale > 0.0 { scale } else { 1.0 };
+    // What is typical of a large robot is far too much for a small one.
+    let scale = Sizes::of(&model.parameters).of_unit(unit).map_or(scale, |size| scale.min(size));
+    let step = 1e-3 * spec.values[free.parameter].abs().max(1e-2 * scale);
+    // A drum has turned by the angle l/r, of which a small part must not be a turn.
+    match value_of(spec, "drum_radius") {
+        Some(radius) if index_of(spec, "drum_radius") == Some(free.parameter) => {
+            step.min(1e-2 * radius * radius / Sizes::of(&model.parameters).reach)
+        }
+        _ => step,
+    }
+}
+
+/// Models with each free parameter moved by its step, away from its bounds.
+pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<Varied>> {
+    free.iter()
+        .map(|f| {
+            let step = parameter_step(model, *f);
+            [step, -step].into_iter().find_map(|step| {
+                let mut varied = model.clone();
+                let moved = term::values(&model.effects[f.effect])[f.parameter] + step;
+                varied.effects[f.effect] = term::with_value(&model.effects[f.effect], f.parameter, moved);
+                varied.effects[f.effect].check().ok()?;
+                let effect = varied.effects[f.effect].id.clone();
+                Some(Varied { examined: Examined::new(&varied).ok()?, effect, size: step })
+            })
+        })
+        .collect()
+}
+
+/// The normal equations of the free parameters at one size of the latent disturbances, solved.
+struct Proposal {
+    randomness: Randomness,
+    normal: Normal,
+    step: Vec<f64>,
+    covariance: DMatrix<f64>,
+    /// `-2 log L` that the step would reach if the model were linear in its parameters.
+    promise: f64,
+}
+
+/// Proposals at every size of `sizes`, and the indices of the free parameters that can be varied; the clocks come after them.
+fn proposals(
+    fit: &Fit,
+    trials: &[Trial],
+    free: &[Free],
+    clocks: &Clocks,
+    sizes: &[Randomness],
+) -> (Vec<Proposal>, Vec<usize>) {
+    let varied = varied_models(&fit.model, free);
+    let usable: Vec<usize> = (0..free.len()).filter(|i| varied[*i].is_some()).collect();
+    let varied: Vec<Varied> = varied.into_iter().flatten().collect();
+    let linear = fit.linear(trials);
+    let parts: Vec<Vec<Normal>> = (0..trials.len())
+        .into_par_iter()
+        .map(|t| {
+            let forcing = sensitivities(&Along::new(fit, &linear, trials, t), &varied);
+            let forcing = clocks.beside(forcing, &linear[t], &trials[t]);
+            let whitened = sizes.par_iter().map(|randomness| {
+                let randomness = for_trial(randomness, &trials[t]);
+                whiten(&linear[t], &randomness, &forcing)
+            });
+            whitened.collect()
+        })
+        .collect();
+    let solved = sizes.iter().enumerate().map(|(level, randomness)| {
+        let mut normal = Normal::empty(usable.len() + clocks.count());
+        parts.iter().for_each(|part| normal.add(&part[level]));
+        regularise(&mut normal, &fit.model, usable.iter().map(|at| Some(free[*at])));
+        let (step, covariance) = solve(&normal);
+        let drop: f64 = step.iter().zip(&normal.right).map(|(a, b)| a * b).sum();
+        let promise = normal.minus_two_log_likelihood - drop;
+        Proposal { randomness: randomness.clone(), normal, step, covariance, promise }
+    });
+    (solved.collect(), usable)
+}
+
+/// The `-2 log L` that each of `sizes` would reach if the model were linear in its parameters that are `free` and its clocks.
+pub(crate) fn promises(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -> Vec<f64> {
+    let clocks = Clocks::set(&fit.randomness, trials);
+    let (proposals, _) = proposals(fit, trials, free, &clocks, sizes);
+    proposals.iter().map(|proposal| proposal.promise).collect()
+}
+
+/// Refines the parameters of the effects from `first` on by Gauss-Newton on the innovations.
+///
+/// Parameters and the size of the latent disturbances are chosen together: what the parameters will explain, the latents
+/// need not carry, and only with small latents are the parameters sharp. The delays of clocks that were found late are
+/// among the parameters: set beside a model that lacks an effect, they stand for some of it. Given a `-2 log L` to be
+/// `aimed` at, it ends early where that is out of reach.
+pub(crate) fn refine(
+    fit: &mut Fit,
+    trials: &[Trial],
+    noise: &[f64],
+    first: usize,
+    rounds: usize,
+    aim: Option<f64>,
+) -> Result<Estimate, FitError> {
+    let free = free_parameters(&fit.model, first);
+    refine_free(fit, trials, noise, &free, rounds, aim)
+}
+
+/// The same of the parameters that are `free`.
+pub(crate) fn refine_free(
+    fit: &mut Fit,
+    trials: &[Trial],
+    noise: &[f64],
+    free: &[Free],
+    rounds: usize,
+    aim: Option<f64>,
+) -> Result<Estimate, FitError> {
+    if !fit.has_settled() && fit.model.effects.iter().any(is_friction) {
+        // Else it is no likelihood yet, and better than any to come.
+        fit.settle(trials, FIRST_MOVES)?;
+    }
+    let mut round = 1;
+    loop {
+        let clocks = Clocks::set(&fit.randomness, trials);
+        let (mut proposals, usable) = proposals(fit, trials, free, &clocks, &ladder(&fit.randomness));
+        let estimate = to_estimate(&fit.model, free, &usable, &proposals[0]);
+        let start = proposals[0].normal.minus_two_log_likelihood;
+        // The present size is the fall-back.
+        proposals.iter_mut().skip(1).for_each(|p| p.promise += SETTLED);
+        proposals.sort_by(|a, b| a.promise.total_cmp(&b.promise));
+        if round >= rounds || start - proposals[0].promise < SETTLED {
+            return Ok(estimate);
+        }
+        let last = proposals.iter().position(|p| p.randomness.same_latents(&fit.randomness)).unwrap_or(0);
+        let mut best: Option<(Look, Fit)> = None;
+        'tries: for proposal in &proposals[..=last] {
+            for damping in [1.0, 0.3, 0.09] {
+                let parameters = Parameters { free, usable: &usable, clocks: &clocks };
+                let Some(next) = moved(fit, trials, &parameters, proposal, damping) else { continue };
+                let look = next.look(trials, next.randomness.clone());
+                let reached = look.value;
+                let kept = start - reached >= KEPT_PROMISE * (start - proposal.promise);
+                if reached < best.as_ref().map_or(start, |b| b.0.value) {
+                    best = Some((look, next));
+                }
+                // A proposal far off what it promises is not linear enough; one with larger latents is.
+                if kept {
+                    break 'tries;
+                }
+                if reached < start || start - proposal.promise < 10.0 * SETTLED {
+                    break;
+                }
+            }
+        }
+        let Some((look, next)) = best else { return Ok(estimate) };
+        let reached = look.value;
+        *fit = next;
+        // Smaller latents are among the proposals.
+        fit.enlarge_randomness(trials, noise, look);
+        // The last step of a refinement that has settled: its estimate is that of the next look.
+        let settled = start - reached < SETTLED;
+        // The first rounds gain little where the trajectory is still another law's.
+        let left = 3.0 * (start - reached) * (rounds - round) as f64;
+        let hopeless = round >= 3 && aim.is_some_and(|aim| reached - left > aim);
+        round = if settled || hopeless { rounds } else { round + 1 };
+    }
+}
+
+/// What a proposal moves, in its order.
+struct Parameters<'a> {
+    free: &'a [Free],
+    /// Places in `free` of those that can be varied.
+    usable: &'a [usize],
+    clocks: &'a Clocks,
+}
+
+/// `fit` with its parameters moved along a proposal, on the trajectory that belongs to them.
+fn moved(fit: &Fit, trials: &[Trial], parameters: &Parameters, proposal: &Proposal, damping: f64) -> Option<Fit> {
+    let steps: Vec<f64> = proposal.step.iter().map(|step| damping * step).collect();
+    let (of_effects, of_clocks) = steps.split_at(parameters.usable.len());
+    let mut model = fit.model.clone();
+    for (at, step) in parameters.usable.iter().zip(of_effects) {
+        move_parameter(&mut model, parameters.free[*at], *step);
+    }
+    model.check().ok()?;
+    let mut randomness = proposal.randomness.clone();
+    parameters.clocks.move_by(of_clocks, &mut randomness);
+    let mut next = Fit::new(&model, trials, &randomness, Some(fit)).ok()?;
+    // The trajectory gets better with the parameters, and the signatures with the trajectory.
+    next.smooth(trials).ok()?;
+    if next.overshoots() && model.effects.iter().any(is_friction) {
+        // Else it is no likelihood yet.
+        next.settle(trials, MOST_MOVES).ok()?;
+    }
+    Some(next)
+}
+
+/// Moves one parameter within its bounds. Sizes enter the model nearly linearly and move as far as they like; a shape
+/// changes at most fourfold, and an angle by half a radian.
+fn move_parameter(model: &mut Model, free: Free, change: f64) {
+    let spec = &mut model.effects[free.effect];
+    if spec.expression.is_some() {
+        let moved = term::values(spec)[free.parameter] + change;
+        *spec = term::with_value(spec, free.parameter, moved);
+        return;
+    }
+    let Ok(info) = spec.info() else { return };
+    let parameter = &info.parameters[free.parameter];
+    let (low, high) = parameter.typical;
+    let value = &mut spec.values[free.parameter];
+    let before = *value;
+    let change = if parameter.unit == "rad" { between(change, -0.5, 0.5) } else { change };
+    *value = between(before + change, parameter.min, parameter.max);
+    if parameter.shape && low > 0.0 {
+        // Shapes stay where the law is itself.
+        *value = between(between(*value, 0.25 * before, 4.0 * before), 0.1 * low, 10.0 * high);
+    } else if parameter.shape {
+        *value = between(*value, 10.0 * low, 10.0 * high);
+    } else if parameter.min == 0.0 {
+        *value = value.max(1e-6 * before.max(0.05 * high));
+    }
+}
+
+/// The value nearest to `value` between two bounds in any order: those of a parameter below zero come the other way round.
+fn between(value: f64, one: f64, other: f64) -> f64 {
+    if value.is_nan() { value } else { value.max(one.min(other)).min(one.max(other)) }
+}
+
+/// Least squares by scaled Cholesky: step and covariance; columns that say nothing get zero.
+pub(crate) fn solve(normal: &Normal) -> (Vec<f64>, DMatrix<f64>) {
+    let n = normal.columns;
+    let scale: Vec<f64> = (0..n).map(|i| normal.gram[i * n + i].sqrt()).collect();
+    let live: Vec<usize> = (0..n).filter(|i| scale[*i] > 1e-9).collect();
+    let mut out = vec![0.0; n];
+    let mut covariance = DMatrix::from_diagonal_element(n, n, f64::INFINITY);
+    for i in 0..n {
+        for j in 0..n {
+            if i != j {
+                covariance[(i, j)] = 0.0;
+            }
+        }
+    }
+    let k = live.len();
+    if k == 0 {
+        return (out, covariance);
+    }
+    let g = DMatrix::from_fn(k, k, |r, c| {
+        normal.gram[live[r] * n + live[c]] / (scale[live[r]] * scale[live[c]]) + if r == c { 1e-10 } else { 0.0 }
+    });
+    let b = DVector::from_fn(k, |r, _| normal.right[live[r]] / scale[live[r]]);
+    if let Some(cholesky) = g.cholesky() {
+        let x = cholesky.solve(&b);
+        let inverse = cholesky.inverse();
+        for r in 0..k {
+            out[live[r]] = x[r] / scale[live[r]];
+            for c in 0..k {
+                covariance[(live[r], live[c])] = inverse[(r, c)] / (scale[live[r]] * scale[live[c]]);
+            }
+        }
+    }
+    (out, covariance)
+}
+
+/// How certain each effect is, less so where the innovations are larger than the model says.
+fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Proposal) -> Estimate {
+    let (normal, covariance) = (&proposal.normal, &proposal.covariance);
+    let spread = (normal.total / normal.count.max(1) as f64).max(1.0);
+    let wald = (0..model.effects.len())
+        .map(|effect| {
+            // The parameters that are zero when the effect is absent carry its size; shapes do not.
+            let slots: Vec<(usize, f64)> = usable
+                .iter()
+                .enumerate()
+                .filter(|(_, at)| {
+                    free[**at].effect == effect && !term::is_shape(&model.effects[effect], free[**at].parameter)
+                })
+                .map(|(slot, at)| (slot, term::values(&model.effects[effect])[free[*at].parameter]))
+                .filter(|(slot, _)| covariance[(*slot, *slot)].is_finite())
+                .collect();
+            if slots.is_empty() {
+                return f64::NAN;
+            }
+            let v = DMatrix::from_fn(slots.len(), slots.len(), |r, c| covariance[(slots[r].0, slots[c].0)]);
+            let x = DVector::from_fn(slots.len(), |r, _| slots[r].1);
+            v.clone().try_inverse().map_or(f64::NAN, |i| (x.transpose() * i * &x)[(0, 0)]) / spread
+        })
+        .collect();
+    Estimate { wald }
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+
+    use super::*;
+    use crate::data::Channel;
+    use crate::data::recording::record;
+    use crate::filter::estimate::{first_randomness, noise_of_data};
+    use crate::verdict::by_block::ByBlock;
+
+    /// Lengths one sample late. Their clock had been set beside a model without the gain, which it stood for in part.
+    #[test]
+    fn a_clock_set_beside_a_model_that_lacks_an_effect_is_set_again_with_it() {
+        let gain = EffectSpec::new("winch_force_gain", Some(2), &[0.01]).unwrap();
+        let mut trial = record(std::slice::from_ref(&gain), 60.0, 12);
+        let before = trial.measured.clone();
+        for (row, earlier) in trial.measured.iter_mut().skip(1).zip(before) {
+            row[3..].copy_from_slice(&earlier[3..]);
+        }
+        let trials = [trial];
+        let model = Model { effects: vec![gain], ..Model::default() };
+        let noise = noise_of_data(&trials);
+        let mut randomness = first_randomness(&model, &trials, &noise).without_latents();
+        let clocks = randomness.late.iter_mut().zip(Channel::all(trials[0].cables()));
+        clocks
+            .filter(|(_, channel)| matches!(channel, Channel::UnstretchedLength(_)))
+            .for_each(|(late, _)| *late = 0.12);
+        let mut fit = Fit::new(&model, &trials, &randomness, None).unwrap();
+        fit.settle(&trials, 10).unwrap();
+        refine(&mut fit, &trials, &noise, 0, 8, None).unwrap();
+        let late = fit.randomness.late.iter().copied().fold(0.0, f64::max);
+        assert!((late - trials[0].interval()).abs() < 1e-3, "{late}");
+        let (_, error) = ByBlock::new(&fit, &trials, 0).standard_errors(&fit.model)[0];
+        let factor = fit.model.effects[0].values[0];
+        assert!((factor - 0.01).abs() < 4.0 * error, "{factor} {error}");
+    }
+
+    /// The angle by which a drum of 0.3 m turns over 900 m changes by 3 rad where the radius does by a thousandth.
+    #[test]
+    fn a_drum_is_not_varied_by_a_turn() {
+        let drum = EffectSpec::new("winch_drum_eccentricity", Some(1), &[0.01, 0.3, 0.4]).unwrap();
+        let model = Model { effects: vec![drum], ..Model::default() };
+        let step = parameter_step(&model, Free { effect: 0, parameter: 1 });
+        assert!(step > 0.0 && step * 900.0 / (0.3 * 0.3) < 0.1, "{step}");
+    }
+
+    /// Where all forces push, so do the limits of a winch's force, and four times such a limit lies below a quarter of it.
+    #[test]
+    fn a_shape_below_zero_moves_within_its_bounds() {
+        let limits = EffectSpec::new("winch_saturation", None, &[-25e3, -15e3]).unwrap();
+        let mut model = Model { effects: vec![limits], ..Model::default() };
+        move_parameter(&mut model, Free { effect: 0, parameter: 1 }, -100.0);
+        let moved = model.effects[0].values[1];
+        assert!(moved.is_finite(), "{moved}");
+        assert_eq!(between(5.0, 2.0, -1.0), 2.0);
+        assert_eq!(between(-5.0, 2.0, -1.0), -1.0);
+    }
+}
