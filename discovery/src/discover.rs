@@ -10,13 +10,18 @@ use crate::check::check;
 use crate::data::clean::remove_outliers;
 use crate::data::{Trial, make_ready};
 use crate::filter::estimate::{FitError, noise_of_data};
-use crate::hypothesis::survey::{SEVERAL, most_longer, survey_errors, with_errors};
+use crate::hypothesis::survey::{most_longer, survey_errors, with_errors};
 use crate::outcome::{Discovery, HORIZON};
 use crate::report;
+use crate::strategy::context::{Context, Progress};
 use crate::strategy::fitted::Evidence;
-use crate::strategy::search::{EVIDENCE, NOTHING_LEFT, Progress, Search};
-use crate::strategy::settle::{beyond_catalogue, or_single_term, settle};
+use crate::strategy::geometry::is_survey;
+use crate::strategy::policy::POLICY;
+use crate::strategy::search::search;
+use crate::strategy::standing::Standing;
+use crate::strategy::terms::{refine_terms, terms};
 use crate::verdict::conclude::{About, conclude};
+use crate::weigh::criterion::EVIDENCE;
 
 /// Why there is no verdict.
 #[derive(Debug, thiserror::Error)]
@@ -120,34 +125,17 @@ pub(crate) fn examine(
 ) -> Result<Discovery, DiscoverError> {
     let Ready { evidence, holdout_source, outliers, mut remarks } = ready;
     progress("fitting the model as given", 0.02);
-    let mut search = Search::new(&evidence, model.effects.len(), progress);
-    search.free_from = free_from;
-    let mut base = search.base(model)?;
-    let first = search.with_evident_delay(&base)?.unwrap_or_else(|| base.clone());
-    let mut fitted = search.catalogue_rounds(&mut base, first)?;
-    if search.white_force_error()
-        && let Some(instruments) = search.instruments.take()
+    let (context, base) = Context::begin(&evidence, model, free_from..model.effects.len(), progress)?;
+    let standing = search(&context, Standing::new(&context, base))?;
+    if standing.white_force_error()
+        && let Some(instruments) = standing.fit.instruments
     {
-        drop(search);
         let evidence = evidence.with_expected_forces(instruments);
-        return examine(
-            model,
-            survey,
-            free_from,
-            Ready { evidence, holdout_source, outliers, remarks },
-            begun,
-            progress,
-        );
+        let ready = Ready { evidence, holdout_source, outliers, remarks };
+        return examine(model, survey, free_from, ready, begun, progress);
     }
-    fitted = search.instruments_anew(fitted)?;
-    fitted = search.instead_of_drift(&mut base, fitted)?;
-    fitted = search.without_idle_instruments(fitted);
-    // Instruments became smaller as effects took their part.
-    fitted = search.counted(fitted);
-    base = search.finish(base.train, base.holdout, base.estimate);
-    fitted = settle(&mut search, &base, fitted)?;
-    if let Some(errors) = survey.filter(|_| fitted.gap[0] > NOTHING_LEFT || search.taken.len() >= SEVERAL)
-        && search.is_survey(&fitted)?
+    if let Some(errors) = survey
+        && is_survey(&context, &standing)?
     {
         progress("finding errors of the geometry as well", 0.02);
         let ready = Ready {
@@ -156,12 +144,13 @@ pub(crate) fn examine(
             outliers,
             remarks: remarks.clone(),
         };
+        let [before, left] = [standing.base.gap[0], standing.fit.gap[0]];
         match examine(&with_errors(model, &errors), None, free_from, ready, begun, progress) {
             Ok(mut discovery)
-                if discovery.criterion < fitted.score - EVIDENCE
-                    && left_over(&discovery) <= NOTHING_LEFT =>
+                if discovery.criterion < standing.fit.score - EVIDENCE
+                    && left_over(&discovery) <= POLICY.nothing_left =>
             {
-                discovery.remarks.insert(0, corrected(&discovery, base.gap[0], fitted.gap[0]));
+                discovery.remarks.insert(0, corrected(&discovery, before, left));
                 return Ok(discovery);
             }
             Ok(_) => remarks.push(
@@ -173,14 +162,9 @@ pub(crate) fn examine(
             )),
         }
     }
-    if fitted.gap[0] > NOTHING_LEFT {
-        fitted = beyond_catalogue(&mut search, &base, fitted)?;
-    } else if search.taken.len() > 1 && fitted.train.randomness.has_latents() {
-        fitted = or_single_term(&mut search, &base, fitted)?;
-    }
-    fitted = search.refine_terms(fitted)?;
+    let standing = refine_terms(&context, terms(&context, standing)?)?;
     let about = About { holdout_source, outliers, remarks, begun };
-    Ok(conclude(search, &base, fitted, about)?)
+    Ok(conclude(context, standing, about)?)
 }
 
 /// Cuts the last 30 % off the longest trial.

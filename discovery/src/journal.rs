@@ -1,9 +1,12 @@
 //! The journal of a search: what each step tried, how that came out and why, also where it could not be tried.
 
+use std::collections::HashSet;
 use std::error::Error;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use cdpr::effect::EffectSpec;
+
+use crate::filter::estimate::FitError;
 
 /// How a step came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -57,6 +60,18 @@ pub struct Entry {
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
     entries: Mutex<Vec<Entry>>,
+    /// What a reader should know of the way that the search went, a sentence each.
+    remarks: Mutex<Vec<String>>,
+    /// The names of all candidates weighed so far.
+    weighed: Mutex<HashSet<String>>,
+}
+
+/// What a journal has in the end.
+pub(crate) struct Written {
+    pub(crate) entries: Vec<Entry>,
+    pub(crate) remarks: Vec<String>,
+    /// The number of candidates weighed.
+    pub(crate) candidates: usize,
 }
 
 impl Journal {
@@ -101,8 +116,33 @@ impl Journal {
         });
     }
 
-    pub(crate) fn into_entries(self) -> Vec<Entry> {
-        self.entries.into_inner().unwrap_or_else(PoisonError::into_inner)
+    /// What came of a step that may fail because the model has no trajectory near the data; that is remarked, once.
+    pub(crate) fn or_remark<T>(&self, what: &str, result: Result<T, FitError>) -> Result<Option<T>, FitError> {
+        match result {
+            Ok(done) => Ok(Some(done)),
+            Err(error @ (FitError::Diverged { .. } | FitError::Simulation(_))) => {
+                let remark = format!("{what}: {error}.");
+                let mut remarks = locked(&self.remarks);
+                if !remarks.contains(&remark) {
+                    remarks.push(remark);
+                }
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// That candidates of these names were weighed.
+    pub(crate) fn weighed(&self, names: impl Iterator<Item = String>) {
+        locked(&self.weighed).extend(names);
+    }
+
+    pub(crate) fn written(self) -> Written {
+        Written {
+            candidates: locked(&self.weighed).len(),
+            entries: self.entries.into_inner().unwrap_or_else(PoisonError::into_inner),
+            remarks: self.remarks.into_inner().unwrap_or_else(PoisonError::into_inner),
+        }
     }
 
     /// That an effect says nothing along the fit at hand, and why; once, though it be weighed in every round.
@@ -119,10 +159,14 @@ impl Journal {
         self.locked(|entries| entries.push(entry));
     }
 
-    /// Entries are whole whatever panicked while somebody held them.
     fn locked<T>(&self, work: impl FnOnce(&mut Vec<Entry>) -> T) -> T {
-        work(&mut self.entries.lock().unwrap_or_else(PoisonError::into_inner))
+        work(&mut locked(&self.entries))
     }
+}
+
+/// Entries are whole whatever panicked while somebody held them.
+fn locked<T>(part: &Mutex<T>) -> MutexGuard<'_, T> {
+    part.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn failure(effect: Option<EffectSpec>, what: &str, error: &dyn Error) -> Entry {
@@ -132,7 +176,6 @@ fn failure(effect: Option<EffectSpec>, what: &str, error: &dyn Error) -> Entry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::filter::estimate::FitError;
 
     fn drag(value: f64) -> EffectSpec {
         EffectSpec::new("platform_linear_drag", None, &[value]).expect("an effect")
@@ -145,9 +188,21 @@ mod tests {
         let error = FitError::Model("no cables".to_owned());
         let text = error.to_string();
         assert_eq!(journal.tried::<(), _>(&drag(2.0), "on held-out data", Err(error)), None);
-        let [entry] = &journal.into_entries()[..] else { panic!("one entry") };
+        let [entry] = &journal.written().entries[..] else { panic!("one entry") };
         assert_eq!((entry.outcome, entry.delta_bic, &entry.effect), (Outcome::Failed, None, &Some(drag(2.0))));
         assert_eq!(entry.reason, format!("on held-out data: {text}"));
+    }
+
+    /// A step that fails since the model goes nowhere near the data is remarked; other failures end the search.
+    #[test]
+    fn what_does_not_go_with_the_data_is_remarked_once() {
+        let journal = Journal::default();
+        let diverged = || Err::<(), _>(FitError::Diverged { trial: "first.csv".to_owned(), time: 3.0 });
+        (0..2).for_each(|_| assert!(matches!(journal.or_remark("There", diverged()), Ok(None))));
+        assert!(journal.or_remark("There", Err::<(), _>(FitError::Model("no cables".to_owned()))).is_err());
+        journal.weighed(["drag", "wind", "drag"].into_iter().map(str::to_owned));
+        let written = journal.written();
+        assert_eq!((written.remarks.len(), written.candidates), (1, 2));
     }
 
     #[test]
@@ -156,7 +211,7 @@ mod tests {
         let error = FitError::NotFinite { trial: "first.csv".to_owned() };
         (0..3).for_each(|_| journal.silent(&drag(1.0), &error));
         journal.silent(&drag(2.0), &error);
-        let reasons: Vec<String> = journal.into_entries().into_iter().map(|entry| entry.reason).collect();
+        let reasons: Vec<String> = journal.written().entries.into_iter().map(|entry| entry.reason).collect();
         assert_eq!(reasons, vec!["its signature: first.csv: it gives values that are not finite"; 2]);
     }
 
@@ -166,7 +221,7 @@ mod tests {
             let journal = Journal::default();
             journal.note(&drag(9.0), Outcome::Added, -20.0, "");
             journal.side_by_side(|| order.map(|value| journal.note(&drag(value), Outcome::Refused, value, "")));
-            journal.into_entries()
+            journal.written().entries
         };
         assert_eq!(entries([1.0, 2.0]), entries([2.0, 1.0]));
         assert_eq!(entries([1.0, 2.0])[0].effect, Some(drag(9.0)));
@@ -180,7 +235,7 @@ mod tests {
         journal.note(&drag(2.0), Outcome::Added, -20.0, "");
         journal.note(&drag(3.0), Outcome::Removed, 3.0, "");
         journal.refuse_since(from, "too little");
-        let outcomes: Vec<Outcome> = journal.into_entries().iter().map(|entry| entry.outcome).collect();
+        let outcomes: Vec<Outcome> = journal.written().entries.iter().map(|entry| entry.outcome).collect();
         assert_eq!(outcomes, [Outcome::Added, Outcome::Refused, Outcome::Removed]);
     }
 }

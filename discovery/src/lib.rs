@@ -27,4 +27,4 @@ mod weigh;
 
 pub use discover::{DiscoverError, Geometry, discover};
 pub use filter::estimate::FitError;
-pub use strategy::search::Progress;
+pub use strategy::context::Progress;

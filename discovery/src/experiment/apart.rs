@@ -20,10 +20,8 @@ use crate::hypothesis::stream::forcing;
 use crate::hypothesis::term;
 use crate::model::examined::Examined;
 use crate::model::randomness::Memory;
-use crate::strategy::rivals::told_apart_from;
-use crate::strategy::search::EVIDENCE;
+use crate::weigh::criterion::{EVIDENCE, Penalty, told_apart_from};
 use crate::weigh::refine::{Free, free_parameters, parameter_step, varied_models};
-use crate::weigh::regression::Penalty;
 
 use super::drive::{Driven, drive};
 use super::limits::Limits;

@@ -10,9 +10,10 @@ use crate::hypothesis::extension::count_in_use;
 use crate::hypothesis::signature::{Along, Varied, sensitivities};
 use crate::hypothesis::stream::forcing;
 use crate::outcome::DetectionLimit;
+use crate::strategy::context::Context;
 use crate::strategy::fitted::Evidence;
-use crate::strategy::search::{EVIDENCE, Search};
-use crate::verdict::detection::{GUST, columns_of, readings_of};
+use crate::verdict::detection::{GUST, columns_of, detection_limits, readings_of};
+use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::refine::{free_parameters, varied_models};
 
 use super::Lowered;
@@ -93,9 +94,9 @@ impl Lower<'_> {
         });
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
         let evidence = Evidence { train, holdout, noise, instruments: None };
-        let mut search = Search::new(&evidence, self.given, &|_, _| {});
-        let base = search.base(self.model).map_err(|e| cannot(&e))?;
-        let found = search.detection_limits(&base);
+        let begun = Context::begin(&evidence, self.model, self.given..self.given, &|_, _| {});
+        let (context, base) = begun.map_err(|e| cannot(&e))?;
+        let found = detection_limits(&context, &base);
         let planned = |known: &Known| {
             let same = |limit: &&DetectionLimit| {
                 limit.effect.id == self.id && limit.effect.cable == known.cable && limit.parameter == known.parameter

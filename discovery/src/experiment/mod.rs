@@ -20,7 +20,7 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 use cdpr::per_cable::PerCable;
 
-use crate::strategy::search::Progress;
+use crate::strategy::context::Progress;
 
 pub use limits::Limits;
 

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::strategy::search::Progress;
+use crate::strategy::context::Progress;
 
 use super::PlanError;
 use super::apart::Pair;

@@ -10,8 +10,8 @@ use super::question::{Instrument, Open, Question};
 use super::*;
 use crate::data::{Channel, Trial};
 use crate::filter::estimate::noise_of_data;
+use crate::strategy::context::Context;
 use crate::strategy::fitted::Evidence;
-use crate::strategy::search::{ROUNDS, Search};
 
 const LIMITS: &str = "x = [-10, 12]\ny = [-8, 8]\nphi = [-0.05, 0.05]\nspeed = 0.8\nangular_speed = 0.01\n\
                       tension = [5000, 30000]\nduration = 60\ninterval = 0.1\n";
@@ -162,11 +162,11 @@ fn a_planned_difference_is_that_of_fits() {
     let (train, holdout) = (vec![recorded(11)], vec![recorded(12)]);
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
     let evidence = Evidence { train, holdout, noise, instruments: None };
-    let search = &mut Search::new(&evidence, 0, &|_, _| {});
-    let base = search.base(&Model::default()).expect("a fit");
+    let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+    let (context, base) = begun.expect("a fit");
     let fitted = |law: &EffectSpec| {
         let model = Model { effects: vec![law.clone()], ..Model::default() };
-        let fit = search.fit(&model, &base, ROUNDS).expect("a fit").train;
+        let fit = context.fit(&model, &base).expect("a fit").train;
         fit.minus_two_log_likelihood(&evidence.train, &fit.randomness)
     };
     let found = fitted(&quadratic) - fitted(&linear);

@@ -2,10 +2,17 @@
 //! others.
 
 pub(crate) mod candidates;
+pub(crate) mod containing;
+pub(crate) mod elasticity;
 pub(crate) mod extension;
+pub(crate) mod force;
+pub(crate) mod friction;
 pub(crate) mod late;
+pub(crate) mod limits;
+pub(crate) mod sensor;
 pub(crate) mod signature;
 pub(crate) mod spectrum;
 pub(crate) mod stream;
 pub(crate) mod survey;
 pub(crate) mod term;
+pub(crate) mod typical;

@@ -12,27 +12,18 @@ use cdpr::geometry::Geometry;
 use cdpr::model_file::Model;
 
 use crate::data::{Channel, Trial};
-use crate::filter::estimate::{Fit, FitError};
-use crate::filter::kalman::Randomness;
 use crate::filter::whiten::Normal;
 use crate::hypothesis::candidates::{Known, Library};
 use crate::model::sizes::Sizes;
-use crate::strategy::fitted::Fitted;
-use crate::strategy::search::{EVIDENCE, Search};
-use crate::weigh::refine::{Free, free_parameters, promises};
-use crate::weigh::regression::ladder;
+use crate::weigh::refine::Free;
 
 /// How exactly anybody who builds such a machine knows where its anchors are and what its encoders count from, as a share of
 /// its reach.
 pub(crate) const ANCHORS: f64 = 2e-3;
 /// The same of attachments, as a share of their arm.
 pub(crate) const ATTACHMENTS: f64 = 0.05;
-/// So many laws at once are as much to ask as that the geometry is not quite as given.
-pub(crate) const SEVERAL: usize = 3;
 /// Share of what an error of the survey may plausibly be, by which it is varied.
 const VARIED: f64 = 0.025;
-/// Share of the forces at random that errors of the survey may leave to be looked for.
-const LEFT: f64 = 0.2;
 
 /// By how much (m) each size of an effect may plausibly be off, where it is an error of the survey.
 fn plausible(id: &str, sizes: &Sizes) -> Option<f64> {
@@ -155,41 +146,18 @@ pub(crate) fn with_errors(model: &Model, errors: &[EffectSpec]) -> Model {
     model
 }
 
-impl Search<'_> {
-    /// Whether errors of the survey promise to explain what a fit leaves to forces at random.
-    pub(crate) fn is_survey(&self, fitted: &Fitted) -> Result<bool, FitError> {
-        let trials = &self.evidence.train;
-        let fit = &fitted.train;
-        // What was found may be such an error itself.
-        let errors = survey_errors(&fit.model, trials);
-        if errors.is_empty() {
-            return Ok(false);
-        }
-        let first = fit.model.effects.len();
-        let beside = Fit::new(&with_errors(&fit.model, &errors), trials, &fit.randomness, Some(fit))?;
-        let free = free_parameters(&beside.model, self.free_from);
-        let sizes = ladder(&fit.randomness);
-        let promised = promises(&beside, trials, &free, &sizes).into_iter().zip(&sizes);
-        let Some((promised, size)) = promised.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(false) };
-        let gain = fit.minus_two_log_likelihood(trials, &fit.randomness) - promised;
-        let parameters = free.iter().filter(|free| free.effect >= first).count();
-        let pays = gain > self.penalty.of_parameters(parameters) + EVIDENCE;
-        let forces = |randomness: &Randomness| randomness.force.hypot(randomness.winch);
-        // Where forces at random are as small as they are looked for there are none.
-        let none = sizes.last().map_or(0.0, forces);
-        Ok(pays && forces(size) <= none.max(LEFT * forces(&fit.randomness)))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::data::recording::{fitted, record};
     use crate::hypothesis::candidates::{Situation, catalogue};
     use crate::outcome::Verdict;
-    use crate::strategy::round::Signatures;
+    use crate::weigh::criterion::Penalty;
     use crate::weigh::refine::refine;
-    use crate::weigh::regression::{Penalty, levels, rank};
+    use crate::weigh::regression::ladder;
+    use crate::weigh::regression::rank;
+    use crate::weigh::signatures::Signatures;
+    use crate::weigh::signatures::levels;
     use crate::{Geometry as Given, discover};
 
     fn effect(id: &str, cable: usize, values: &[f64]) -> EffectSpec {

@@ -8,10 +8,7 @@ use cdpr::effect::{EffectSpec, SpecError};
 use cdpr::formula::{self, Number};
 use cdpr::model_file::Model;
 
-use crate::filter::estimate::FitError;
-use crate::strategy::fitted::{Fitted, Trained};
-use crate::strategy::search::{ROUNDS, Search};
-use crate::weigh::refine::{Free, free_parameters, refine_free};
+use crate::weigh::refine::{Free, free_parameters};
 
 /// Digits of a number in a term: far below any error.
 const DIGITS: usize = 10;
@@ -112,7 +109,7 @@ pub(crate) fn wave(
 }
 
 /// The term without the offset in its wave, where it is one with an offset.
-fn without_phase(spec: &EffectSpec) -> Option<EffectSpec> {
+pub(crate) fn without_phase(spec: &EffectSpec) -> Option<EffectSpec> {
     let text = spec.expression.as_deref()?;
     let [_, _, phase] = &numbers(text)[..] else { return None };
     let before: String = text.chars().take(phase.characters.start).collect();
@@ -131,70 +128,13 @@ pub(crate) fn free_values(model: &Model, first: usize) -> Vec<Free> {
     free
 }
 
-impl Search<'_> {
-    /// The numbers of the terms found, refined in the full model together with all else, with their errors; a phase that
-    /// explains less than a parameter costs is left out. What the held-out data speak against stays as it was.
-    pub(crate) fn refine_terms(&mut self, fitted: Fitted) -> Result<Fitted, FitError> {
-        let is_term = |spec: &EffectSpec| spec.expression.is_some();
-        if !fitted.train.model.effects[self.given..].iter().any(is_term) {
-            return Ok(fitted);
-        }
-        (self.progress)("refining the terms", 0.9);
-        let mut best = fitted;
-        let model = best.train.model.clone();
-        if let Some(next) = self.with_terms_refined(&model, &best)
-            && next.score <= best.score
-            && next.holdout_score <= best.holdout_score
-        {
-            best = next;
-        }
-        for at in self.given..best.train.model.effects.len() {
-            let Some(plain) = without_phase(&best.train.model.effects[at]) else { continue };
-            let mut model = best.train.model.clone();
-            model.effects[at] = plain;
-            if let Some(next) = self.with_terms_refined(&model, &best)
-                && next.score <= best.score + self.penalty.of_parameters(1)
-            {
-                best = next;
-            }
-        }
-        let mut train = best.train.clone();
-        let free = free_values(&train.model, self.free_from);
-        let estimate = refine_free(&mut train, &self.evidence.train, &self.evidence.noise, &free, 1, None)?;
-        Ok(Fitted { estimate: Some(estimate), ..best })
-    }
-
-    /// `model` with the numbers of its terms refined, from another fit; nothing, and a note of it, where that fails.
-    fn with_terms_refined(&mut self, model: &Model, from: &Fitted) -> Option<Fitted> {
-        match self.terms_refined(model, from) {
-            Ok(fitted) => Some(fitted),
-            Err(error) => {
-                let terms = model.effects[self.given..].iter().filter(|spec| spec.expression.is_some());
-                for term in terms.cloned().collect::<Vec<_>>() {
-                    self.journal.failed(&term, "with refined numbers", &error);
-                }
-                None
-            }
-        }
-    }
-
-    fn terms_refined(&self, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
-        let (trials, noise) = (&self.evidence.train, &self.evidence.noise);
-        let mut fit = self.started(model, &from.train, trials)?;
-        let free = free_values(model, self.free_from);
-        let estimate = refine_free(&mut fit, trials, noise, &free, ROUNDS, None)?;
-        fit.fit_randomness(trials, noise, false);
-        let score = self.score(&fit, trials);
-        self.verified(Trained { fit, estimate: Some(estimate), score }, from)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::data::recording::{fitted, record};
     use crate::filter::estimate::Fit;
     use crate::verdict::by_block::ByBlock;
+    use crate::weigh::refine::refine_free;
     use cdpr::formula::{Formula, Variable};
 
     fn value_at(spec: &EffectSpec, x: f64) -> f64 {
@@ -253,7 +193,7 @@ mod tests {
         let noise = fit.randomness.noise.clone();
         let free = free_values(&fit.model, 0);
         assert_eq!(free.len(), 3);
-        refine_free(&mut fit, &trials, &noise, &free, ROUNDS, None).unwrap();
+        refine_free(&mut fit, &trials, &noise, &free, 10, None).unwrap();
         let errors = ByBlock::new(&fit, &trials, 0).standard_errors(&fit.model);
         let found = values(&fit.model.effects[0]);
         let text = fit.model.effects[0].expression.clone().unwrap();

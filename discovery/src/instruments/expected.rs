@@ -204,8 +204,9 @@ mod tests {
     use crate::data::recording::{noise, record};
     use crate::filter::estimate::noise_of_data;
     use crate::filter::kalman::Randomness;
+    use crate::strategy::context::Context;
     use crate::strategy::fitted::Evidence;
-    use crate::strategy::search::{EVIDENCE, ROUNDS, Search};
+    use crate::weigh::criterion::EVIDENCE;
 
     fn smooth(n: usize) -> Vec<f64> {
         (0..n).map(|k| 20e3 + 3e3 * (0.013 * k as f64).sin() + 500.0 * (0.05 * k as f64 + 1.0).sin()).collect()
@@ -297,10 +298,10 @@ mod tests {
         let first = crate::filter::estimate::first_randomness(&Model::default(), &train, &noise);
         let evidence = Evidence { train, holdout, noise, instruments: None };
         let evidence = evidence.with_expected_forces(Randomness { input: 100.0, ..first });
-        let mut search = Search::new(&evidence, 0, &|_, _| {});
-        let base = search.base(&Model::default()).expect("a fit");
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
         let model = Model { effects: vec![effect.clone()], ..Model::default() };
-        let next = search.fit(&model, &base, ROUNDS).expect("a fit");
+        let next = context.fit(&model, &base).expect("a fit");
         (base.score - next.score, next.train.model.effects[0].values[0])
     }
 

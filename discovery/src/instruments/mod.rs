@@ -20,9 +20,9 @@ use crate::filter::estimate::{Fit, FitError};
 use crate::filter::kalman::Randomness;
 use crate::filter::path::LinearTrial;
 use crate::model::randomness::Memory;
-use crate::strategy::search::{BEGINNING, EVIDENCE};
+use crate::strategy::policy::POLICY;
+use crate::weigh::criterion::{EVIDENCE, Penalty};
 use crate::weigh::refine::{Free, free_parameters, promises, refine_free};
-use crate::weigh::regression::Penalty;
 
 /// Channels that share a device and its clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -268,7 +268,7 @@ impl<'a> Sizing<'a> {
 
     /// Whether a look at the beginnings of the trials says that the instruments may have what an explanation gains.
     fn promises(&self, fit: &Fit, gain: f64) -> bool {
-        let count = |t: &Trial| t.time.iter().take_while(|time| **time - t.time[0] <= BEGINNING).count();
+        let count = |t: &Trial| t.time.iter().take_while(|time| **time - t.time[0] <= POLICY.beginning).count();
         let whole = fit.linear(self.trials);
         let linear: Vec<LinearTrial> = whole.iter().zip(self.trials).map(|(l, t)| l.beginning(count(t))).collect();
         let samples = |linear: &[LinearTrial]| linear.iter().map(|l| l.len).sum::<usize>() as f64;

@@ -8,7 +8,7 @@ use crate::data::counts::resolution;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::outcome::{ChannelInstrument, Estimated, Instruments};
-use crate::weigh::regression::Penalty;
+use crate::weigh::criterion::Penalty;
 
 /// Step of the logarithm of a size for its standard error.
 const ERROR_STEP: f64 = 0.1;

@@ -4,61 +4,67 @@
 //! So where a drift was taken up, laws are weighed as well where none is allowed, beside instruments that forget and latent
 //! forces: the best alone, and the best pair. Whatever is likelier with the instruments that belong to it stands.
 
+use std::sync::Arc;
+
 use cdpr::effect::EffectSpec;
 
 use crate::filter::estimate::FitError;
-use crate::strategy::entrance::{Answer, Source};
+use crate::strategy::candidates::signatures;
+use crate::strategy::context::Context;
+use crate::strategy::entrance::enter;
 use crate::strategy::fitted::Fitted;
+use crate::strategy::instruments::{with_forgetful_instruments, with_instruments_anew, with_plain_instruments};
 use crate::strategy::pair::best_pair;
 use crate::strategy::round::best_alone;
-use crate::strategy::search::{EVIDENCE, ROUNDS, Search};
+use crate::strategy::rounds::rounds;
+use crate::strategy::standing::Standing;
+use crate::weigh::criterion::EVIDENCE;
+use crate::weigh::signatures::Source;
 
-impl Search<'_> {
-    /// `fitted`, or, where it has a drift, what laws in the place of that explain if that is more; `base` then has the same
-    /// instruments.
-    pub(crate) fn instead_of_drift(&mut self, base: &mut Fitted, fitted: Fitted) -> Result<Fitted, FitError> {
-        if !fitted.train.randomness.drifts() {
-            return Ok(fitted);
-        }
-        (self.progress)("weighing laws against a drift", 0.5);
-        let Some(steady) = self.steady(&fitted)? else { return Ok(fitted) };
-        let signatures = self.signatures(&steady, Source::Catalogue);
-        let (fit, trials) = (&steady.train, &self.evidence.train);
-        let laws =
-            [best_alone(fit, trials, &signatures, self.penalty), best_pair(fit, trials, &signatures, self.penalty)];
-        let instruments = self.instruments.clone();
-        let mut best: Option<(Fitted, Vec<Vec<EffectSpec>>)> = None;
-        for (effects, rivals) in laws.into_iter().flatten() {
-            let mut model = steady.train.model.clone();
-            model.effects.extend(effects.clone());
-            let next = self.fit(&model, &steady, ROUNDS);
-            let Some(next) = self.journal.tried(&effects[0], "in the place of a drift", next) else { continue };
-            let next = self.with_instruments_anew(&next)?.unwrap_or(next);
-            if best.as_ref().is_none_or(|(best, _)| next.score < best.score) {
-                best = Some((next, rivals));
-            }
-        }
-        let Some((next, rivals)) = best else { return Ok(fitted) };
-        if next.score >= fitted.score - EVIDENCE || !self.likelier(&fitted, &next) {
-            return Ok(fitted);
-        }
-        let next = self.counted(next);
-        if self.enter(&fitted, &next, rivals, Source::Catalogue, "in the place of a drift")? != Answer::Enters {
-            self.instruments = instruments;
-            return Ok(fitted);
-        }
-        if let Some(without) = self.steady(base)? {
-            *base = without;
-        }
-        self.rounds(base, next)
+/// What stands, or, where that has a drift, what laws in the place of that explain if that is more; the model as given then has
+/// the same instruments.
+pub(crate) fn instead_of_drift(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
+    let fitted = &standing.fit;
+    if !fitted.train.randomness.drifts() {
+        return Ok(standing);
     }
+    (context.progress)("weighing laws against a drift", 0.5);
+    let Some(steady) = steadied(context, fitted)? else { return Ok(standing) };
+    let signatures = signatures(context, &standing, &steady, Source::Catalogue);
+    let (fit, trials) = (&steady.train, &context.evidence.train);
+    let laws = [
+        best_alone(fit, trials, &signatures, context.penalty, context.policy),
+        best_pair(fit, trials, &signatures, context.penalty, context.policy),
+    ];
+    let mut best: Option<(Fitted, Vec<Vec<EffectSpec>>)> = None;
+    for (effects, rivals) in laws.into_iter().flatten() {
+        let mut model = steady.train.model.clone();
+        model.effects.extend(effects.clone());
+        let next = context.fit(&model, &steady);
+        let Some(next) = context.journal.tried(&effects[0], "in the place of a drift", next) else { continue };
+        let next = with_instruments_anew(context, &next)?.unwrap_or(next);
+        if best.as_ref().is_none_or(|(best, _)| next.score < best.score) {
+            best = Some((next, rivals));
+        }
+    }
+    let Some((next, rivals)) = best else { return Ok(standing) };
+    if next.score >= fitted.score - EVIDENCE || !context.likelier(fitted, &next) {
+        return Ok(standing);
+    }
+    let next = context.counted(next);
+    let entered = enter(context, &standing, next, rivals, Source::Catalogue, "in the place of a drift")?;
+    let Some(mut entered) = entered else { return Ok(standing) };
+    if let Some(base) = steadied(context, &context.counted_as(&entered.base, &entered.fit))? {
+        entered.base = Arc::new(base);
+    }
+    rounds(context, entered)
+}
 
-    /// A fit with instruments that forget.
-    fn steady(&mut self, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
-        let Some(plain) = self.with_plain_instruments(fitted)? else { return Ok(None) };
-        let steady = self.with_forgetful_instruments(&plain)?;
-        Ok(Some(steady.unwrap_or(plain)))
-    }
+/// A fit with instruments that forget.
+fn steadied(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+    let Some(plain) = with_plain_instruments(context, fitted)? else { return Ok(None) };
+    let steady = with_forgetful_instruments(context, &plain)?;
+    Ok(Some(steady.unwrap_or(plain)))
 }
 
 #[cfg(test)]
@@ -85,18 +91,19 @@ mod tests {
         let (train, holdout) = (vec![recorded(51), recorded(52)], vec![recorded(53)]);
         let noise = noise_of_data(&train);
         let evidence = Evidence { train, holdout, noise, instruments: None };
-        let mut search = Search::new(&evidence, 0, &|_, _| {});
-        let mut base = search.base(&Model::default()).expect("a fit");
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
         let channels = if wander > 0.0 { 0..1 } else { 7..11 };
         let drift = |channel| Memory { channel, deviation: 0.06, time: 40.0, drift: true };
         let mut train = base.train.clone();
         train.randomness =
             channels.map(drift).fold(train.randomness.without_latents(), |all, one| all.with_memory(one));
         train.smooth(&evidence.train).expect("a trajectory");
-        search.instruments = Some(train.randomness.without_latents());
-        let fitted = search.finish(train, base.holdout.clone(), None);
-        let fitted = search.instead_of_drift(&mut base, fitted).expect("a search");
-        fitted.train.model.effects.into_iter().map(|effect| effect.id).collect()
+        let instruments = Some(train.randomness.without_latents());
+        let fit = context.finish(train, base.holdout.clone(), None, instruments);
+        let standing = Standing { fit, ..Standing::new(&context, base) };
+        let standing = instead_of_drift(&context, standing).expect("a search");
+        standing.effects().iter().map(|effect| effect.id.clone()).collect()
     }
 
     /// All lengths were said to drift, and nothing to be missing.

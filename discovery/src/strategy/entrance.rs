@@ -4,7 +4,7 @@
 //! information criterion rises without it, the others that come with it kept: an effect that comes alone is weighed
 //! against the model before it, one that comes with another against the model that has the other one only. What chance
 //! explains is what the best candidate gains on the innovations that all of them leave, shifted (see
-//! [`null_test`](crate::weigh::null_test)). Those innovations have the noise and whatever is still unexplained, but no longer the
+//! [`chance`](crate::weigh::chance)). Those innovations have the noise and whatever is still unexplained, but no longer the
 //! effect itself, which a shift may leave in phase with a candidate (C. J. F. ter Braak, in Bootstrapping and Related
 //! Techniques, Springer (1992), 79).
 
@@ -15,87 +15,73 @@ use cdpr::effect::EffectSpec;
 use crate::filter::estimate::FitError;
 use crate::journal::Outcome;
 use crate::outcome::NullTest;
+use crate::strategy::candidates::signatures;
+use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
-use crate::strategy::round::Signatures;
-use crate::strategy::search::{EVIDENCE, ROUNDS, Search, Taken};
+use crate::strategy::standing::{Accepted, Standing};
 use crate::verdict::POLICY;
-use crate::weigh::null_test::Chance;
+use crate::weigh::chance::Chance;
+use crate::weigh::criterion::EVIDENCE;
+use crate::weigh::signatures::{Signatures, Source};
 
-/// Which candidates a step chooses from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Source {
-    Catalogue,
-    Terms,
+/// `standing` with the last effects of `next`, those that it lacks, each with its rivals, if all of them explain more than
+/// chance; none where chance explains as much. `how` they were found is noted.
+pub(crate) fn enter(
+    context: &Context<'_>,
+    standing: &Standing,
+    next: Fitted,
+    rivals: Vec<Vec<EffectSpec>>,
+    source: Source,
+    how: &str,
+) -> Result<Option<Standing>, FitError> {
+    let effects = next.train.model.effects[next.train.model.effects.len() - rivals.len()..].to_vec();
+    let without = without_each(context, &standing.fit, &next, effects.len());
+    let weights: Vec<f64> = without.iter().map(|without| without.score - next.score).collect();
+    let signatures = signatures(context, standing, &next, source);
+    let chance = chance(context, &next, &signatures);
+    let tests: Vec<Option<NullTest>> =
+        weights.iter().map(|weight| Some(chance.as_ref()?.against(*weight, EVIDENCE))).collect();
+    if let Some(test) = tests.iter().flatten().find(|test| !beyond_chance(test)) {
+        let reason = format!("chance explains as much in {} of {} control runs", test.as_strong, test.shifts);
+        for (effect, weight) in effects.iter().zip(weights) {
+            context.journal.note(effect, Outcome::Refused, -weight, &reason);
+        }
+        return Ok(None);
+    }
+    let mut accepted = standing.accepted.clone();
+    let together = rivals.len() > 1;
+    for ((effect, rivals), ((weight, test), without)) in
+        effects.iter().zip(rivals).zip(weights.iter().zip(tests).zip(without))
+    {
+        context.journal.note(effect, Outcome::Added, -weight, how);
+        accepted.push(Accepted { without: together.then_some(without), ..Accepted::new(rivals, -weight, test) });
+    }
+    let weighed = Some((source, next.score, signatures));
+    Ok(Some(Standing { fit: next, accepted, weighed, ..standing.clone() }))
 }
 
-/// What the entrance says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Answer {
-    Enters,
-    /// Chance explains as much.
-    Chance,
+/// For each of the last so many effects of `next` the best model known without it: `before`, or a fit with the others.
+fn without_each(context: &Context<'_>, before: &Fitted, next: &Fitted, last: usize) -> Vec<Arc<Fitted>> {
+    let effects = next.train.model.effects.len();
+    let before = Arc::new(before.clone());
+    let fitted = |at: usize| {
+        let mut model = next.train.model.clone();
+        let effect = model.effects.remove(at);
+        let without = context.fit_without(&model, next, context.policy.rounds);
+        let without = context.journal.tried(&effect, "the others without it", without);
+        let better = without.filter(|without| without.score < before.score);
+        better.map_or_else(|| Arc::clone(&before), Arc::new)
+    };
+    match last {
+        1 => vec![Arc::clone(&before)],
+        _ => (effects - last..effects).map(fitted).collect(),
+    }
 }
 
-impl Search<'_> {
-    /// Takes up the last effects of `next`, those that `before` lacks, each with its rivals, if all of them explain more than
-    /// chance; whether they do. `how` they were found is noted.
-    pub(crate) fn enter(
-        &mut self,
-        before: &Fitted,
-        next: &Fitted,
-        rivals: Vec<Vec<EffectSpec>>,
-        source: Source,
-        how: &str,
-    ) -> Result<Answer, FitError> {
-        let first = next.train.model.effects.len() - rivals.len();
-        let without = self.without_each(before, next, first);
-        let weights: Vec<f64> = without.iter().map(|without| without.score - next.score).collect();
-        let signatures = self.signatures(next, source);
-        let chance = self.chance(next, &signatures);
-        let tests: Vec<Option<NullTest>> =
-            weights.iter().map(|weight| Some(chance.as_ref()?.against(*weight, EVIDENCE))).collect();
-        self.weighed = Some((source, next.score, signatures));
-        let effects = &next.train.model.effects[first..];
-        if let Some(test) = tests.iter().flatten().find(|test| !beyond_chance(test)) {
-            let reason = format!("chance explains as much in {} of {} control runs", test.as_strong, test.shifts);
-            for (effect, weight) in effects.iter().zip(weights) {
-                self.journal.note(effect, Outcome::Refused, -weight, &reason);
-            }
-            return Ok(Answer::Chance);
-        }
-        let together = rivals.len() > 1;
-        for (k, rivals) in rivals.into_iter().enumerate() {
-            self.journal.note(&effects[k], Outcome::Added, -weights[k], how);
-            let mut taken = Taken::new(rivals, -weights[k], tests[k]);
-            taken.without = together.then(|| Arc::clone(&without[k]));
-            self.taken.push(taken);
-        }
-        Ok(Answer::Enters)
-    }
-
-    /// For each effect of `next` from `first` on the best model known without it: `before`, or a fit with the others.
-    fn without_each(&self, before: &Fitted, next: &Fitted, first: usize) -> Vec<Arc<Fitted>> {
-        let effects = next.train.model.effects.len();
-        let before = Arc::new(before.clone());
-        let fitted = |at: usize| {
-            let mut model = next.train.model.clone();
-            model.effects.remove(at);
-            let without = self.fit_without(&model, next, ROUNDS);
-            let without = self.journal.tried(&next.train.model.effects[at], "the others without it", without);
-            let better = without.filter(|without| without.score < before.score);
-            better.map_or_else(|| Arc::clone(&before), Arc::new)
-        };
-        match effects - first {
-            1 => vec![Arc::clone(&before)],
-            _ => (first..effects).map(fitted).collect(),
-        }
-    }
-
-    /// What chance explains along a fit; none where the recordings are too short to tell.
-    fn chance(&self, fitted: &Fitted, signatures: &Signatures) -> Option<Chance> {
-        let (fit, trials) = (&fitted.train, &self.evidence.train[..]);
-        signatures.weighed(fit, trials, &fit.randomness).chance(&signatures.library, self.penalty)
-    }
+/// What chance explains along a fit; none where the recordings are too short to tell.
+fn chance(context: &Context<'_>, fitted: &Fitted, signatures: &Signatures) -> Option<Chance> {
+    let (fit, trials) = (&fitted.train, &context.evidence.train[..]);
+    signatures.weighed(fit, trials, &fit.randomness).chance(&signatures.library, context.penalty)
 }
 
 /// Whether chance explains as much in few enough control runs.
@@ -131,17 +117,16 @@ mod tests {
         let holdout = vec![record(hidden, 30.0, 23)];
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
         let evidence = Evidence { train, holdout, noise, instruments: None };
-        let mut search = Search::new(&evidence, 0, &|_, _| {});
-        let base = search.base(&Model::default()).expect("a fit");
-        let next = search.fit(&Model { effects: proposed.to_vec(), ..Model::default() }, &base, ROUNDS).expect("a fit");
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
+        let next = context.fit(&Model { effects: proposed.to_vec(), ..Model::default() }, &base).expect("a fit");
         let rivals = vec![Vec::new(); proposed.len()];
-        let enters = search.enter(&base, &next, rivals, Source::Catalogue, "").expect("an answer");
-        let as_strong = search.taken.iter().map(|taken| taken.null_test.expect("room for shifts").as_strong);
-        (
-            enters == Answer::Enters,
-            as_strong.collect(),
-            search.journal.into_entries().iter().map(|entry| entry.outcome).collect(),
-        )
+        let standing = Standing::new(&context, base);
+        let entered = enter(&context, &standing, next, rivals, Source::Catalogue, "").expect("an answer");
+        let enters = entered.is_some();
+        let accepted = entered.map_or_else(Vec::new, |entered| entered.accepted);
+        let as_strong = accepted.iter().map(|accepted| accepted.null_test.expect("room for shifts").as_strong);
+        (enters, as_strong.collect(), context.journal.written().entries.iter().map(|entry| entry.outcome).collect())
     }
 
     #[test]

@@ -8,69 +8,71 @@ use cdpr::effect::EffectSpec;
 use crate::filter::estimate::FitError;
 use crate::hypothesis::candidates::is_there;
 use crate::journal::Outcome;
+use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
-use crate::strategy::search::{EVIDENCE, ROUNDS, Search, Taken};
+use crate::strategy::standing::Standing;
+use crate::weigh::criterion::EVIDENCE;
 
-impl Search<'_> {
-    /// `fitted` with one law on every cable wherever one stands on several, if the training data are no less likely by it than
-    /// its fewer parameters allow, and the held-out data no less likely.
-    pub(crate) fn on_every_cable(&mut self, mut fitted: Fitted) -> Fitted {
-        let mut tried: Vec<EffectSpec> = Vec::new();
-        loop {
-            let effects = &fitted.train.model.effects;
-            let untried = |effect: &&EffectSpec| !tried.iter().any(|other| same_law(other, effect));
-            let several = effects[self.given..].iter().filter(untried).find(|effect| {
-                let of_id = effects.iter().filter(|other| is_there(other, &effect.id, None));
-                of_id.clone().count() > 1
-                    && of_id.into_iter().all(|other| other.cable.is_some() && same_law(other, effect))
-            });
-            let Some(law) = several.cloned() else { return fitted };
-            fitted = self.one_for_all(fitted, &law);
-            tried.push(law);
-        }
+/// What stands with one law on every cable wherever one stands on several, if the training data are no less likely by it than
+/// its fewer parameters allow, and the held-out data no less likely.
+pub(crate) fn on_every_cable(context: &Context<'_>, mut standing: Standing) -> Standing {
+    let mut tried: Vec<EffectSpec> = Vec::new();
+    loop {
+        let untried = |effect: &&EffectSpec| !tried.iter().any(|other| same_law(other, effect));
+        let several = standing.found(context).iter().filter(untried).find(|effect| {
+            let of_id = standing.effects().iter().filter(|other| is_there(other, &effect.id, None));
+            of_id.clone().count() > 1 && of_id.into_iter().all(|other| other.cable.is_some() && same_law(other, effect))
+        });
+        let Some(law) = several.cloned() else { return standing };
+        standing = one_for_all(context, standing, &law);
+        tried.push(law);
     }
+}
 
-    /// `fitted` with one law in the place of all that are the same as `law`, if that is as good.
-    fn one_for_all(&mut self, fitted: Fitted, law: &EffectSpec) -> Fitted {
-        let effects = &fitted.train.model.effects;
-        let places: Vec<usize> = (self.given..effects.len()).filter(|at| same_law(&effects[*at], law)).collect();
-        let strength = |at: &&usize| self.taken[**at - self.given].delta_bic;
-        let strongest = places.iter().min_by(|a, b| strength(a).total_cmp(&strength(b))).copied();
-        let Some(strongest) = strongest else { return fitted };
-        let all = EffectSpec { cable: None, ..effects[strongest].clone() };
-        let what = format!("on every cable in the place of {}", places.len());
-        let next = self.journal.tried(&all, &what, self.in_place_of(&fitted, &places, strongest, &all));
-        let Some(next) = next.flatten() else { return fitted };
-        let stays = |place: usize| place == strongest || !places.contains(&place);
-        let at = (0..strongest).filter(|place| stays(*place)).count();
-        self.journal.note(&next.train.model.effects[at], Outcome::Replaced, next.score - fitted.score, &what);
-        let explained = places.iter().map(|place| self.taken[place - self.given].delta_bic).sum();
-        let one = &mut self.taken[strongest - self.given];
-        one.delta_bic = explained;
-        one.alternatives.clear();
-        one.rivals.retain(|rival| rival.id != all.id);
-        one.rivals.iter_mut().for_each(|rival| rival.cable = None);
-        let mut number = self.given..;
-        self.taken.retain(|_| number.next().is_some_and(stays));
-        self.taken.iter_mut().for_each(Taken::changed);
-        next
-    }
+/// What stands with one law in the place of all that are the same as `law`, if that is as good.
+fn one_for_all(context: &Context<'_>, standing: Standing, law: &EffectSpec) -> Standing {
+    let found = standing.found(context);
+    let places: Vec<usize> = (0..found.len()).filter(|k| same_law(&found[*k], law)).collect();
+    let strength = |k: &&usize| standing.accepted[**k].delta_bic;
+    let strongest = places.iter().min_by(|a, b| strength(a).total_cmp(&strength(b))).copied();
+    let Some(strongest) = strongest else { return standing };
+    let all = EffectSpec { cable: None, ..found[strongest].clone() };
+    let what = format!("on every cable in the place of {}", places.len());
+    let stays = |k: usize| k == strongest || !places.contains(&k);
+    let next = in_place_of(context, &standing, strongest, &all, &stays);
+    let Some(next) = context.journal.tried(&all, &what, next).flatten() else { return standing };
+    let change = next.score - standing.fit.score;
+    let mut standing = standing.changed(next);
+    let explained = places.iter().map(|k| standing.accepted[*k].delta_bic).sum();
+    let one = &mut standing.accepted[strongest];
+    one.delta_bic = explained;
+    one.alternatives.clear();
+    one.rivals.retain(|rival| rival.id != all.id);
+    one.rivals.iter_mut().for_each(|rival| rival.cable = None);
+    let mut number = 0..;
+    standing.accepted.retain(|_| number.next().is_some_and(stays));
+    let k = (0..strongest).filter(|k| stays(*k)).count();
+    context.journal.note(&standing.found(context)[k], Outcome::Replaced, change, &what);
+    standing
+}
 
-    fn in_place_of(
-        &self,
-        fitted: &Fitted,
-        places: &[usize],
-        strongest: usize,
-        all: &EffectSpec,
-    ) -> Result<Option<Fitted>, FitError> {
-        let mut model = fitted.train.model.clone();
-        model.effects[strongest] = all.clone();
-        let mut number = 0..;
-        model.effects.retain(|_| number.next().is_some_and(|at| at == strongest || !places.contains(&at)));
-        let next = self.fit(&model, fitted, ROUNDS)?;
-        let as_good = next.score <= fitted.score && next.holdout_score < fitted.holdout_score + 0.5 * EVIDENCE;
-        Ok(as_good.then_some(next))
-    }
+/// The model with the law on `all` cables in the place of the strongest, without the others that do not stay.
+fn in_place_of(
+    context: &Context<'_>,
+    standing: &Standing,
+    strongest: usize,
+    all: &EffectSpec,
+    stays: &dyn Fn(usize) -> bool,
+) -> Result<Option<Fitted>, FitError> {
+    let fitted = &standing.fit;
+    let mut model = fitted.train.model.clone();
+    let found = model.effects.split_off(context.given);
+    let kept = found.into_iter().enumerate().filter(|(k, _)| stays(*k));
+    model.effects.extend(kept.map(|(k, effect)| if k == strongest { all.clone() } else { effect }));
+    let next = context.fit(&model, fitted)?;
+    let as_likely = next.holdout_score < fitted.holdout_score + context.policy.helps * EVIDENCE;
+    let as_good = next.score <= fitted.score && as_likely;
+    Ok(as_good.then_some(next))
 }
 
 /// Whether two effects are one law on two cables, at work at the same times.
@@ -87,6 +89,7 @@ mod tests {
     use crate::data::recording::record;
     use crate::filter::estimate::noise_of_data;
     use crate::strategy::fitted::Evidence;
+    use crate::strategy::standing::Accepted;
 
     fn gain(cable: Option<usize>, value: f64) -> EffectSpec {
         EffectSpec::new("winch_force_gain", cable, &[value]).expect("an effect")
@@ -98,14 +101,14 @@ mod tests {
         let holdout = vec![record(hidden, 30.0, 13)];
         let noise = noise_of_data(&train);
         let evidence = Evidence { train, holdout, noise, instruments: None };
-        let mut search = Search::new(&evidence, 0, &|_, _| {});
-        let base = search.base(&Model::default()).expect("a fit");
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
         let drag = EffectSpec::new("platform_linear_drag", None, &[1.0]).expect("an effect");
         let found = vec![gain(Some(2), 0.01), drag, gain(Some(4), 0.02)];
-        let fitted = search.fit(&Model { effects: found, ..Model::default() }, &base, ROUNDS).expect("a fit");
-        search.taken = [-90.0, -20.0, -100.0].map(|weight| Taken::new(Vec::new(), weight, None)).into();
-        let fitted = search.on_every_cable(fitted);
-        (fitted.train.model.effects, search.taken.len())
+        let fit = context.fit(&Model { effects: found, ..Model::default() }, &base).expect("a fit");
+        let accepted = [-90.0, -20.0, -100.0].map(|weight| Accepted::new(Vec::new(), weight, None)).into();
+        let standing = on_every_cable(&context, Standing { fit, accepted, ..Standing::new(&context, base) });
+        (standing.effects().to_vec(), standing.accepted.len())
     }
 
     #[test]

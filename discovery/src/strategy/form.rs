@@ -11,70 +11,153 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 use rayon::prelude::*;
 
-use crate::filter::estimate::FitError;
+use crate::data::Trial;
+use crate::filter::estimate::{Fit, FitError};
 use crate::hypothesis::candidates::Situation;
-use crate::hypothesis::extension::{
-    Stage, beyond_first_order, count_in_use, force_of, in_use, index_of, is_friction, kin_of, stage, value_of, with,
+use crate::hypothesis::extension::{count_in_use, in_use, index_of, value_of, with};
+use crate::hypothesis::friction::{
+    ASYMMETRY, STATIC, Stage, TURN, beyond_first_order, bias_of, damped_starts, is_friction, kin_of, presliding_starts,
+    stage,
 };
 use crate::journal::Outcome;
+use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained};
-use crate::strategy::search::{EVIDENCE, ROUNDS, Search, Taken};
+use crate::strategy::standing::Standing;
+use crate::weigh::criterion::EVIDENCE;
 
-/// Rounds of a refinement by which a start is judged.
-const FIRST_ROUNDS: usize = 3;
-/// Moves by which a trajectory settles where friction has become a state.
-const SETTLING: usize = 3;
-/// Most refinements one after the other.
-const MOST_REFINEMENTS: usize = 3;
-/// Deflections (m) at which friction may begin to slide.
-const DEFLECTIONS: [f64; 2] = [1e-3, 2e-2];
-/// Ratio of damping and stiffness (s) before sliding from which the search starts.
-const DAMPING_TIME: f64 = 0.03;
-/// Speeds (m/s) at which that damping may fade.
-const DAMPING_SPEEDS: [f64; 2] = [0.02, 0.1];
+/// What stands with all friction in the form that it needs beside the effects that stand.
+pub(crate) fn form(context: &Context<'_>, standing: Standing) -> Standing {
+    form_if(context, standing, f64::NEG_INFINITY)
+}
 
-/// A law without presliding, from where it is refined.
-const STATIC: [(&str, f64); 4] =
-    [("presliding_stiffness", 0.0), ("presliding_damping", 0.0), ("damping_speed", 0.0), ("transition_speed", 0.01)];
-
-/// Difference between the two directions, with the value from which it is refined.
-const ASYMMETRY: (&str, f64) = ("asymmetry", 0.1);
-/// Parameters that shape how friction turns its sign, each tried where the one before it helped.
-const TURN: [(&str, f64); 3] = [("transition_speed", 0.01), ("tail", 0.2), ("algebraic", 0.2)];
-
-impl Search<'_> {
-    /// `fitted` with all friction in the form that it needs beside the effects that stand.
-    pub(crate) fn form(&mut self, fitted: Fitted) -> Fitted {
-        self.form_if(fitted, f64::NEG_INFINITY)
+/// As [`form`], but law and presliding only if they explain more than this share of the evidence that is left.
+pub(crate) fn form_if(context: &Context<'_>, mut standing: Standing, share: f64) -> Standing {
+    let among = standing.effects().len();
+    let wanting: Vec<usize> = (0..standing.accepted.len())
+        .filter(|k| {
+            let effect = &standing.found(context)[*k];
+            let formed = standing.accepted[*k].formed_among == Some(among);
+            is_friction(effect) && stage(effect) != Stage::Complete && !formed
+        })
+        .collect();
+    let Some(first) = wanting.first().map(|k| standing.found(context)[*k].clone()) else { return standing };
+    (context.progress)("fitting the shape of friction", 0.2);
+    let forms = Forms { context, beginnings: &standing.beginnings };
+    let begun = forms.begun(&standing);
+    let begun = context.journal.tried(&first, "its form, on the beginnings of the trials", begun);
+    let Some(begun) = begun else { return standing };
+    let places: Vec<usize> = wanting.iter().map(|k| context.at(*k)).collect();
+    let shaped = places.iter().fold(begun, |begun, at| forms.in_full(begun, *at));
+    let formed = context.journal.tried(&first, "in another form", forms.formed(&shaped, &places));
+    let Some(formed) = formed else { return standing };
+    if context.share(shaped.score, formed.score, &standing.beginnings) < share {
+        return as_begun(context, standing, &shaped);
     }
+    for k in wanting {
+        standing.accepted[k].formed_among = Some(among);
+    }
+    as_begun(context, standing, &formed)
+}
 
-    /// As [`Search::form`], but law and presliding only if they explain more than this share of the evidence that is left.
-    pub(crate) fn form_if(&mut self, fitted: Fitted, share: f64) -> Fitted {
-        let among = fitted.train.model.effects.len();
-        let wanting: Vec<usize> = (self.given..among)
-            .filter(|at| {
-                let effect = &fitted.train.model.effects[*at];
-                let formed = self.taken[at - self.given].formed_among == Some(among);
-                is_friction(effect) && stage(effect) != Stage::Complete && !formed
-            })
-            .collect();
-        if wanting.is_empty() {
-            return fitted;
+/// What stands with the form of friction that was chosen by the beginnings of the trials, if it earns its place.
+fn as_begun(context: &Context<'_>, standing: Standing, begun: &Trained) -> Standing {
+    let old = standing.found(context).to_vec();
+    let new = &begun.fit.model.effects[context.given..];
+    let changed: Vec<usize> = (0..old.len())
+        .filter(|k| old[*k].id != new[*k].id || count_in_use(&old[*k]) != count_in_use(&new[*k]))
+        .collect();
+    let Some(first) = changed.first() else { return standing };
+    let whole =
+        context.journal.tried(&new[*first], "in this form on the whole", on_whole(context, &standing.fit, begun));
+    let Some(next) = whole.flatten() else { return standing };
+    let change = next.score - standing.fit.score;
+    let formed_among: Vec<Option<usize>> = standing.accepted.iter().map(|accepted| accepted.formed_among).collect();
+    let mut standing = standing.changed(next);
+    for k in changed {
+        let (old, new) = (old[k].clone(), standing.found(context)[k].clone());
+        let accepted = &mut standing.accepted[k];
+        accepted.formed_among = formed_among[k];
+        accepted.delta_bic += change;
+        accepted.rivals.retain(|rival| rival.id != new.id);
+        if old.id == new.id {
+            context.journal.note(&new, Outcome::Extended, change, "");
+        } else {
+            let reason = format!("in place of {}", old.id);
+            accepted.rivals.insert(0, old);
+            context.journal.note(&new, Outcome::Replaced, change, &reason);
         }
-        (self.progress)("fitting the shape of friction", 0.2);
-        let first = &fitted.train.model.effects[wanting[0]];
-        let begun = self.journal.tried(first, "its form, on the beginnings of the trials", self.on_beginnings(&fitted));
-        let Some(begun) = begun else { return fitted };
-        let shaped = wanting.iter().fold(begun, |begun, at| self.in_full(begun, *at));
-        let formed = self.journal.tried(first, "in another form", self.formed(&shaped, &wanting));
-        let Some(formed) = formed else { return fitted };
-        if self.share(shaped.score, formed.score, &self.beginnings) < share {
-            return self.as_begun(fitted, &shaped);
+    }
+    standing
+}
+
+/// The model that was chosen by the beginnings of the trials on the whole, if it is better than `fitted` by what counts.
+fn on_whole(context: &Context<'_>, fitted: &Fitted, begun: &Trained) -> Result<Option<Fitted>, FitError> {
+    let (trials, policy) = (&context.evidence.train, context.policy);
+    // Where friction becomes a state, the trajectory must settle before anything is refined.
+    let mut start = context.started(&begun.fit.model, &fitted.train, trials)?;
+    start.settle(trials, policy.settling_moves)?;
+    let trained = context.train(&begun.fit.model, &start, trials, policy.rounds, None)?;
+    if trained.score >= fitted.score - EVIDENCE {
+        return Ok(None);
+    }
+    context.verified(trained, fitted).map(|next| next.helps(fitted, policy).then_some(next))
+}
+
+/// Once all effects stand: extensions that were too much as long as other effects were missing, and no presliding and no
+/// asymmetry that stood for one of these.
+pub(crate) fn settle_extensions(context: &Context<'_>, mut standing: Standing) -> Standing {
+    let among = standing.effects().len();
+    for k in 0..standing.accepted.len() {
+        let formed = standing.accepted[k].formed_among == Some(among);
+        if !formed && stage(&standing.found(context)[k]) != Stage::Static {
+            standing = simplified(context, standing, k, &STATIC);
         }
-        for at in wanting {
-            self.taken[at - self.given].formed_among = Some(among);
+        if value_of(&standing.found(context)[k], ASYMMETRY.0).is_some_and(|a| a != 0.0) {
+            standing = simplified(context, standing, k, &[(ASYMMETRY.0, 0.0)]);
         }
-        self.as_begun(fitted, &formed)
+    }
+    form(context, standing)
+}
+
+/// What stands with parameters of effect `k` as in a simpler law, if that is as good.
+fn simplified(context: &Context<'_>, standing: Standing, k: usize, law: &[(&str, f64)]) -> Standing {
+    let simpler = simpler(context, &standing, context.at(k), law);
+    let simpler = context.journal.tried(&standing.found(context)[k], "in a simpler form", simpler);
+    let Some(next) = simpler.flatten() else { return standing };
+    let change = next.score - standing.fit.score;
+    context.journal.note(&next.train.model.effects[context.at(k)], Outcome::Simplified, change, "");
+    Standing { fit: next, ..standing }
+}
+
+fn simpler(
+    context: &Context<'_>,
+    standing: &Standing,
+    at: usize,
+    law: &[(&str, f64)],
+) -> Result<Option<Fitted>, FitError> {
+    let forms = Forms { context, beginnings: &standing.beginnings };
+    let begun = forms.begun(standing)?;
+    let model = with(&begun.fit.model, at, law);
+    let start = context.loosened(&model, &begun.fit, forms.beginnings)?;
+    let fixed = forms.train(&model, &start)?;
+    if fixed.score >= begun.score + EVIDENCE {
+        return Ok(None);
+    }
+    let next = context.fit_without(&fixed.fit.model, &standing.fit, context.policy.rounds)?;
+    Ok((next.score < standing.fit.score + EVIDENCE).then_some(next))
+}
+
+/// The forms of friction that the beginnings of trials ask for. Effects are told by their index in the model.
+pub(crate) struct Forms<'a> {
+    pub(crate) context: &'a Context<'a>,
+    pub(crate) beginnings: &'a [Trial],
+}
+
+impl Forms<'_> {
+    /// What stands on the beginnings of the trials, with its parameters fitted to them.
+    fn begun(&self, standing: &Standing) -> Result<Trained, FitError> {
+        let begun = standing.begun(self.context, &standing.fit.train)?;
+        self.train_few(&standing.fit.train.model, &begun)
     }
 
     /// The law and the presliding of friction at some places that the beginnings of the trials ask for.
@@ -85,7 +168,7 @@ impl Search<'_> {
         for &at in places {
             if stage(&begun.fit.model.effects[at]) == Stage::Undamped {
                 undamped = true;
-            } else if self.something_left(&begun.fit, &self.beginnings) {
+            } else if self.context.something_left(&begun.fit, self.beginnings) {
                 let mut laws = self.kin(begun, at);
                 // The best law that knows presliding, even where another one is better as long as there is none.
                 let mut effects = laws.iter().map(|law| &law.fit.model.effects[at]);
@@ -98,97 +181,10 @@ impl Search<'_> {
             (true, false) => return Ok(begun),
             (true, true) => return self.damped(begun),
             // Another law may have explained it all.
-            (false, _) if !self.something_left(&begun.fit, &self.beginnings) => return Ok(begun),
+            (false, _) if !self.context.something_left(&begun.fit, self.beginnings) => return Ok(begun),
             (false, _) => self.presliding(&begun, &able)?,
         };
         Ok(presliding.filter(|next| next.score < begun.score).unwrap_or(begun))
-    }
-
-    /// `fitted` with the form of friction that was chosen by the beginnings of the trials, if it earns its place.
-    fn as_begun(&mut self, fitted: Fitted, begun: &Trained) -> Fitted {
-        let old = fitted.train.model.effects.clone();
-        let new = &begun.fit.model.effects;
-        let changed: Vec<usize> = (self.given..old.len())
-            .filter(|at| old[*at].id != new[*at].id || count_in_use(&old[*at]) != count_in_use(&new[*at]))
-            .collect();
-        if changed.is_empty() {
-            return fitted;
-        }
-        let whole = self.journal.tried(&new[changed[0]], "in this form on the whole", self.on_whole(&fitted, begun));
-        let Some(next) = whole.flatten() else { return fitted };
-        let among = self.taken.iter().map(|taken| taken.formed_among).collect::<Vec<_>>();
-        self.taken.iter_mut().for_each(Taken::changed);
-        let change = next.score - fitted.score;
-        for at in changed {
-            let (old, new) = (old[at].clone(), next.train.model.effects[at].clone());
-            let taken = &mut self.taken[at - self.given];
-            taken.formed_among = among[at - self.given];
-            taken.delta_bic += change;
-            taken.rivals.retain(|rival| rival.id != new.id);
-            if old.id == new.id {
-                self.journal.note(&new, Outcome::Extended, change, "");
-            } else {
-                let reason = format!("in place of {}", old.id);
-                taken.rivals.insert(0, old);
-                self.journal.note(&new, Outcome::Replaced, change, &reason);
-            }
-        }
-        next
-    }
-
-    /// The model that was chosen by the beginnings of the trials on the whole, if it is better than `fitted` by what counts.
-    fn on_whole(&self, fitted: &Fitted, begun: &Trained) -> Result<Option<Fitted>, FitError> {
-        // Where friction becomes a state, the trajectory must settle before anything is refined.
-        let mut start = self.started(&begun.fit.model, &fitted.train, &self.evidence.train)?;
-        start.settle(&self.evidence.train, SETTLING)?;
-        let trained = self.train(&begun.fit.model, &start, &self.evidence.train, ROUNDS, None)?;
-        if trained.score >= fitted.score - EVIDENCE {
-            return Ok(None);
-        }
-        self.verified(trained, fitted).map(|next| Self::helps(fitted, &next).then_some(next))
-    }
-
-    /// Once all effects stand: extensions that were too much as long as other effects were missing, and no presliding and no
-    /// asymmetry that stood for one of these.
-    pub(crate) fn settle_extensions(&mut self, mut fitted: Fitted) -> Fitted {
-        let among = fitted.train.model.effects.len();
-        for at in self.given..among {
-            let formed = self.taken[at - self.given].formed_among == Some(among);
-            if !formed && stage(&fitted.train.model.effects[at]) != Stage::Static {
-                fitted = self.simplified(fitted, at, &STATIC);
-            }
-            if value_of(&fitted.train.model.effects[at], ASYMMETRY.0).is_some_and(|a| a != 0.0) {
-                fitted = self.simplified(fitted, at, &[(ASYMMETRY.0, 0.0)]);
-            }
-        }
-        self.form(fitted)
-    }
-
-    /// `fitted` with parameters of effect `at` as in a simpler law, if that is as good.
-    fn simplified(&mut self, fitted: Fitted, at: usize, law: &[(&str, f64)]) -> Fitted {
-        let simpler = self.simpler(&fitted, at, law);
-        let simpler = self.journal.tried(&fitted.train.model.effects[at], "in a simpler form", simpler);
-        let Some(next) = simpler.flatten() else { return fitted };
-        self.journal.note(&next.train.model.effects[at].clone(), Outcome::Simplified, next.score - fitted.score, "");
-        next
-    }
-
-    fn simpler(&self, fitted: &Fitted, at: usize, law: &[(&str, f64)]) -> Result<Option<Fitted>, FitError> {
-        let begun = self.on_beginnings(fitted)?;
-        let model = with(&begun.fit.model, at, law);
-        let start = self.loosened(&model, &begun.fit, &self.beginnings)?;
-        let fixed = self.train(&model, &start, &self.beginnings, ROUNDS, None)?;
-        if fixed.score >= begun.score + EVIDENCE {
-            return Ok(None);
-        }
-        let next = self.fit_without(&fixed.fit.model, fitted, ROUNDS)?;
-        Ok((next.score < fitted.score + EVIDENCE).then_some(next))
-    }
-
-    /// `fitted` on the beginnings of the trials, with its parameters fitted to them.
-    fn on_beginnings(&self, fitted: &Fitted) -> Result<Trained, FitError> {
-        let begun = self.begun(&fitted.train)?;
-        self.train(&fitted.train.model, &begun, &self.beginnings, FIRST_ROUNDS, None)
     }
 
     /// The law of effect `at` with the shapes that it needs on the beginnings of the trials; as it is where it has presliding
@@ -214,8 +210,8 @@ impl Search<'_> {
     /// `begun` with one more shape of effect `at`, if the criterion falls.
     fn with_shape(&self, begun: &Trained, at: usize, shape: (&str, f64)) -> Option<Trained> {
         let model = with(&begun.fit.model, at, &[shape]);
-        let next = self.train(&model, &begun.fit, &self.beginnings, ROUNDS, None);
-        let next = self.journal.tried(&model.effects[at], &format!("with {}", shape.0), next);
+        let next = self.train(&model, &begun.fit);
+        let next = self.context.journal.tried(&model.effects[at], &format!("with {}", shape.0), next);
         next.filter(|next| next.score < begun.score)
     }
 
@@ -226,8 +222,8 @@ impl Search<'_> {
         let Some(law) = beyond_first_order(&shaped.fit.model.effects[at]) else { return shaped };
         let mut model = shaped.fit.model.clone();
         model.effects[at] = law;
-        let whole = self.train(&model, &shaped.fit, &self.beginnings, ROUNDS, None);
-        let whole = self.journal.tried(&model.effects[at], "beyond its first order", whole);
+        let whole = self.train(&model, &shaped.fit);
+        let whole = self.context.journal.tried(&model.effects[at], "beyond its first order", whole);
         whole.filter(|whole| whole.score < shaped.score - EVIDENCE).unwrap_or(shaped)
     }
 
@@ -240,18 +236,17 @@ impl Search<'_> {
         }
         let unlike = self.with_shape(begun, at, ASYMMETRY)?;
         let law = &unlike.fit.model.effects[at];
-        let bias = force_of(law)? * value_of(law, ASYMMETRY.0)?;
         let mut biased = begun.fit.model.clone();
-        biased.effects.push(EffectSpec::new("winch_force_bias", law.cable, &[bias]).ok()?);
-        let with_bias = self.train(&biased, &begun.fit, &self.beginnings, ROUNDS, None);
-        let with_bias = self.journal.tried(law, "equal in both directions beside a bias", with_bias);
+        biased.effects.push(bias_of(law)?);
+        let with_bias = self.train(&biased, &begun.fit);
+        let with_bias = self.context.journal.tried(law, "equal in both directions beside a bias", with_bias);
         with_bias.is_none_or(|biased| unlike.score <= biased.score).then_some(unlike)
     }
 
     /// The laws of friction, each in the shape it needs on the beginnings of the trials, in place of effect `at`; the best
     /// first. A richer law than that effect must be better by what counts.
     fn kin(&self, begun: Trained, at: usize) -> Vec<Trained> {
-        let laws = kin_of(&begun.fit.model.effects[at], Situation::of(&self.beginnings).mean_tension);
+        let laws = kin_of(&begun.fit.model.effects[at], Situation::of(self.beginnings).mean_tension);
         let own = count_in_use(&begun.fit.model.effects[at]);
         let handicap = |law: &Trained| {
             let richer = count_in_use(&law.fit.model.effects[at]) > own;
@@ -260,14 +255,14 @@ impl Search<'_> {
         let fitted = |law: &EffectSpec| {
             let mut model = begun.fit.model.clone();
             model.effects[at] = law.clone();
-            let start = self.loosened(&model, &begun.fit, &self.beginnings)?;
-            self.train(&model, &start, &self.beginnings, ROUNDS, None)
+            let start = self.context.loosened(&model, &begun.fit, self.beginnings)?;
+            self.train(&model, &start)
         };
         let tried = laws.par_iter().filter_map(|law| {
-            let law = self.journal.tried(law, "as another law of friction", fitted(law))?;
+            let law = self.context.journal.tried(law, "as another law of friction", fitted(law))?;
             Some(self.in_full(law, at))
         });
-        let mut all: Vec<Trained> = self.journal.side_by_side(|| tried.collect());
+        let mut all: Vec<Trained> = self.context.journal.side_by_side(|| tried.collect());
         all.push(begun);
         all.sort_by(|a, b| handicap(a).total_cmp(&handicap(b)));
         all
@@ -276,36 +271,17 @@ impl Search<'_> {
     /// Presliding of the `able` laws, first without damping, in place of the shapes of static ones; on the beginnings of the
     /// trials, where it is better.
     fn presliding(&self, begun: &Trained, able: &[(usize, EffectSpec)]) -> Result<Option<Trained>, FitError> {
-        let starts = DEFLECTIONS.map(|deflection| {
-            let mut model = begun.fit.model.clone();
-            for (at, law) in able {
-                model.effects[*at] = law.clone();
-                let stiffness = force_of(law).unwrap_or_default() / deflection;
-                let values = [("tail", 0.0), ("algebraic", 0.0), ("presliding_stiffness", stiffness)];
-                model = with(&model, *at, &values);
-            }
-            model
-        });
+        let starts = presliding_starts(&begun.fit.model, able);
         let Some(dahl) = self.tried(&starts, begun, &able[0].1) else { return Ok(None) };
         self.damped(self.refined_once(&dahl)?).map(Some)
     }
 
     /// Presliding with the damping that it needs on the beginnings of the trials, wherever it has none.
     fn damped(&self, dahl: Trained) -> Result<Trained, FitError> {
-        let starts = DAMPING_SPEEDS.map(|speed| {
-            let mut model = dahl.fit.model.clone();
-            for at in self.given..model.effects.len() {
-                let effect = &model.effects[at];
-                if is_friction(effect) && stage(effect) == Stage::Undamped {
-                    let damping = DAMPING_TIME * value_of(effect, "presliding_stiffness").unwrap_or_default();
-                    let values = [("presliding_damping", damping), ("damping_speed", speed)];
-                    model = with(&model, at, &values);
-                }
-            }
-            model
-        });
+        let found = self.context.given;
+        let starts = damped_starts(&dahl.fit.model, found);
         let undamped = |effect: &&EffectSpec| is_friction(effect) && stage(effect) == Stage::Undamped;
-        let damped = match dahl.fit.model.effects[self.given..].iter().find(undamped) {
+        let damped = match dahl.fit.model.effects[found..].iter().find(undamped) {
             Some(law) => self.tried(&starts, &dahl, law),
             None => None,
         };
@@ -314,15 +290,16 @@ impl Search<'_> {
 
     /// The best of several starts of presliding of a `law`, as far as a few rounds bring them, if better than `from`.
     fn tried(&self, starts: &[Model], from: &Trained, law: &EffectSpec) -> Option<Trained> {
-        let train = |start| self.train(start, &from.fit, &self.beginnings, FIRST_ROUNDS, None);
-        let tried = starts.par_iter().filter_map(|start| self.journal.tried(law, "with presliding", train(start)));
-        let best = self.journal.side_by_side(|| tried.min_by(|a, b| a.score.total_cmp(&b.score)))?;
+        let train = |start| self.train_few(start, &from.fit);
+        let tried =
+            starts.par_iter().filter_map(|start| self.context.journal.tried(law, "with presliding", train(start)));
+        let best = self.context.journal.side_by_side(|| tried.min_by(|a, b| a.score.total_cmp(&b.score)))?;
         (best.score < from.score - EVIDENCE).then_some(best)
     }
 
     /// `begun` refined until nothing is gained.
     fn refined(&self, mut begun: Trained) -> Result<Trained, FitError> {
-        for _ in 0..MOST_REFINEMENTS {
+        for _ in 0..self.context.policy.most_refinements {
             let next = self.refined_once(&begun)?;
             let gained = begun.score - next.score;
             if gained > 0.0 {
@@ -339,8 +316,18 @@ impl Search<'_> {
     /// is too little, and steps from there fail.
     fn refined_once(&self, begun: &Trained) -> Result<Trained, FitError> {
         let mut start = begun.fit.clone();
-        start.settle(&self.beginnings, SETTLING)?;
-        self.train(&begun.fit.model, &start, &self.beginnings, ROUNDS, None)
+        start.settle(self.beginnings, self.context.policy.settling_moves)?;
+        self.train(&begun.fit.model, &start)
+    }
+
+    /// A model fitted to the beginnings.
+    fn train(&self, model: &Model, from: &Fit) -> Result<Trained, FitError> {
+        self.context.train(model, from, self.beginnings, self.context.policy.rounds, None)
+    }
+
+    /// The same in a few rounds.
+    fn train_few(&self, model: &Model, from: &Fit) -> Result<Trained, FitError> {
+        self.context.train(model, from, self.beginnings, self.context.policy.rounds_of_a_start, None)
     }
 }
 
@@ -356,12 +343,14 @@ mod tests {
         let (train, holdout) = (vec![record(hidden, 30.0, 41)], vec![record(hidden, 20.0, 42)]);
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
         let evidence = Evidence { train, holdout, noise, instruments: None };
-        let search = Search::new(&evidence, 0, &|_, _| {});
+        let (context, base) = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {}).unwrap();
+        let standing = Standing::new(&context, base);
+        let forms = Forms { context: &context, beginnings: &standing.beginnings };
         let plain = EffectSpec::new("winch_coulomb_friction", Some(2), &[180.0, 0.02]).unwrap();
         let model = Model { effects: vec![plain], ..Model::default() };
         let from = crate::data::recording::fitted(&[], &evidence.train);
-        let begun = search.train(&model, &from, &search.beginnings, ROUNDS, None).unwrap();
-        value_of(&search.shaped(begun, 0).fit.model.effects[0], "asymmetry").unwrap()
+        let begun = forms.train(&model, &from).unwrap();
+        value_of(&forms.shaped(begun, 0).fit.model.effects[0], "asymmetry").unwrap()
     }
 
     /// Friction with 30 % more when paying out was found as equal friction and a force bias, which it is but at low speeds.

@@ -1,46 +1,34 @@
 //! Limits of a winch's force of which only one has shown so far.
 //!
-//! A limit that no command reaches says nothing of itself, so refinement never moves it. Where one limit of a winch stands,
-//! the other one is therefore put among the commands, where it acts, and refined from there: before held-out data judge, for
-//! these may reach the other one alone.
+//! The other one is put among the commands, where it acts, and refined from there: before held-out data judge, for these may
+//! reach the other one alone.
 
 use crate::filter::estimate::FitError;
 use crate::hypothesis::candidates::Situation;
 use crate::hypothesis::extension::with;
+use crate::hypothesis::limits::other_limit;
+use crate::strategy::context::Context;
 use crate::strategy::fitted::Trained;
-use crate::strategy::search::{EVIDENCE, ROUNDS, Search};
+use crate::weigh::criterion::EVIDENCE;
 
-const ID: &str = "winch_saturation";
-/// Share of the commands beyond a limit from which it is refined.
-const BEYOND: f64 = 0.05;
+/// `trained` with both limits where its last effect is one limit of a winch's force, if the second earns its place.
+pub(crate) fn both_limits(context: &Context<'_>, trained: Trained) -> Trained {
+    let Some(one) = trained.fit.model.effects.last() else { return trained };
+    let both = context.journal.tried(one, "with its other limit", with_other_limit(context, &trained));
+    both.flatten().unwrap_or(trained)
+}
 
-impl Search<'_> {
-    /// `trained` with both limits where its last effect is one limit of a winch's force, if the second earns its place.
-    pub(crate) fn both_limits(&self, trained: Trained) -> Trained {
-        let Some(one) = trained.fit.model.effects.last() else { return trained };
-        let both = self.journal.tried(one, "with its other limit", self.other_limit(&trained));
-        both.flatten().unwrap_or(trained)
+fn with_other_limit(context: &Context<'_>, trained: &Trained) -> Result<Option<Trained>, FitError> {
+    let (model, trials) = (&trained.fit.model, &context.evidence.train);
+    let limit = model.effects.last().and_then(|effect| other_limit(effect, &Situation::of(trials)));
+    let Some(limit) = limit else { return Ok(None) };
+    let model = with(model, model.effects.len() - 1, &[limit]);
+    if model.check().is_err() {
+        return Ok(None);
     }
-
-    fn other_limit(&self, trained: &Trained) -> Result<Option<Trained>, FitError> {
-        let model = &trained.fit.model;
-        let Some(effect) = model.effects.last().filter(|effect| effect.id == ID) else { return Ok(None) };
-        let trials = &self.evidence.train;
-        let situation = Situation::of(trials);
-        let quantile = |share: f64| situation.quantile(effect.cable, share);
-        let limit = match effect.values[..] {
-            [lower, _] if lower < quantile(0.0) => ("lower", quantile(BEYOND)),
-            [_, upper] if upper > quantile(1.0) => ("upper", quantile(1.0 - BEYOND)),
-            _ => return Ok(None),
-        };
-        let model = with(model, model.effects.len() - 1, &[limit]);
-        if model.check().is_err() {
-            return Ok(None);
-        }
-        let start = self.loosened(&model, &trained.fit, trials)?;
-        let next = self.train(&model, &start, trials, ROUNDS, None)?;
-        Ok((next.score < trained.score - EVIDENCE).then_some(next))
-    }
+    let start = context.loosened(&model, &trained.fit, trials)?;
+    let next = context.train(&model, &start, trials, context.policy.rounds, None)?;
+    Ok((next.score < trained.score - EVIDENCE).then_some(next))
 }
 
 #[cfg(test)]
@@ -51,6 +39,7 @@ mod tests {
     use super::*;
     use crate::data::recording::record;
     use crate::filter::estimate::noise_of_data;
+    use crate::hypothesis::limits::ID;
     use crate::strategy::fitted::Evidence;
 
     /// A lower limit that stands, where the upper one is missing as well, is joined by it; alone it stays alone.
@@ -66,11 +55,11 @@ mod tests {
             let holdout = vec![record(&hidden, 40.0, 6)];
             let noise = noise_of_data(&train);
             let evidence = Evidence { train, holdout, noise, instruments: None };
-            let mut search = Search::new(&evidence, 0, &|_, _| {});
-            let base = search.base(&Model::default()).expect("a fit");
+            let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+            let (context, base) = begun.expect("a fit");
             let one = Model { effects: vec![limits(reached(0.1), beyond)], ..Model::default() };
-            let one = search.train(&one, &base.train, &evidence.train, ROUNDS, None).expect("a fit");
-            let both = search.both_limits(one).fit.model.effects[0].values.clone();
+            let one = context.train(&one, &base.train, &evidence.train, context.policy.rounds, None).expect("a fit");
+            let both = both_limits(&context, one).fit.model.effects[0].values.clone();
             assert!((both[0] / reached(0.1) - 1.0).abs() < 4e-3, "{both:?}");
             assert_eq!(both[1] == beyond, !joins, "{both:?}");
             assert!((both[1] / upper - 1.0).abs() < 4e-3, "{both:?} {upper}");

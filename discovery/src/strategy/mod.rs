@@ -1,15 +1,28 @@
 //! The strategy: the steps of the search, a file each, and the loop that takes them.
 
+pub(crate) mod begin;
+pub(crate) mod candidates;
+pub(crate) mod context;
 pub(crate) mod drift;
+pub(crate) mod elasticity;
 pub(crate) mod entrance;
 pub(crate) mod every_cable;
+pub(crate) mod evident_delay;
 pub(crate) mod fitted;
+pub(crate) mod fitting;
 pub(crate) mod form;
+pub(crate) mod geometry;
+pub(crate) mod instruments;
 pub(crate) mod limits;
 pub(crate) mod onset;
 pub(crate) mod pair;
+pub(crate) mod policy;
+pub(crate) mod prune;
 pub(crate) mod rivals;
 pub(crate) mod round;
+pub(crate) mod rounds;
 pub(crate) mod search;
 pub(crate) mod second_look;
 pub(crate) mod settle;
+pub(crate) mod standing;
+pub(crate) mod terms;

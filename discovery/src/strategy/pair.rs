@@ -11,16 +11,16 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::filter::estimate::{Fit, FitError};
 use crate::hypothesis::candidates::{Candidate, Library};
-use crate::hypothesis::extension::is_friction_law;
+use crate::hypothesis::friction::is_friction_law;
 use crate::hypothesis::stream::normals;
-use crate::strategy::entrance::{Answer, Source};
-use crate::strategy::fitted::Fitted;
-use crate::strategy::round::{MOST_RIVALS, Proposed, Signatures, effect_of, is_rival};
-use crate::strategy::search::{EVIDENCE, NOTHING_LEFT, ROUNDS, Search};
-use crate::weigh::regression::{Level, Penalty, Scored, ladder, levels, rank, subset};
-
-/// Candidates of which pairs are formed.
-const PAIRED: usize = 30;
+use crate::strategy::context::Context;
+use crate::strategy::entrance::enter;
+use crate::strategy::policy::Policy;
+use crate::strategy::round::{Proposed, effect_of, is_rival};
+use crate::strategy::standing::Standing;
+use crate::weigh::criterion::{EVIDENCE, Penalty};
+use crate::weigh::regression::{Level, Scored, ladder, rank, subset};
+use crate::weigh::signatures::{Signatures, Source, levels};
 
 /// Two candidates, solved together.
 struct Pair {
@@ -28,51 +28,49 @@ struct Pair {
     score: f64,
 }
 
-impl Search<'_> {
-    /// The best pair of effects from `base` on, if it explains all that what was `found` does not; in place of that.
-    pub(crate) fn pair(
-        &mut self,
-        base: &Fitted,
-        signatures: &Signatures,
-        found: &Fitted,
-    ) -> Result<Option<Fitted>, FitError> {
-        (self.progress)("weighing pairs", 0.25);
-        let (fit, trials) = (&base.train, &self.evidence.train);
-        let Some((pair, rivals)) = best_pair(fit, trials, signatures, self.penalty) else { return Ok(None) };
-        let beside = |other: &EffectSpec| format!("as one of a pair with {}", other.id);
-        let mut model = fit.model.clone();
-        model.effects.extend(pair.clone());
-        let trained = self.train(&model, fit, trials, ROUNDS, None);
-        let Some(trained) = self.journal.tried(&pair[0], &beside(&pair[1]), trained) else { return Ok(None) };
-        if trained.score >= found.score - EVIDENCE {
-            return Ok(None);
-        }
-        let next = self.verified(trained, base);
-        let Some(next) = self.journal.tried(&pair[0], &beside(&pair[1]), next) else { return Ok(None) };
-        if next.gap[0] > NOTHING_LEFT || !Self::helps(found, &next) {
-            return Ok(None);
-        }
-        let alone = std::mem::take(&mut self.taken);
-        if self.enter(base, &next, rivals, Source::Catalogue, "as one of a pair")? == Answer::Enters {
-            return Ok(Some(next));
-        }
-        self.taken = alone;
-        Ok(None)
+/// The best pair of effects from the model as given on, if it explains all that what stands does not; in place of that.
+pub(crate) fn pair(context: &Context<'_>, standing: Standing, signatures: &Signatures) -> Result<Standing, FitError> {
+    (context.progress)("weighing pairs", 0.25);
+    let (base, found) = (&standing.base, &standing.fit);
+    let (fit, trials) = (&base.train, &context.evidence.train);
+    let Some((pair, rivals)) = best_pair(fit, trials, signatures, context.penalty, context.policy) else {
+        return Ok(standing);
+    };
+    let beside = |other: &EffectSpec| format!("as one of a pair with {}", other.id);
+    let mut model = fit.model.clone();
+    model.effects.extend(pair.clone());
+    let trained = context.train(&model, fit, trials, context.policy.rounds, None);
+    let Some(trained) = context.journal.tried(&pair[0], &beside(&pair[1]), trained) else { return Ok(standing) };
+    if trained.score >= found.score - EVIDENCE {
+        return Ok(standing);
     }
+    let next = context.verified(trained, base);
+    let Some(next) = context.journal.tried(&pair[0], &beside(&pair[1]), next) else { return Ok(standing) };
+    if next.gap[0] > context.policy.nothing_left || !next.helps(found, context.policy) {
+        return Ok(standing);
+    }
+    let entered = enter(context, &standing.anew(), next, rivals, Source::Catalogue, "as one of a pair")?;
+    Ok(entered.unwrap_or(standing))
 }
 
 /// The best pair of candidates along a fit, each with its rivals, if it leaves nothing to the latent forces: else it only does
 /// some of what is missing.
-pub(crate) fn best_pair(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty) -> Option<Proposed> {
+pub(crate) fn best_pair(
+    fit: &Fit,
+    trials: &[Trial],
+    signatures: &Signatures,
+    penalty: Penalty,
+    policy: &Policy,
+) -> Option<Proposed> {
     let library = &signatures.library;
-    let pairs = weigh_pairs(fit, trials, signatures, penalty);
+    let pairs = weigh_pairs(fit, trials, signatures, penalty, policy);
     let best = pairs.first().filter(|pair| !ladder(&fit.randomness)[pair.members[0].level].has_latents())?;
     let effects = best.members.iter().map(|member| effect_of(library, member)).collect::<Option<_>>()?;
-    Some((effects, (0..2).map(|k| rivals(library, &pairs, k)).collect()))
+    Some((effects, (0..2).map(|k| rivals(library, &pairs, k, policy)).collect()))
 }
 
 /// All pairs of the best candidates, the best first.
-fn weigh_pairs(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty) -> Vec<Pair> {
+fn weigh_pairs(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty, policy: &Policy) -> Vec<Pair> {
     let library = &signatures.library;
     let sizes = ladder(&fit.randomness);
     let ranked = rank(library, &levels(fit, trials, signatures, &sizes[..1]), Penalty::NONE);
@@ -84,7 +82,7 @@ fn weigh_pairs(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Pe
             let other = &library.candidates[*at];
             (other.id, other.cable) == (candidate.id, candidate.cable)
         };
-        if best.len() < PAIRED && !best.iter().any(same) {
+        if best.len() < policy.paired && !best.iter().any(same) {
             best.push(scored.candidate);
         }
     }
@@ -148,7 +146,7 @@ fn exclude_each_other(a: &Candidate, b: &Candidate) -> bool {
 }
 
 /// What could stand in place of a member of the best pair, beside the other one.
-fn rivals(library: &Library, pairs: &[Pair], member: usize) -> Vec<EffectSpec> {
+fn rivals(library: &Library, pairs: &[Pair], member: usize, policy: &Policy) -> Vec<EffectSpec> {
     let own = &pairs[0].members[member];
     let beside = pairs[0].members[1 - member].candidate;
     let others = pairs.iter().skip(1).filter_map(|pair| {
@@ -159,9 +157,9 @@ fn rivals(library: &Library, pairs: &[Pair], member: usize) -> Vec<EffectSpec> {
     let worst = others.clone().map(|(_, score)| score).fold(pairs[0].score, f64::max);
     let gain = worst - pairs[0].score;
     let own = &library.candidates[own.candidate];
-    let wanted =
-        others.filter(|(scored, score)| is_rival(own, &library.candidates[scored.candidate], (worst - score) / gain));
-    wanted.filter_map(|(scored, _)| effect_of(library, scored)).take(MOST_RIVALS).collect()
+    let wanted = others
+        .filter(|(scored, score)| is_rival(own, &library.candidates[scored.candidate], (worst - score) / gain, policy));
+    wanted.filter_map(|(scored, _)| effect_of(library, scored)).take(policy.most_rivals).collect()
 }
 
 #[cfg(test)]
@@ -169,6 +167,7 @@ mod tests {
     use super::*;
     use crate::data::recording::{fitted, record};
     use crate::hypothesis::candidates::{Situation, catalogue};
+    use crate::strategy::policy::POLICY;
 
     #[test]
     fn both_effects_of_a_pair_are_found_with_their_sizes() {
@@ -180,7 +179,7 @@ mod tests {
         let fit = fitted(&[], &trials);
         let library = catalogue(&fit.model, &Situation::of(&trials));
         let signatures = Signatures::new(library);
-        let pairs = weigh_pairs(&fit, &trials, &signatures, Penalty::new(5000));
+        let pairs = weigh_pairs(&fit, &trials, &signatures, Penalty::new(5000), &POLICY);
         let found = [0, 1].map(|k| effect_of(&signatures.library, &pairs[0].members[k]).unwrap());
         for effect in &hidden {
             let same = found.iter().find(|f| (&f.id, f.cable) == (&effect.id, effect.cable));

@@ -8,25 +8,14 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::filter::estimate::FitError;
 use crate::hypothesis::candidates::is_there;
-use crate::hypothesis::extension::{containing, count_in_use, extended_like};
+use crate::hypothesis::containing::containing;
+use crate::hypothesis::extension::{count_in_use, extended_like};
+use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained};
-use crate::strategy::search::{EVIDENCE, FAR_OFF, NOTHING_LEFT, ROUNDS, Search};
+use crate::strategy::form::Forms;
+use crate::strategy::standing::Standing;
+use crate::weigh::criterion::{EVIDENCE, told_apart_from};
 use crate::weigh::likelihood_ratio::overdispersion;
-
-/// Rounds of a refinement that starts near its end.
-const FEW_ROUNDS: usize = 4;
-/// What the criterion must rise on the beginnings for no shape of a law to make up for it.
-const HOPELESS: f64 = 10.0 * FAR_OFF;
-
-/// Difference of the criterion up to which two explanations are not told apart.
-const INDISTINGUISHABLE: f64 = 10.0;
-/// The same as a share of what the effect explains: no law is known to be exact beyond this.
-const INDISTINGUISHABLE_SHARE: f64 = 0.01;
-
-/// Difference of the criterion up to which an effect that explains `delta_bic` and another one are not told apart.
-pub(crate) fn told_apart_from(delta_bic: f64) -> f64 {
-    INDISTINGUISHABLE.max(INDISTINGUISHABLE_SHARE * delta_bic.abs())
-}
 
 /// Another explanation in the place of an effect.
 pub(crate) struct Rival {
@@ -50,106 +39,105 @@ impl Rival {
     }
 }
 
-impl Search<'_> {
-    /// The rivals of every effect in its place, the best first.
-    pub(crate) fn all_rivals(&self, fitted: &Fitted) -> Vec<Vec<Rival>> {
-        self.journal.side_by_side(|| {
-            (0..self.taken.len()).into_par_iter().map(|k| self.rivals_of(fitted, self.given + k)).collect()
-        })
-    }
+/// The rivals of every effect in its place, the best first.
+pub(crate) fn all_rivals(context: &Context<'_>, standing: &Standing) -> Vec<Vec<Rival>> {
+    context.journal.side_by_side(|| {
+        (0..standing.accepted.len()).into_par_iter().map(|k| rivals_of(context, standing, k)).collect()
+    })
+}
 
-    fn rivals_of(&self, fitted: &Fitted, at: usize) -> Vec<Rival> {
-        // What stands beside it already cannot stand in its place as well.
-        let beside: Vec<&EffectSpec> =
-            fitted.train.model.effects.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, effect)| effect).collect();
-        let can_stand = |rival: &&EffectSpec| !beside.iter().any(|effect| is_there(effect, &rival.id, rival.cable));
-        let rivals = self.taken[at - self.given].rivals.par_iter().filter(can_stand);
-        let what = format!("in place of {}", fitted.train.model.effects[at].id);
-        let tried = |rival: &EffectSpec| self.journal.tried(rival, &what, self.in_its_place(fitted, at, rival));
-        let mut out: Vec<Rival> = rivals.filter_map(tried).collect();
-        out.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
-        out
-    }
+fn rivals_of(context: &Context<'_>, standing: &Standing, k: usize) -> Vec<Rival> {
+    // What stands beside it already cannot stand in its place as well.
+    let (beside, effect) = standing.without(context, k);
+    let can_stand = |rival: &&EffectSpec| !beside.effects.iter().any(|effect| is_there(effect, &rival.id, rival.cable));
+    let rivals = standing.accepted[k].rivals.par_iter().filter(can_stand);
+    let what = format!("in place of {}", effect.id);
+    let tried = |rival: &EffectSpec| context.journal.tried(rival, &what, in_its_place(context, standing, k, rival));
+    let mut out: Vec<Rival> = rivals.filter_map(tried).collect();
+    out.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
+    out
+}
 
-    fn in_its_place(&self, fitted: &Fitted, at: usize, rival: &EffectSpec) -> Result<Rival, FitError> {
-        let (trials, beginnings) = (&self.evidence.train, &self.beginnings);
-        let standing = self.begun(&fitted.train)?;
-        let limit = self.score(&standing, beginnings);
-        let law = &fitted.train.model.effects[at];
-        let mut model = fitted.train.model.clone();
-        let price = |effect: &EffectSpec| self.penalty.of(count_in_use(effect).max(1));
-        let wider = containing(&rival.id, law);
-        let contains = wider.is_some();
-        let (begun, far_off) = if let Some(wider) = wider {
-            // It is at its best where it is the law that stands, or near, and must be better there.
-            model.effects[at] = wider;
-            (self.train(&model, &standing, beginnings, FEW_ROUNDS, None)?, 0.0)
-        } else {
-            model.effects[at] = extended_like(rival, law);
-            let aim = standing.minus_two_log_likelihood(beginnings, &standing.randomness);
-            let start = self.loosened(&model, &standing, beginnings)?;
-            let mut begun = self.train(&model, &start, beginnings, ROUNDS, Some(aim))?;
-            if begun.score < limit + HOPELESS {
-                begun = self.shaped(begun, at);
-            }
-            // What an effect explains of the whole it explains in proportion of a part.
-            let samples = |trials: &[Trial]| trials.iter().map(Trial::len).sum::<usize>() as f64;
-            let explained = self.taken[at - self.given].delta_bic * samples(beginnings) / samples(trials);
-            (begun, FAR_OFF.max(told_apart_from(explained)))
-        };
-        if begun.score > limit + far_off {
-            let effect = begun.fit.model.effects[at].clone();
-            let price = price(&effect) - price(law);
-            return Ok(Rival { effect, delta_bic: begun.score - limit, price, overdispersion: 1.0, whole: None });
+fn in_its_place(context: &Context<'_>, standing: &Standing, k: usize, rival: &EffectSpec) -> Result<Rival, FitError> {
+    let (trials, beginnings) = (&context.evidence.train, &standing.beginnings[..]);
+    let (fitted, policy, at) = (&standing.fit, context.policy, context.at(k));
+    let begun = standing.begun(context, &fitted.train)?;
+    let limit = context.score(&begun, beginnings);
+    let law = &fitted.train.model.effects[at];
+    let mut model = fitted.train.model.clone();
+    let price = |effect: &EffectSpec| context.penalty.of(count_in_use(effect).max(1));
+    let wider = containing(&rival.id, law);
+    let contains = wider.is_some();
+    let (begun, far_off) = if let Some(wider) = wider {
+        // It is at its best where it is the law that stands, or near, and must be better there.
+        model.effects[at] = wider;
+        (context.train(&model, &begun, beginnings, policy.rounds_near_the_end, None)?, 0.0)
+    } else {
+        model.effects[at] = extended_like(rival, law);
+        let aim = begun.minus_two_log_likelihood(beginnings, &begun.randomness);
+        let start = context.loosened(&model, &begun, beginnings)?;
+        let mut begun = context.train(&model, &start, beginnings, policy.rounds, Some(aim))?;
+        if begun.score < limit + policy.hopeless {
+            begun = Forms { context, beginnings }.shaped(begun, at);
         }
-        let whole = if contains {
-            self.train(&begun.fit.model, &fitted.train, trials, ROUNDS, None)?
-        } else {
-            let start = self.loosened(&begun.fit.model, &fitted.train, trials)?;
-            let aim = fitted.train.minus_two_log_likelihood(trials, &fitted.train.randomness);
-            self.train(&begun.fit.model, &start, trials, ROUNDS, Some(aim))?
-        };
-        let effect = whole.fit.model.effects[at].clone();
+        // What an effect explains of the whole it explains in proportion of a part.
+        let samples = |trials: &[Trial]| trials.iter().map(Trial::len).sum::<usize>() as f64;
+        let explained = standing.accepted[k].delta_bic * samples(beginnings) / samples(trials);
+        (begun, policy.far_off.max(told_apart_from(explained)))
+    };
+    if begun.score > limit + far_off {
+        let effect = begun.fit.model.effects[at].clone();
         let price = price(&effect) - price(law);
-        let overdispersion = overdispersion(&fitted.train, &whole.fit, trials);
-        Ok(Rival { effect, delta_bic: whole.score - fitted.score, price, overdispersion, whole: Some(whole) })
+        return Ok(Rival { effect, delta_bic: begun.score - limit, price, overdispersion: 1.0, whole: None });
     }
+    let whole = if contains {
+        context.train(&begun.fit.model, &fitted.train, trials, policy.rounds, None)?
+    } else {
+        let start = context.loosened(&begun.fit.model, &fitted.train, trials)?;
+        let aim = fitted.train.minus_two_log_likelihood(trials, &fitted.train.randomness);
+        context.train(&begun.fit.model, &start, trials, policy.rounds, Some(aim))?
+    };
+    let effect = whole.fit.model.effects[at].clone();
+    let price = price(&effect) - price(law);
+    let overdispersion = overdispersion(&fitted.train, &whole.fit, trials);
+    Ok(Rival { effect, delta_bic: whole.score - fitted.score, price, overdispersion, whole: Some(whole) })
+}
 
-    /// The model with one of the rivals of the last effect of `next` in its place, if that is better: where a gap is left, what
-    /// still misses can make a look-alike weigh more. Rivals are tried on the beginnings of the trials first.
-    pub(crate) fn or_rival(
-        &self,
-        fitted: &Fitted,
-        next: &Fitted,
-        rivals: &mut [EffectSpec],
-    ) -> Result<Option<Fitted>, FitError> {
-        if next.gap[0] <= NOTHING_LEFT || rivals.is_empty() {
-            return Ok(None);
-        }
-        let begun = self.begun(&fitted.train)?;
-        let standing = self.begun(&next.train)?;
-        let limit = self.score(&standing, &self.beginnings) - EVIDENCE;
-        let aim = standing.minus_two_log_likelihood(&self.beginnings, &standing.randomness);
-        let tried = rivals.par_iter().enumerate().filter_map(|(at, rival)| {
-            let mut model = fitted.train.model.clone();
-            model.effects.push(rival.clone());
-            let tried = self.train(&model, &begun, &self.beginnings, ROUNDS, Some(aim));
-            let tried = self.journal.tried(rival, "as a rival", tried)?;
-            (tried.score < limit).then_some((at, tried))
-        });
-        let best = self.journal.side_by_side(|| tried.min_by(|a, b| a.1.score.total_cmp(&b.1.score)));
-        let Some((at, better)) = best else { return Ok(None) };
-        let other = self.train(&better.fit.model, &fitted.train, &self.evidence.train, ROUNDS, None)?;
-        if other.score >= next.score {
-            return Ok(None);
-        }
-        let other = self.verified(other, fitted)?;
-        if !Self::helps(next, &other) {
-            return Ok(None);
-        }
-        rivals[at].clone_from(&next.train.model.effects[fitted.train.model.effects.len()]);
-        Ok(Some(other))
+/// What stands with one of the rivals of the last effect of `next` in its place, if that is better: where a gap is left, what
+/// still misses can make a look-alike weigh more. Rivals are tried on the beginnings of the trials first.
+pub(crate) fn or_rival(
+    context: &Context<'_>,
+    standing: &Standing,
+    next: &Fitted,
+    rivals: &mut [EffectSpec],
+) -> Result<Option<Fitted>, FitError> {
+    let (fitted, policy) = (&standing.fit, context.policy);
+    if next.gap[0] <= policy.nothing_left || rivals.is_empty() {
+        return Ok(None);
     }
+    let begun = standing.begun(context, &fitted.train)?;
+    let with_next = standing.begun(context, &next.train)?;
+    let limit = context.score(&with_next, &standing.beginnings) - EVIDENCE;
+    let aim = with_next.minus_two_log_likelihood(&standing.beginnings, &with_next.randomness);
+    let tried = rivals.par_iter().enumerate().filter_map(|(number, rival)| {
+        let mut model = fitted.train.model.clone();
+        model.effects.push(rival.clone());
+        let tried = context.train(&model, &begun, &standing.beginnings, policy.rounds, Some(aim));
+        let tried = context.journal.tried(rival, "as a rival", tried)?;
+        (tried.score < limit).then_some((number, tried))
+    });
+    let best = context.journal.side_by_side(|| tried.min_by(|a, b| a.1.score.total_cmp(&b.1.score)));
+    let Some((number, better)) = best else { return Ok(None) };
+    let other = context.train(&better.fit.model, &fitted.train, &context.evidence.train, policy.rounds, None)?;
+    if other.score >= next.score {
+        return Ok(None);
+    }
+    let other = context.verified(other, fitted)?;
+    if !other.helps(next, policy) {
+        return Ok(None);
+    }
+    rivals[number].clone_from(&next.train.model.effects[fitted.train.model.effects.len()]);
+    Ok(Some(other))
 }
 
 #[cfg(test)]

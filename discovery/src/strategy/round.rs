@@ -1,209 +1,194 @@
 //! One round of the search: all candidates weighed, the best fitted, its rivals kept.
 
-use std::sync::{Mutex, PoisonError};
+use cdpr::effect::EffectSpec;
 
 use crate::data::Trial;
 use crate::filter::estimate::{Fit, FitError};
 use crate::filter::kalman::Randomness;
-use crate::hypothesis::candidates::{Candidate, Library, Situation};
+use crate::hypothesis::candidates::{Candidate, Library};
+use crate::hypothesis::force::enters_as_it_is;
 use crate::hypothesis::stream::normals;
 use crate::journal::Outcome;
-use crate::strategy::entrance::{Answer, Source};
-use crate::strategy::fitted::Fitted;
-use crate::strategy::search::{EVIDENCE, ROUNDS, Search};
-use crate::weigh::null_test::{Weighed, Weighing};
-use crate::weigh::regression::{Penalty, Scored, baseline, ladder, levels, rank};
-use cdpr::effect::EffectSpec;
+use crate::strategy::context::Context;
+use crate::strategy::entrance::enter;
+use crate::strategy::fitted::{Fitted, Trained};
+use crate::strategy::instruments::better_instruments;
+use crate::strategy::limits::both_limits;
+use crate::strategy::onset::for_a_while;
+use crate::strategy::policy::Policy;
+use crate::strategy::rivals::or_rival;
+use crate::strategy::second_look::may_hide;
+use crate::strategy::standing::Standing;
+use crate::weigh::criterion::{EVIDENCE, Penalty};
+use crate::weigh::regression::{Level, Scored, baseline, ladder, rank};
+use crate::weigh::signatures::{Signatures, Source, levels};
 
-/// Share of the best candidate's gain at which a simpler one is preferred.
-const SIMPLER: f64 = 0.93;
-/// Most rivals of one effect that are fitted in full.
-pub(crate) const MOST_RIVALS: usize = 3;
-
-/// Candidates along a fit of the training data.
-pub(crate) struct Signatures {
-    pub(crate) library: Library,
-    /// The size of what is random at which they were weighed last, and what came of it.
-    weighed: Mutex<Option<(Randomness, Weighed)>>,
+/// What a round brings.
+pub(crate) enum Round {
+    /// One more effect stands.
+    Found(Standing),
+    /// No effect, but a fit with what the instruments ask for, which explains more.
+    Instruments(Standing, Box<Fitted>),
+    Nothing(Standing),
 }
 
-impl Signatures {
-    pub(crate) fn new(library: Library) -> Self {
-        Self { library, weighed: Mutex::default() }
+/// One round over a library: the best candidate, refined and accepted, if it earns its place. Over the catalogue, where the
+/// instruments explain more, there is none, but a better fit to go on from.
+pub(crate) fn round(
+    context: &Context<'_>,
+    mut standing: Standing,
+    signatures: &Signatures,
+    source: Source,
+    most_refusals: usize,
+) -> Result<Round, FitError> {
+    let weighing = Weighing::new(context, &standing.fit, signatures, source);
+    let gain = weighing.ranked.first().map_or(0.0, |best| weighing.base - best.score).max(0.0);
+    let library = &signatures.library;
+    if source == Source::Catalogue
+        && let Some(better) = better_instruments(context, &standing.fit, gain)?
+    {
+        // What begins or ends looks like an instrument that drifts.
+        let explained = standing.fit.score - better.score;
+        let found = for_a_while(context, &standing, library, &weighing.ranked, explained)?;
+        return Ok(found.map_or_else(|| Round::Instruments(standing, Box::new(better)), Round::Found));
     }
-
-    /// What comes of weighing all of them along their fit.
-    pub(crate) fn weighed(&self, fit: &Fit, trials: &[Trial], randomness: &Randomness) -> Weighed {
-        let known = || self.weighed.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((size, weighed)) = &*known()
-            && size.same(randomness)
-        {
-            return weighed.clone();
-        }
-        let weighed = Weighing { fit, trials, library: &self.library, randomness }.weigh();
-        *known() = Some((randomness.clone(), weighed.clone()));
-        weighed
+    if let Some(found) = weighing.best_that_enters(&standing, most_refusals)? {
+        return Ok(Round::Found(found));
     }
+    if source == Source::Terms {
+        return Ok(Round::Nothing(standing));
+    }
+    let (fit, trials) = (&standing.fit.train, &context.evidence.train);
+    let weighed = signatures.weighed(fit, trials, &weighing.sizes[0]);
+    let chance = weighed.null_test(library, context.penalty, EVIDENCE);
+    let left = fit.randomness.has_latents() || context.something_left(fit, trials);
+    let ranked = weighing.ranked;
+    standing.chance = chance;
+    if left && let Some(found) = for_a_while(context, &standing, library, &ranked, 0.0)? {
+        return Ok(Round::Found(found));
+    }
+    let hides = || may_hide(context, &standing, &standing.fit);
+    let better = if gain > 0.0 && !hides() { better_instruments(context, &standing.fit, 0.0)? } else { None };
+    Ok(match better {
+        Some(better) => Round::Instruments(standing, Box::new(better)),
+        None => Round::Nothing(standing),
+    })
 }
 
-impl Search<'_> {
-    /// What the candidates need to know of the data, with the spectral peaks of the latent forces.
-    pub(crate) fn situation(&self, fit: &Fit) -> Situation {
-        let mut situation = Situation::of(&self.evidence.train);
-        situation.peaks = crate::hypothesis::spectrum::peaks(fit, &self.evidence.train);
-        situation.waves = crate::hypothesis::spectrum::waves(fit, &self.evidence.train);
-        let (each, all) = crate::hypothesis::spectrum::drum_waves(fit, &self.evidence.train);
-        let radius = |number: Option<f64>| number.map(|number| 1.0 / number);
-        situation.drums = (each.into_iter().map(radius).collect(), radius(all));
-        situation
-    }
+/// The candidates of a library, weighed along a fit.
+struct Weighing<'a> {
+    context: &'a Context<'a>,
+    library: &'a Library,
+    source: Source,
+    sizes: Vec<Randomness>,
+    /// `-2 log L` without any of them.
+    base: f64,
+    ranked: Vec<Scored>,
+}
 
-    /// One round over a library: the best candidate, refined and taken up, if it earns its place. Over the catalogue, where
-    /// the instruments explain more, there is none, but a better fit to go on from.
-    pub(crate) fn round(
-        &mut self,
-        fitted: &Fitted,
-        signatures: &Signatures,
-        source: Source,
-        most_refusals: usize,
-    ) -> Result<Option<Fitted>, FitError> {
-        let library = &signatures.library;
-        let parsimony = source == Source::Catalogue;
-        let e = self.evidence;
+impl<'a> Weighing<'a> {
+    fn new(context: &'a Context<'a>, fitted: &Fitted, signatures: &'a Signatures, source: Source) -> Self {
+        let (library, trials) = (&signatures.library, &context.evidence.train);
         let fit = &fitted.train;
-        self.tried.extend(library.candidates.iter().map(|candidate| library.name(candidate)));
+        context.journal.weighed(library.candidates.iter().map(|candidate| library.name(candidate)));
         let sizes = ladder(&fit.randomness);
-        let levels = levels(fit, &e.train, signatures, &sizes);
-        for (variation, error) in &*signatures.weighed(fit, &e.train, &sizes[0]).failures {
-            self.journal.silent(&library.variations[*variation], error);
+        let levels: Vec<Level> = levels(fit, trials, signatures, &sizes);
+        for (variation, error) in &*signatures.weighed(fit, trials, &sizes[0]).failures {
+            context.journal.silent(&library.variations[*variation], error);
         }
         let base = baseline(&levels);
-        let ranked = rank(library, &levels, self.penalty);
-        let gain = ranked.first().map_or(0.0, |best| base - best.score).max(0.0);
-        if parsimony {
-            let instruments = self.instruments.clone();
-            self.better = self.better_instruments(fitted, gain)?;
-            if let Some(better) = &self.better {
-                // What begins or ends looks like an instrument that drifts.
-                let explained = fitted.score - better.score;
-                let after = std::mem::replace(&mut self.instruments, instruments);
-                let found = self.for_a_while(fitted, library, &ranked, explained)?;
-                if found.is_some() {
-                    self.better = None;
-                } else {
-                    self.instruments = after;
-                }
-                return Ok(found);
-            }
-        }
+        let ranked = rank(library, &levels, context.penalty);
+        Self { context, library, source, sizes, base, ranked }
+    }
+
+    /// The best candidate that earns its place, accepted; so many may be refused.
+    fn best_that_enters(&self, standing: &Standing, most_refusals: usize) -> Result<Option<Standing>, FitError> {
+        let Self { context, library, base, .. } = *self;
+        let fitted = &standing.fit;
         let mut refused: Vec<(&'static str, Option<usize>)> = Vec::new();
         while refused.len() < most_refusals {
-            let left: Vec<Scored> = ranked
-                .iter()
-                .filter(|s| {
-                    let c = &library.candidates[s.candidate];
-                    c.id == "expression" || !refused.contains(&(c.id, c.cable))
-                })
-                .skip(if library.candidates.first().is_some_and(|c| c.id == "expression") { refused.len() } else { 0 })
-                .cloned()
-                .collect();
+            let left = self.left(&refused);
             let Some(best) = left.first() else { break };
             if base - best.score < EVIDENCE {
                 break;
             }
             // The simpler of two good explanations first; once one is refused, the better one.
-            let chosen = if parsimony && refused.is_empty() { simplest(library, &left, base) } else { best };
+            let parsimony = self.source == Source::Catalogue && refused.is_empty();
+            let chosen = if parsimony { simplest(library, &left, base, context.policy) } else { best };
             let candidate = &library.candidates[chosen.candidate];
             refused.push((candidate.id, candidate.cable));
             let Some(effect) = effect_of(library, chosen) else { continue };
-            // Where errors of the survey move along, its signature does not say all.
-            let alone = library.beside.is_empty() && is_a_force(candidate.id);
-            if alone && self.foreseen(fitted, library, chosen, &sizes) > fitted.holdout_score {
-                self.journal.note(
-                    &effect,
-                    Outcome::Refused,
-                    chosen.score - base,
-                    "it would not predict the held-out data better",
-                );
-                continue;
-            }
-            let mut model = fit.model.clone();
-            model.effects.push(effect.clone());
-            let trained = self.train(&model, &fitted.train, &e.train, ROUNDS, None).map(|one| self.both_limits(one));
-            let trained = match trained {
-                Ok(trained) if trained.score < fitted.score - EVIDENCE => trained,
-                Ok(trained) => {
-                    let change = trained.score - fitted.score;
-                    self.journal.note(&effect, Outcome::Refused, change, "too little evidence after refinement");
-                    continue;
+            let Some(next) = self.fitted(fitted, chosen, &effect) else { continue };
+            let (next, rivals) = match self.source {
+                Source::Catalogue => {
+                    let mut rivals = rivals(library, &self.ranked, chosen, base, context.policy);
+                    let other = or_rival(context, standing, &next, &mut rivals);
+                    let other = context.journal.tried(&effect, "its rivals in its place", other).flatten();
+                    (other.unwrap_or(next), rivals)
                 }
-                Err(error) => {
-                    self.journal.failed(&effect, "it cannot be fitted", &error);
-                    continue;
-                }
+                Source::Terms => (next, Vec::new()),
             };
-            match self.verified(trained, fitted) {
-                Ok(next) if Self::helps(fitted, &next) => {
-                    let (next, rivals) = match source {
-                        Source::Catalogue => {
-                            let mut rivals = rivals(library, &ranked, chosen, base);
-                            let other = self.or_rival(fitted, &next, &mut rivals);
-                            (
-                                self.journal.tried(&effect, "its rivals in its place", other).flatten().unwrap_or(next),
-                                rivals,
-                            )
-                        }
-                        Source::Terms => (next, Vec::new()),
-                    };
-                    match self.enter(fitted, &next, vec![rivals], source, "")? {
-                        Answer::Enters => return Ok(Some(next)),
-                        // What explains less is chance as well.
-                        Answer::Chance => break,
-                    }
-                }
-                Ok(next) => {
-                    let change = next.score - fitted.score;
-                    self.journal.note(
-                        &effect,
-                        Outcome::Refused,
-                        change,
-                        "it does not predict the held-out data better",
-                    );
-                }
-                Err(error) => self.journal.failed(&effect, "it does not go with the held-out data", &error),
-            }
-        }
-        if parsimony {
-            let weighed = signatures.weighed(fit, &e.train, &sizes[0]);
-            self.null_test = weighed.null_test(library, self.penalty, EVIDENCE);
-            if fit.randomness.has_latents() || self.something_left(fit, &e.train) {
-                let found = self.for_a_while(fitted, library, &ranked, 0.0)?;
-                if found.is_some() {
-                    return Ok(found);
-                }
-            }
-            if gain > 0.0 && !self.may_hide(fitted) {
-                self.better = self.better_instruments(fitted, 0.0)?;
-            }
+            // What explains less than what is chance is chance as well.
+            return enter(context, standing, next, vec![rivals], self.source, "");
         }
         Ok(None)
     }
 
+    /// The candidates that were not refused yet, the best first.
+    fn left(&self, refused: &[(&'static str, Option<usize>)]) -> Vec<Scored> {
+        // Terms are all of one id, and are refused one by one.
+        if self.source == Source::Terms {
+            return self.ranked.iter().skip(refused.len()).cloned().collect();
+        }
+        let of = |scored: &&Scored| {
+            let candidate = &self.library.candidates[scored.candidate];
+            !refused.contains(&(candidate.id, candidate.cable))
+        };
+        self.ranked.iter().filter(of).cloned().collect()
+    }
+
+    /// `fitted` with the candidate that was chosen, as an `effect`, if it explains enough on training data and helps on
+    /// held-out data. Why it does not is noted.
+    fn fitted(&self, fitted: &Fitted, chosen: &Scored, effect: &EffectSpec) -> Option<Fitted> {
+        let Self { context, library, base, .. } = *self;
+        let refuse = |change: f64, reason: &str| {
+            context.journal.note(effect, Outcome::Refused, change, reason);
+            None
+        };
+        // Where errors of the survey move along, its signature does not say all.
+        let alone = library.beside.is_empty() && enters_as_it_is(library.candidates[chosen.candidate].id);
+        if alone && self.foreseen(fitted, chosen) > fitted.holdout_score {
+            return refuse(chosen.score - base, "it would not predict the held-out data better");
+        }
+        let mut model = fitted.train.model.clone();
+        model.effects.push(effect.clone());
+        let (trials, rounds) = (&context.evidence.train, context.policy.rounds);
+        let trained = context.train(&model, &fitted.train, trials, rounds, None);
+        let trained = context.journal.tried(effect, "it cannot be fitted", trained)?;
+        let trained: Trained = both_limits(context, trained);
+        let explains = trained.score < fitted.score - EVIDENCE;
+        if !explains {
+            return refuse(trained.score - fitted.score, "too little evidence after refinement");
+        }
+        let next = context.verified(trained, fitted);
+        let next = context.journal.tried(effect, "it does not go with the held-out data", next)?;
+        if !next.helps(fitted, context.policy) {
+            return refuse(next.score - fitted.score, "it does not predict the held-out data better");
+        }
+        Some(next)
+    }
+
     /// `-2 log L` of the held-out data with a candidate of these amplitudes, foreseen by its signature.
-    fn foreseen(&self, fitted: &Fitted, library: &Library, scored: &Scored, sizes: &[Randomness]) -> f64 {
-        let (fit, trials) = (&fitted.holdout, &self.evidence.holdout);
-        let own = library.only(scored.candidate);
-        let size = &sizes[scored.level..=scored.level];
+    fn foreseen(&self, fitted: &Fitted, scored: &Scored) -> f64 {
+        let (fit, trials) = (&fitted.holdout, &self.context.evidence.holdout);
+        let own = self.library.only(scored.candidate);
+        let size = &self.sizes[scored.level..=scored.level];
         let normal = &normals(fit, trials, (&own.variations, &own.columns), size, None)[0];
         normal.minus_two_log_likelihood - normal.drop(&scored.amplitudes)
     }
 }
 
-/// Whether a candidate is a force that enters the model as it is, so that its signature says all of it.
-fn is_a_force(id: &str) -> bool {
-    matches!(id, "expression" | "periodic_gust" | "steady_wind")
-}
-
+/// A candidate with the amplitudes that it was given.
 pub(crate) fn effect_of(library: &Library, scored: &Scored) -> Option<EffectSpec> {
     library.candidates[scored.candidate].effect(&scored.amplitudes)
 }
@@ -212,17 +197,23 @@ pub(crate) fn effect_of(library: &Library, scored: &Scored) -> Option<EffectSpec
 pub(crate) type Proposed = (Vec<EffectSpec>, Vec<Vec<EffectSpec>>);
 
 /// The best candidate along a fit with its rivals, if it explains enough to be believed.
-pub(crate) fn best_alone(fit: &Fit, trials: &[Trial], signatures: &Signatures, penalty: Penalty) -> Option<Proposed> {
+pub(crate) fn best_alone(
+    fit: &Fit,
+    trials: &[Trial],
+    signatures: &Signatures,
+    penalty: Penalty,
+    policy: &Policy,
+) -> Option<Proposed> {
     let library = &signatures.library;
     let levels = levels(fit, trials, signatures, &ladder(&fit.randomness));
     let (base, ranked) = (baseline(&levels), rank(library, &levels, penalty));
     let best = ranked.first().filter(|best| base - best.score > EVIDENCE)?;
-    Some((vec![effect_of(library, best)?], vec![rivals(library, &ranked, best, base)]))
+    Some((vec![effect_of(library, best)?], vec![rivals(library, &ranked, best, base, policy)]))
 }
 
 /// The candidate with the fewest columns among those nearly as good as the best.
-fn simplest<'a>(library: &Library, ranked: &'a [Scored], base: f64) -> &'a Scored {
-    let enough = SIMPLER * (base - ranked[0].score);
+fn simplest<'a>(library: &Library, ranked: &'a [Scored], base: f64, policy: &Policy) -> &'a Scored {
+    let enough = policy.simpler * (base - ranked[0].score);
     let size = |s: &Scored| library.candidates[s.candidate].columns.len();
     ranked
         .iter()
@@ -233,7 +224,7 @@ fn simplest<'a>(library: &Library, ranked: &'a [Scored], base: f64) -> &'a Score
 
 /// The best candidates that are another explanation than the one chosen, for a full comparison: first of those that the
 /// catalogue says are alike, whatever else explains more.
-fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64) -> Vec<EffectSpec> {
+fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64, policy: &Policy) -> Vec<EffectSpec> {
     let own = &library.candidates[chosen.candidate];
     let share = |scored: &Scored| (base - scored.score) / (base - chosen.score);
     let mut out: Vec<EffectSpec> = Vec::new();
@@ -243,9 +234,9 @@ fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64) -> V
             let known =
                 (c.id == own.id && c.cable == own.cable) || out.iter().any(|e| e.id == c.id && e.cable == c.cable);
             if !known
-                && out.len() < MOST_RIVALS
+                && out.len() < policy.most_rivals
                 && is_alike(own, c) == alike
-                && is_rival(own, c, share(scored))
+                && is_rival(own, c, share(scored), policy)
                 && let Some(effect) = effect_of(library, scored)
             {
                 out.push(effect);
@@ -263,8 +254,8 @@ fn is_alike(own: &Candidate, other: &Candidate) -> bool {
 }
 
 /// Whether another candidate with a share of the gain of `own` is worth a full comparison.
-pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64) -> bool {
-    share > if is_alike(own, other) { 0.5 } else { 0.8 }
+pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64, policy: &Policy) -> bool {
+    share > if is_alike(own, other) { policy.rival_alike } else { policy.rival }
 }
 
 #[cfg(test)]
@@ -273,7 +264,8 @@ mod tests {
 
     use super::*;
     use crate::data::recording::record;
-    use crate::hypothesis::candidates::catalogue;
+    use crate::hypothesis::candidates::{Situation, catalogue};
+    use crate::strategy::policy::POLICY;
 
     /// The noise of a channel that is not measured is no number, and no number equals itself: all was weighed anew each time.
     #[test]
@@ -302,8 +294,10 @@ mod tests {
         // Too little for a look-alike, and for any other.
         ranked.push(scored("cable_damping", None, -40.0));
         ranked.push(scored("platform_mass", None, -70.0));
-        let ids: Vec<(String, Option<usize>)> =
-            rivals(&library, &ranked, &chosen, 0.0).into_iter().map(|effect| (effect.id, effect.cable)).collect();
+        let ids: Vec<(String, Option<usize>)> = rivals(&library, &ranked, &chosen, 0.0, &POLICY)
+            .into_iter()
+            .map(|effect| (effect.id, effect.cable))
+            .collect();
         let inertia = |cable| ("winch_drum_inertia".to_owned(), Some(cable));
         assert_eq!(ids, [("platform_linear_drag".to_owned(), None), inertia(1), inertia(2)]);
     }

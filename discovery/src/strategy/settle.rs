@@ -1,138 +1,114 @@
-//! What was found, settled: pruned, compared with its rivals, and with terms outside the catalogue on top or in its place.
+//! What was found, settled: pruned, and every effect compared with its rivals.
 
 use cdpr::effect::EffectSpec;
 
 use crate::filter::estimate::FitError;
-use crate::hypothesis::extension::{containing, count_in_use};
+use crate::hypothesis::containing::containing;
+use crate::hypothesis::extension::count_in_use;
 use crate::journal::Outcome;
 use crate::outcome::Alternative;
-use crate::strategy::fitted::{Fitted, Trained};
-use crate::strategy::rivals::{Rival, told_apart_from};
-use crate::strategy::search::{Search, Taken};
+use crate::strategy::context::Context;
+use crate::strategy::every_cable::on_every_cable;
+use crate::strategy::fitted::Trained;
+use crate::strategy::form::settle_extensions;
+use crate::strategy::onset::settle_times;
+use crate::strategy::prune::prune;
+use crate::strategy::rivals::{Rival, all_rivals};
+use crate::strategy::standing::Standing;
 use crate::verdict::{POLICY, out_of_range};
-
-/// Share of the gap of what was named that terms in its place may leave.
-const CLEARLY: f64 = 0.8;
-/// Most replacements of one effect by another.
-const MOST_REPLACEMENTS: usize = 4;
+use crate::weigh::criterion::told_apart_from;
 
 /// Prunes, compares every effect with its rivals, and takes up a rival that is clearly better; then again, because what
 /// stood beside the wrong one may have made up for it only.
-pub(crate) fn settle(search: &mut Search<'_>, base: &Fitted, mut fitted: Fitted) -> Result<Fitted, FitError> {
-    (search.progress)("comparing explanations", 0.75);
+pub(crate) fn settle(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
+    (context.progress)("comparing explanations", 0.75);
+    let most = context.policy.most_replacements;
     // What was replaced last is compared as well.
-    for round in 0..=MOST_REPLACEMENTS {
-        fitted = search.prune(base, fitted)?;
-        let (next, replaced) = compare(search, fitted, round < MOST_REPLACEMENTS);
-        let score = next.score;
-        fitted = if replaced { search.settle_extensions(next) } else { next };
-        if !replaced || (search.taken.len() == 1 && fitted.score == score) {
+    for round in 0..=most {
+        standing = prune(context, standing)?;
+        let (next, replaced) = compare(context, standing, round < most);
+        let score = next.fit.score;
+        standing = if replaced { settle_extensions(context, next) } else { next };
+        if !replaced || (standing.accepted.len() == 1 && standing.fit.score == score) {
             break;
         }
     }
-    let fitted = search.settle_times(fitted);
-    let several = search.taken.len();
-    let fitted = search.on_every_cable(fitted);
-    Ok(if search.taken.len() < several { compare(search, fitted, false).0 } else { fitted })
+    let standing = settle_times(context, standing);
+    let several = standing.accepted.len();
+    let standing = on_every_cable(context, standing);
+    Ok(if standing.accepted.len() < several { compare(context, standing, false).0 } else { standing })
 }
 
 /// Compares every effect with its rivals, of which a better one may replace it; stops where that happened and several stand.
-fn compare(search: &mut Search<'_>, mut fitted: Fitted, may_replace: bool) -> (Fitted, bool) {
+fn compare(context: &Context<'_>, mut standing: Standing, may_replace: bool) -> (Standing, bool) {
     let mut any = false;
-    for (k, mut rivals) in search.all_rivals(&fitted).into_iter().enumerate() {
-        let at = search.given + k;
-        let better = |search: &Search<'_>, fitted: &Fitted, rival: &Rival| {
-            // A richer law must be better by what counts; one as simple, at all.
-            let richer = count_in_use(&rival.effect) > count_in_use(&fitted.train.model.effects[at]);
-            let limit = if richer { 2.0 * told_apart_from(search.taken[k].delta_bic) } else { 0.0 };
-            rival.delta_bic < -limit && !out_of_range(&rival.effect, &POLICY)
-        };
+    for (k, mut rivals) in all_rivals(context, &standing).into_iter().enumerate() {
         let mut replaced = false;
         // What does not go with the held-out data leaves its place to the next.
-        while may_replace && !replaced && rivals.first().is_some_and(|rival| better(search, &fitted, rival)) {
-            replaced = take_up(search, &mut fitted, at, &mut rivals);
+        while may_replace && !replaced && rivals.first().is_some_and(|rival| is_better(context, &standing, k, rival)) {
+            (standing, replaced) = take_up(context, standing, k, &mut rivals);
         }
-        let explained = search.taken[k].delta_bic;
-        // What contains the law that stands and is no better with what it has more, is that law.
-        let standing = &fitted.train.model.effects[at];
-        let needless = |rival: &Rival| {
-            let containing = containing(&rival.effect.id, standing).is_some();
-            rival.delta_bic > 0.0 && rival.effect.cable == standing.cable && containing
-        };
-        let to_alternative = |rival: Rival| Alternative {
-            separate_by: separate_by(standing, &rival.effect),
-            indistinguishable: rival.as_likely(explained) && !out_of_range(&rival.effect, &POLICY) && !needless(&rival),
-            effect: rival.effect,
-            delta_bic: rival.delta_bic,
-            correlation: None,
-        };
-        let mut list: Vec<Alternative> = rivals.into_iter().map(to_alternative).collect();
-        list.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
-        search.taken[k].alternatives = list;
-        if replaced && search.taken.len() > 1 {
-            return (fitted, true);
+        let standing_law = &standing.found(context)[k];
+        let explained = standing.accepted[k].delta_bic;
+        let mut alternatives: Vec<Alternative> =
+            rivals.into_iter().map(|rival| alternative(rival, standing_law, explained)).collect();
+        alternatives.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
+        standing.accepted[k].alternatives = alternatives;
+        if replaced && standing.accepted.len() > 1 {
+            return (standing, true);
         }
         any |= replaced;
     }
-    (fitted, any)
+    (standing, any)
 }
 
-/// Puts the best of the `rivals` of effect `at` in its place, and the effect among the rivals; whether that could be done.
-fn take_up(search: &mut Search<'_>, fitted: &mut Fitted, at: usize, rivals: &mut Vec<Rival>) -> bool {
-    let Rival { effect, delta_bic, price, overdispersion, whole: Some(whole) } = rivals.remove(0) else { return false };
-    let better = search.verified(whole, fitted);
-    let what = format!("in place of {} on held-out data", fitted.train.model.effects[at].id);
-    let Some(better) = search.journal.tried(&effect, &what, better) else { return false };
-    let before = std::mem::replace(fitted, better);
-    let old = before.train.model.effects[at].clone();
+/// Whether a rival of effect `k` is better. A richer law must be better by what counts; one as simple, at all.
+fn is_better(context: &Context<'_>, standing: &Standing, k: usize, rival: &Rival) -> bool {
+    let richer = count_in_use(&rival.effect) > count_in_use(&standing.found(context)[k]);
+    let limit = if richer { 2.0 * told_apart_from(standing.accepted[k].delta_bic) } else { 0.0 };
+    rival.delta_bic < -limit && !out_of_range(&rival.effect, &POLICY)
+}
+
+/// What is reported of a rival in the place of a law that explains so much.
+fn alternative(rival: Rival, standing: &EffectSpec, explained: f64) -> Alternative {
+    // What contains the law that stands and is no better with what it has more, is that law.
+    let needless = || {
+        let containing = containing(&rival.effect.id, standing).is_some();
+        rival.delta_bic > 0.0 && rival.effect.cable == standing.cable && containing
+    };
+    Alternative {
+        separate_by: separate_by(standing, &rival.effect),
+        indistinguishable: rival.as_likely(explained) && !out_of_range(&rival.effect, &POLICY) && !needless(),
+        delta_bic: rival.delta_bic,
+        correlation: None,
+        effect: rival.effect,
+    }
+}
+
+/// What stands with the best of the `rivals` of effect `k` in its place, and the effect among the rivals; whether that could be
+/// done.
+fn take_up(context: &Context<'_>, standing: Standing, k: usize, rivals: &mut Vec<Rival>) -> (Standing, bool) {
+    let Rival { effect, delta_bic, price, overdispersion, whole: Some(whole) } = rivals.remove(0) else {
+        return (standing, false);
+    };
+    let old = standing.found(context)[k].clone();
+    let better = context.verified(whole, &standing.fit);
+    let what = format!("in place of {} on held-out data", old.id);
+    let Some(better) = context.journal.tried(&effect, &what, better) else { return (standing, false) };
     let reason = format!("in place of {}", old.id);
-    search.journal.note(&effect, Outcome::Replaced, delta_bic, &reason);
-    let taken = &mut search.taken[at - search.given];
-    taken.delta_bic += delta_bic;
-    taken.rivals.retain(|rival| rival.id != effect.id);
-    taken.rivals.push(old.clone());
-    search.taken.iter_mut().for_each(Taken::changed);
+    context.journal.note(&effect, Outcome::Replaced, delta_bic, &reason);
+    let before = standing.fit.clone();
+    let mut standing = standing.changed(better);
+    let accepted = &mut standing.accepted[k];
+    accepted.delta_bic += delta_bic;
+    accepted.rivals.retain(|rival| rival.id != effect.id);
+    accepted.rivals.push(old.clone());
     rivals
         .iter_mut()
         .for_each(|rival| (rival.delta_bic, rival.price) = (rival.delta_bic - delta_bic, rival.price - price));
     let whole = Trained { fit: before.train, estimate: before.estimate, score: before.score };
     rivals.push(Rival { effect: old, delta_bic: -delta_bic, price: -price, overdispersion, whole: Some(whole) });
-    true
-}
-
-/// Terms outside the catalogue: on top of what was found, or instead of it, whichever explains more.
-pub(crate) fn beyond_catalogue(search: &mut Search<'_>, base: &Fitted, fitted: Fitted) -> Result<Fitted, FitError> {
-    let nothing_found = search.taken.is_empty();
-    let mut best = fitted;
-    if let Some(with_terms) = search.dictionary_rounds(&best, None)? {
-        best = search.prune(base, with_terms)?;
-    }
-    if nothing_found {
-        return Ok(best);
-    }
-    // Perhaps what was found only stood for what is outside the catalogue.
-    let kept = std::mem::take(&mut search.taken);
-    if let Some(instead) = search.dictionary_rounds(base, Some(best.score))? {
-        let instead = search.prune(base, instead)?;
-        if instead.score < best.score && instead.left() < CLEARLY * best.left() {
-            return Ok(instead);
-        }
-    }
-    search.taken = kept;
-    Ok(best)
-}
-
-/// Several effects that leave something to latent forces, or a single term outside the catalogue that explains more: they
-/// may only have made it up between them.
-pub(crate) fn or_single_term(search: &mut Search<'_>, base: &Fitted, fitted: Fitted) -> Result<Fitted, FitError> {
-    let found = search.taken.clone();
-    match search.single_term(base)? {
-        Some(term) if term.score < fitted.score => Ok(term),
-        _ => {
-            search.taken = found;
-            Ok(fitted)
-        }
-    }
+    (standing, true)
 }
 
 /// The experiment that tells two effects apart, from the catalogue.

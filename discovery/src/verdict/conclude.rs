@@ -1,6 +1,7 @@
 //! What a search found, concluded: what each effect does by itself, what is left, and the verdict.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::time::Instant;
 
 use cdpr::effect::{DependsOn, EffectSpec, Place, SpecError};
@@ -8,16 +9,20 @@ use cdpr::effect::{DependsOn, EffectSpec, Place, SpecError};
 use crate::filter::estimate::FitError;
 use crate::hypothesis::term;
 use crate::instruments;
+use crate::journal::Written;
 use crate::outcome::{
     BeforeAfter, Discovery, Estimated, Found, HORIZONS, HorizonGap, Located, Onset, Stability, SurveyError, Verdict,
     at_rest,
 };
 use crate::report::{channel_words, phrase, printed};
+use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
+use crate::strategy::instruments::beside_those_of;
 use crate::strategy::onset::time_errors;
-use crate::strategy::search::{Search, Taken};
+use crate::strategy::standing::Standing;
 use crate::verdict::alike::likeness;
 use crate::verdict::by_block::{ByBlock, Column};
+use crate::verdict::detection::detection_limits;
 use crate::verdict::stability::stability;
 use crate::verdict::verify;
 use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY};
@@ -42,27 +47,23 @@ struct Explained {
     facts: Vec<EffectFacts>,
 }
 
-/// The outcome of a search that has settled on `fitted`.
+/// The outcome of a search that has ended.
 ///
 /// # Errors
 /// Effects whose places or times cannot be told.
-pub(crate) fn conclude(
-    mut search: Search<'_>,
-    base: &Fitted,
-    fitted: Fitted,
-    about: About,
-) -> Result<Discovery, FitError> {
-    (search.progress)("verifying on held-out data", 0.92);
-    let evidence = search.evidence;
+pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -> Result<Discovery, FitError> {
+    (context.progress)("verifying on held-out data", 0.92);
+    let evidence = context.evidence;
     let About { holdout_source, outliers, mut remarks, begun } = about;
-    let fitted = better_than_given(&mut search, base, fitted);
-    let base = &*as_given(&mut search, base, &fitted)?;
-    let horizons = horizon_gaps(&search, base, &fitted);
-    let by_block = ByBlock::new(&fitted.train, &evidence.train, search.free_from);
+    let standing = better_than_given(&context, standing);
+    let standing = beside_what_was_found(&context, standing)?;
+    let Standing { base, fit: fitted, .. } = &standing;
+    let horizons = horizon_gaps(&context, base, fitted);
+    let by_block = ByBlock::new(&fitted.train, &evidence.train, context.free_from);
     let standard_errors = by_block.standard_errors(&fitted.train.model);
-    let surveyed = surveyed(&search, &fitted, &standard_errors);
+    let surveyed = surveyed(&context, fitted, &standard_errors);
     let Explained { mut effects, terms, mut located, facts } =
-        explained(&search, base, &fitted, &by_block, &standard_errors)?;
+        explained(&context, &standing, &by_block, &standard_errors)?;
     let whiteness = verify::whiteness(&fitted.train, &evidence.train, &fitted.train.randomness.noise);
     let coloured = whiteness
         .iter()
@@ -71,20 +72,20 @@ pub(crate) fn conclude(
         .collect();
     let facts = Facts {
         horizons: HorizonFacts::all(&horizons),
-        main: search.reaches.main.horizon,
+        main: context.reaches.main.horizon,
         coloured,
         disturbance: Disturbance::of(&fitted.train, &evidence.train),
         unrecorded: fitted.train.randomness.expected.map_or(0.0, |expected| expected.unrecorded),
         effects: facts,
         terms: terms.len(),
-        chance: search.null_test,
+        chance: standing.chance,
     };
     let Judgement { verdict, reasons, named } = verdict::judge(&facts, &POLICY);
     let phrases: Vec<String> = effects.iter().map(in_words).collect();
     remarks.extend(reasons.iter().map(|reason| verdict::sentence(reason, &phrases)));
     let remaining = HORIZONS.map(|h| {
         let (fit, trials) = (&fitted.holdout, &evidence.holdout);
-        let noise = search.instruments.as_ref().map(|randomness| fit.spread(trials, randomness, h));
+        let noise = fitted.instruments.as_ref().map(|randomness| fit.spread(trials, randomness, h));
         verdict::remaining(fit, trials, noise.as_ref().unwrap_or(&fitted.train.randomness.noise), h)
     });
     let remaining = remaining.to_vec();
@@ -100,25 +101,26 @@ pub(crate) fn conclude(
     let size = |f: &Fitted| f.train.randomness.force.hypot(f.train.randomness.winch);
     let arm = base.train.randomness.arm;
     // Terms are of another library, weighed after it.
-    let last_weighing = search.null_test.filter(|_| terms.is_empty());
+    let last_weighing = standing.chance.filter(|_| terms.is_empty());
     let delay_errors =
         standard_errors.iter().filter(|(column, _)| matches!(column, Column::Clock(_))).map(|(_, error)| *error);
     let instruments =
         instruments::summary(&fitted.train, &evidence.train, &evidence.noise, &delay_errors.collect::<Vec<_>>());
     remarks.extend(instruments.remarks());
-    remarks.append(&mut search.remarks);
-    let horizon = search.reaches.main.horizon;
-    let trials = verify::compared(base, &fitted, evidence, horizon, search.instruments.as_ref());
-    let detection_limits = search.detection_limits(&fitted);
+    let horizon = context.reaches.main.horizon;
+    let trials = verify::compared(base, fitted, evidence, horizon, fitted.instruments.as_ref());
+    let detection_limits = detection_limits(&context, fitted);
+    let Written { entries, remarks: of_the_way, candidates } = context.journal.written();
+    remarks.extend(of_the_way);
     if at_rest(&detection_limits) {
         remarks.push(AT_REST.to_owned());
     }
-    (search.progress)("done", 1.0);
+    (context.progress)("done", 1.0);
     let of_survey = surveyed.iter().map(|error| error.effect.values.len()).sum();
     Ok(Discovery {
         verdict,
         base: base.train.model.clone(),
-        criterion: fitted.score + search.penalty.of_parameters(of_survey),
+        criterion: fitted.score + context.penalty.of_parameters(of_survey),
         survey: surveyed,
         model: fitted.train.model.clone(),
         effects,
@@ -130,16 +132,16 @@ pub(crate) fn conclude(
         holdout_source,
         whiteness,
         instruments,
-        remainder_force: BeforeAfter { before: size(base), after: size(&fitted) },
+        remainder_force: BeforeAfter { before: size(base), after: size(fitted) },
         remainder_torque: BeforeAfter {
             before: arm * base.train.randomness.force,
             after: arm * fitted.train.randomness.force,
         },
         trials,
         null_test: last_weighing,
-        candidates: search.tried.len(),
+        candidates,
         outliers,
-        journal: search.journal.into_entries(),
+        journal: entries,
         detection_limits,
         remarks,
         seconds: begun.elapsed().as_secs_f64(),
@@ -147,71 +149,77 @@ pub(crate) fn conclude(
 }
 
 /// What was found, or the model as given where that is as good over every horizon of held-out data.
-fn better_than_given(search: &mut Search<'_>, base: &Fitted, fitted: Fitted) -> Fitted {
-    let likelier = search.likelier(base, &fitted);
-    let horizons = HorizonFacts::all(&horizon_gaps(search, base, &fitted));
-    if search.taken.is_empty() || verdict::beats(&horizons, likelier, &POLICY) {
-        return fitted;
+fn better_than_given(context: &Context<'_>, standing: Standing) -> Standing {
+    let Standing { base, fit, .. } = &standing;
+    let likelier = context.likelier(base, fit);
+    let horizons = HorizonFacts::all(&horizon_gaps(context, base, fit));
+    if standing.accepted.is_empty() || verdict::beats(&horizons, likelier, &POLICY) {
+        return standing;
     }
-    search.give_up(&fitted, "what was found does not beat the model as given on held-out data over every horizon");
-    search.count_gaps_by(&base.train);
-    base.clone()
+    let base = context.counted((**base).clone());
+    let reason = "what was found does not beat the model as given on held-out data over every horizon";
+    standing.give_up(context, reason, base)
 }
 
-/// What is reported as the model as given: beside the instruments of what was found, for its own may have stood for that.
-fn as_given<'a>(search: &mut Search<'_>, base: &'a Fitted, fitted: &Fitted) -> Result<Cow<'a, Fitted>, FitError> {
+/// What stands, and the model as given beside the instruments of what was found, as it is reported: its own may have stood for
+/// that.
+fn beside_what_was_found(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
     let plain = |fitted: &Fitted| instruments::parameters(&fitted.train.randomness) == 0;
-    if search.taken.is_empty() || plain(base) && plain(fitted) {
-        return Ok(Cow::Borrowed(base));
+    let Standing { base, fit, .. } = &standing;
+    if standing.accepted.is_empty() || plain(base) && plain(fit) {
+        return Ok(standing);
     }
-    let beside = search.beside_those_of(fitted, base);
-    let beside = search
-        .or_remark("Beside the instruments of what was found the model as given does not go with the data", beside)?;
-    Ok(beside.map_or(Cow::Borrowed(base), Cow::Owned))
+    let beside = context.journal.or_remark(
+        "Beside the instruments of what was found the model as given does not go with the data",
+        beside_those_of(context, fit, base),
+    )?;
+    Ok(match beside {
+        Some(beside) => Standing { base: Arc::new(beside), ..standing },
+        None => standing,
+    })
 }
 
 /// Gaps of two models over the horizons that are reported.
-fn horizon_gaps(search: &Search<'_>, base: &Fitted, fitted: &Fitted) -> Vec<HorizonGap> {
-    verify::horizon_gaps(base, fitted, search.evidence, &search.reaches.reported(), search.instruments.as_ref())
+fn horizon_gaps(context: &Context<'_>, base: &Fitted, fitted: &Fitted) -> Vec<HorizonGap> {
+    verify::horizon_gaps(base, fitted, context.evidence, &context.reaches.reported(), fitted.instruments.as_ref())
 }
 
 /// The errors of the survey that were found together with the laws.
-fn surveyed(search: &Search<'_>, fitted: &Fitted, standard_errors: &[(Column, f64)]) -> Vec<SurveyError> {
+fn surveyed(context: &Context<'_>, fitted: &Fitted, standard_errors: &[(Column, f64)]) -> Vec<SurveyError> {
     let one = |at: usize| {
         let effect = fitted.train.model.effects[at].clone();
         SurveyError { standard_error: errors_of(standard_errors, &effect, at), effect }
     };
-    (search.free_from..search.given).map(one).collect()
+    (context.free_from..context.given).map(one).collect()
 }
 
 /// What is known of each effect that was found.
 fn explained(
-    search: &Search<'_>,
-    base: &Fitted,
-    fitted: &Fitted,
+    context: &Context<'_>,
+    standing: &Standing,
     by_block: &ByBlock,
     standard_errors: &[(Column, f64)],
 ) -> Result<Explained, FitError> {
-    let (given, trials) = (search.given, &search.evidence.train);
-    let model = &fitted.train.model;
+    let (given, trials) = (context.given, &context.evidence.train);
+    let (fitted, accepted) = (&standing.fit, &standing.accepted);
     let unknown = |e: SpecError| FitError::Model(e.to_string());
-    let times = time_errors(&fitted.train, trials, given)?;
-    let mut stability = stability(&fitted.train, by_block, given);
-    let total: f64 = search.taken.iter().map(|t| t.delta_bic.abs()).sum();
+    let times = time_errors(&fitted.train, trials, given, context.policy)?;
+    let stability = stability(&fitted.train, by_block, given);
+    let total: f64 = accepted.iter().map(|t| t.delta_bic.abs()).sum();
     let mut out = Explained::default();
-    for (k, taken) in search.taken.iter().enumerate() {
-        let effect = &model.effects[given + k];
-        let without = without(search, base, fitted, k);
+    let found = standing.found(context).iter().zip(accepted).enumerate();
+    for (((k, (effect, accepted)), times), stability) in found.zip(times).zip(stability) {
+        let without = without(context, standing, k);
         let without = without.as_deref();
         let depends_on = effect.depends_on().map_err(unknown)?;
-        let one_by_one = |place: &Place| place.one_by_one(model.parameters.cables());
+        let one_by_one = |place: &Place| place.one_by_one(fitted.train.model.parameters.cables());
         let places: Vec<Place> = effect.places().map_err(unknown)?.iter().flat_map(one_by_one).collect();
         let when = without.map(|without| verify::when(&fitted.train, &without.train, trials)).unwrap_or_default();
-        let share = taken.delta_bic.abs() / total.max(1e-9) / places.len() as f64;
+        let share = accepted.delta_bic.abs() / total.max(1e-9) / places.len() as f64;
         for place in &places {
             add_place(&mut out.located, place, share, &when, &depends_on);
         }
-        let mut alternatives = taken.alternatives.clone();
+        let mut alternatives = accepted.alternatives.clone();
         if let Some(without) = without {
             let others: Vec<EffectSpec> = alternatives.iter().map(|a| a.effect.clone()).collect();
             let alike = likeness(&without.train, &fitted.train.randomness, trials, effect, &others);
@@ -220,17 +228,17 @@ fn explained(
             }
         }
         let found = Found {
-            standard_error: errors_of(standard_errors, effect, given + k),
+            standard_error: errors_of(standard_errors, effect, context.at(k)),
             named: false,
-            delta_bic: taken.delta_bic,
-            holdout_gap_without: without.map(|without| without.gap[0] * search.reaches.main.attainable),
+            delta_bic: accepted.delta_bic,
+            holdout_gap_without: without.map(|without| without.gap[0] * context.reaches.main.attainable),
             alternatives,
-            null_test: taken.null_test,
-            stability: stability[k].take(),
-            onset: onset(effect, times[k]),
+            null_test: accepted.null_test,
+            stability,
+            onset: onset(effect, times),
             effect: effect.clone(),
         };
-        if effect.id == "expression" {
+        if effect.expression.is_some() {
             out.terms.push(found);
         } else {
             // Without what cannot be done without, nothing would be explained.
@@ -242,17 +250,16 @@ fn explained(
     Ok(out)
 }
 
-/// The model with everything that was found but the effect that was taken up as number `k`; none where that cannot be fitted.
-fn without<'a>(search: &'a Search<'_>, base: &'a Fitted, fitted: &Fitted, k: usize) -> Option<Cow<'a, Fitted>> {
-    let Taken { without, .. } = &search.taken[k];
-    let known = without.as_deref().or((search.taken.len() == 1 && search.given == 0).then_some(base));
+/// The model with everything that was found but the effect that was accepted as number `k`; none where that cannot be fitted.
+fn without<'a>(context: &Context<'_>, standing: &'a Standing, k: usize) -> Option<Cow<'a, Fitted>> {
+    let known = standing.accepted[k].without.as_deref();
+    let known = known.or((standing.accepted.len() == 1 && context.given == 0).then_some(&*standing.base));
     if let Some(known) = known {
         return Some(Cow::Borrowed(known));
     }
-    let mut model = fitted.train.model.clone();
-    let effect = model.effects.remove(search.given + k);
-    let without = search.fit_without(&model, fitted, 1);
-    search.journal.tried(&effect, "what the others do without it", without).map(Cow::Owned)
+    let (model, effect) = standing.without(context, k);
+    let without = context.fit_without(&model, &standing.fit, 1);
+    context.journal.tried(&effect, "what the others do without it", without).map(Cow::Owned)
 }
 
 /// What is said where the data are of a machine at rest.

@@ -3,13 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::data::Trial;
-use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::filter::whiten::Normal;
 use crate::hypothesis::candidates::{Candidate, Known, Library};
-use crate::hypothesis::stream::normals;
-use crate::strategy::round::Signatures;
+use crate::weigh::criterion::Penalty;
 
 /// The normal equations of all columns at one size of the latent disturbances.
 #[derive(Clone)]
@@ -37,39 +34,13 @@ pub(crate) fn ladder(randomness: &Randomness) -> Vec<Randomness> {
     levels
 }
 
-/// Columns kept for the smaller levels: those of the candidates that do best at the largest.
-const KEPT: usize = 40;
-
-/// Forms the normal equations at every size: all columns at the first, the best candidates' columns at the others.
-pub(crate) fn levels(fit: &Fit, trials: &[Trial], signatures: &Signatures, sizes: &[Randomness]) -> Vec<Level> {
-    let library = &signatures.library;
-    let mut out = vec![signatures.weighed(fit, trials, &sizes[0]).level];
-    if sizes.len() > 1 {
-        let best = rank(library, &out, Penalty::NONE);
-        let mut columns: Vec<usize> =
-            best.iter().take(KEPT).flat_map(|s| library.candidates[s.candidate].columns.clone()).collect();
-        columns.extend(library.beside.iter().map(|(column, _)| *column));
-        columns.sort_unstable();
-        columns.dedup();
-        let kept = library.of_columns(&columns);
-        let pairs = pairs(library, &columns);
-        let smaller = normals(fit, trials, (&kept.variations, &kept.columns), &sizes[1..], Some(&pairs));
-        out.extend(smaller.iter().map(|small| {
-            let mut normal = spread(small, &columns, library.columns.len());
-            Beside::new(library, &normal).take_from(&mut normal);
-            Level { normal }
-        }));
-    }
-    out
-}
-
 /// All pairs of columns that some candidate needs together.
 pub(crate) fn all_pairs(library: &Library) -> Vec<(usize, usize)> {
     pairs(library, &(0..library.columns.len()).collect::<Vec<_>>())
 }
 
 /// Pairs of columns (by their place in `columns`) that some candidate needs together.
-fn pairs(library: &Library, columns: &[usize]) -> Vec<(usize, usize)> {
+pub(crate) fn pairs(library: &Library, columns: &[usize]) -> Vec<(usize, usize)> {
     let place = |c: usize| columns.binary_search(&c).ok();
     let mut out = Vec::new();
     for candidate in &library.candidates {
@@ -160,7 +131,7 @@ impl<'a> Beside<'a> {
 }
 
 /// The normal equations of some columns among all; the others say nothing.
-fn spread(small: &Normal, columns: &[usize], all: usize) -> Normal {
+pub(crate) fn spread(small: &Normal, columns: &[usize], all: usize) -> Normal {
     let mut normal = Normal::empty(all);
     for (a, &ca) in columns.iter().enumerate() {
         normal.right[ca] = small.right[a];
@@ -197,39 +168,6 @@ pub(crate) fn subset(normal: &Normal, columns: &[usize]) -> Option<Subset> {
     let x = cholesky.solve(&b);
     let drop = x.dot(&b);
     Some(Subset { amplitudes: x.iter().zip(&scale).map(|(x, s)| x / s).collect(), drop })
-}
-
-/// What parameters cost: the extended BIC (J. Chen and Z. Chen, Biometrika 95 (2008)), `ln n` for each parameter and
-/// `2 ln p` for each choice among `p` candidates.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Penalty {
-    parameter: f64,
-    choice: f64,
-}
-
-impl Penalty {
-    /// No cost.
-    pub(crate) const NONE: Self = Self { parameter: 0.0, choice: 0.0 };
-
-    /// For `count` measurements and a catalogue of some 200 candidates.
-    pub(crate) fn new(count: usize) -> Self {
-        Self { parameter: (count.max(2) as f64).ln(), choice: 2.0 * 200.0_f64.ln() }
-    }
-
-    /// Of so many parameters of something that is not chosen among many.
-    pub(crate) fn of_parameters(self, parameters: usize) -> f64 {
-        self.parameter * parameters as f64
-    }
-
-    /// Of so many times at which effects begin or end: each is a parameter, and a choice among many.
-    pub(crate) fn of_times(self, times: usize) -> f64 {
-        self.of(1) * times as f64
-    }
-
-    /// Of one effect with so many parameters.
-    pub(crate) fn of(self, parameters: usize) -> f64 {
-        self.choice + self.parameter * parameters as f64
-    }
 }
 
 /// A candidate as the regression sees it.

@@ -3,10 +3,10 @@
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
-use super::SEGMENTS;
 use super::segments::{Course, Segments, span};
 use crate::data::Trial;
 use crate::filter::estimate::{Fit, FitError};
+use crate::strategy::policy::Policy;
 
 /// Segments on either side of a time that is located among them.
 const AROUND: usize = 12;
@@ -38,30 +38,35 @@ pub(crate) struct Located {
 
 /// The times of the effects `at` located on shorter and shorter segments, in the order in which they come; `None` where the
 /// data do not tell one.
-pub(super) fn locate(fit: &Fit, trials: &[Trial], at: &[usize]) -> Result<Vec<(f64, Option<Located>)>, FitError> {
+pub(super) fn locate(
+    fit: &Fit,
+    trials: &[Trial],
+    at: &[usize],
+    policy: &Policy,
+) -> Result<Vec<(f64, Option<Located>)>, FitError> {
     let effects: Vec<&EffectSpec> = at.iter().map(|at| &fit.model.effects[*at]).collect();
     let mut times: Vec<f64> = effects.iter().flat_map(|e| [e.from, e.until]).flatten().collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
     let mut out = Vec::new();
     for time in &times {
-        out.push((*time, locate_one(fit, trials, at, &times, *time)?));
+        out.push((*time, locate_one(fit, trials, at, (&times, *time), policy)?));
     }
     Ok(out)
 }
 
-/// One of the `times` of the effects `at`, the others as they are.
+/// One time of all `times` of the effects `at`, the others as they are.
 fn locate_one(
     fit: &Fit,
     trials: &[Trial],
     at: &[usize],
-    times: &[f64],
-    time: f64,
+    (times, time): (&[f64], f64),
+    policy: &Policy,
 ) -> Result<Option<Located>, FitError> {
     let (first, last) = span(trials);
     let shortest = trials.iter().map(Trial::interval).fold(f64::INFINITY, f64::min);
     // A stretch shorter than a segment was not weighed, and where the recordings begin it is the filter's own transient.
-    let segment = (last - first) / SEGMENTS as f64;
+    let segment = (last - first) / policy.segments as f64;
     let mut step = segment / 4.0;
     let mut now = time;
     loop {
@@ -129,10 +134,15 @@ pub(super) fn vertex(values: &[(f64, f64)], best: usize, spread: f64) -> (f64, O
 }
 
 /// The standard errors (s) of the times that effects of a fit begin and end at, by effect from index `first` on.
-pub(crate) fn time_errors(fit: &Fit, trials: &[Trial], first: usize) -> Result<Vec<[Option<f64>; 2]>, FitError> {
+pub(crate) fn time_errors(
+    fit: &Fit,
+    trials: &[Trial],
+    first: usize,
+    policy: &Policy,
+) -> Result<Vec<[Option<f64>; 2]>, FitError> {
     let mut out = vec![[None; 2]; fit.model.effects.len() - first];
     for group in switched(&fit.model, first) {
-        let located = locate(fit, trials, &group)?;
+        let located = locate(fit, trials, &group, policy)?;
         let error = |time: Option<f64>| {
             let (_, found) = located.iter().find(|(known, _)| Some(*known) == time)?;
             found.map(|found| found.error)

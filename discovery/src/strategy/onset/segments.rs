@@ -8,14 +8,15 @@ use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::SEGMENTS;
 use crate::data::Trial;
 use crate::filter::estimate::{Fit, FitError};
 use crate::filter::kalman::{Keep, Randomness};
 use crate::filter::whiten::{Acting, Forcing, Normal};
 use crate::hypothesis::candidates::Combination;
 use crate::hypothesis::stream::normals_of_parts;
-use crate::weigh::regression::{Penalty, ladder, subset};
+use crate::strategy::policy::POLICY;
+use crate::weigh::criterion::Penalty;
+use crate::weigh::regression::{ladder, subset};
 
 /// Chance, over a whole recording, below which a sample of innovations is sudden; how many such times are looked at, and how
 /// many samples they are apart.
@@ -238,7 +239,7 @@ fn sudden(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
     let mut found: Vec<(f64, usize)> = shaken.map(|shaken| (least(shaken), shaken[0].1)).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.truncate(MOST_SUDDEN);
-    let segment = (last - first) / SEGMENTS as f64;
+    let segment = (last - first) / POLICY.segments as f64;
     let edge = first + segment..last - segment;
     found.into_iter().map(|(_, k)| longest[k - 1]).filter(|time| edge.contains(time)).collect()
 }

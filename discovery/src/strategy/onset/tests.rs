@@ -6,9 +6,10 @@ use super::*;
 use crate::data::recording::{fitted, record};
 use crate::filter::estimate::noise_of_data;
 use crate::hypothesis::extension::count_times;
-use crate::strategy::entrance::Source;
+use crate::strategy::candidates::signatures;
 use crate::strategy::fitted::Evidence;
-use crate::weigh::regression::ladder;
+use crate::weigh::regression::{ladder, rank};
+use crate::weigh::signatures::{Source, levels};
 
 fn effect(id: &str, cable: Option<usize>, values: &[f64]) -> EffectSpec {
     EffectSpec::new(id, cable, values).expect("an effect")
@@ -27,12 +28,12 @@ fn course_of(standing: &EffectSpec, hidden: &[EffectSpec]) -> Option<(Vec<Effect
     let (train, holdout) = (vec![record(hidden, 60.0, 31)], vec![record(hidden, 50.0, 32)]);
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
     let evidence = Evidence { train, holdout, noise, instruments: None };
-    let mut search = Search::new(&evidence, 0, &|_, _| {});
-    let base = search.base(&Model::default()).expect("a fit");
+    let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+    let (context, base) = begun.expect("a fit");
     let model = Model { effects: vec![standing.clone()], ..Model::default() };
-    let always = search.fit(&model, &base, ROUNDS).expect("a fit");
-    let found = search.in_time(&always, 0).expect("a look")?;
-    let errors = time_errors(&found.train, &evidence.train, 0).expect("errors");
+    let always = context.fit(&model, &base).expect("a fit");
+    let found = in_time(&context, &always, 0).expect("a look")?;
+    let errors = time_errors(&found.train, &evidence.train, 0, context.policy).expect("errors");
     Some((found.train.model.effects.clone(), errors))
 }
 
@@ -82,13 +83,14 @@ fn a_candidate_is_weighed_in_a_part_of_the_time() {
         (vec![record(std::slice::from_ref(&bias), 60.0, 33)], vec![record(std::slice::from_ref(&bias), 50.0, 34)]);
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
     let evidence = Evidence { train, holdout, noise, instruments: None };
-    let mut search = Search::new(&evidence, 0, &|_, _| {});
-    let base = search.base(&Model::default()).expect("a fit");
-    let signatures = search.signatures(&base, Source::Catalogue);
+    let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+    let (context, base) = begun.expect("a fit");
+    let standing = Standing::new(&context, base.clone());
+    let signatures = signatures(&context, &standing, &base, Source::Catalogue);
     let sizes = ladder(&base.train.randomness);
-    let levels = crate::weigh::regression::levels(&base.train, &evidence.train, &signatures, &sizes);
-    let ranked = crate::weigh::regression::rank(&signatures.library, &levels, search.penalty);
-    let proposed = search.weighed_in_time(&base.train, &signatures.library, &ranked);
+    let levels = levels(&base.train, &evidence.train, &signatures, &sizes);
+    let ranked = rank(&signatures.library, &levels, context.penalty);
+    let proposed = look::weighed_in_time(&context, &base.train, &signatures.library, &ranked);
     let (score, best) = &proposed[0];
     assert_eq!(best.cable, Some(2), "{best:?}");
     assert!((best.from.expect("it begins") - 24.0).abs() < 2.0, "{best:?}");

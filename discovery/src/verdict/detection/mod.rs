@@ -30,9 +30,11 @@ use crate::hypothesis::signature::{Along, Varied, sensitivities};
 use crate::hypothesis::stream::Stream;
 use crate::model::sizes::Sizes;
 use crate::outcome::DetectionLimit;
+use crate::strategy::candidates::situation;
+use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
-use crate::strategy::search::{EVIDENCE, Search};
 use crate::verdict::{POLICY, Reach};
+use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::refine::{free_parameters, varied_models};
 
 use free_run::{Course, FreeRuns, Runs};
@@ -44,140 +46,134 @@ use visibility::{Asked, Visibility};
 /// Frequency (rad/s) of a gust where the data have no peak: the middle of what is typical.
 pub(crate) const GUST: f64 = 0.7;
 
-impl Search<'_> {
-    /// For every law that the final model lacks, the smallest size that the data would have shown.
-    pub(crate) fn detection_limits(&self, fitted: &Fitted) -> Vec<DetectionLimit> {
-        let mut situation = self.situation(&fitted.train);
-        if situation.peaks.is_empty() {
-            situation.peaks.push(GUST);
-        }
-        situation.peaks.truncate(1);
-        let library = catalogue(&fitted.train.model, &situation);
-        let groups = groups(&library);
-        let candidates: Vec<usize> = groups.iter().flatten().map(|(at, _)| *at).collect();
-        let seen = self.visibility(fitted, &library, &candidates);
-        let bounds = Bounds { sizes: Sizes::of(&fitted.train.model.parameters), force: situation.mean_tension };
-        let moves = moves(&self.evidence.train, &fitted.train.randomness);
-        let gravity = fitted.train.model.parameters.gravity != [0.0; 2];
-        let mut out = Vec::new();
-        let mut first = 0;
-        for group in groups {
-            let seen = &seen[first..first + group.len()];
-            first += group.len();
-            let all: Vec<Limit> = group
-                .iter()
-                .zip(seen)
-                .map(|((at, reading), seen)| self.limit(&library.candidates[*at], reading, seen))
-                .map(|limit| if moves { limit } else { limit.at_rest(gravity) })
-                .collect();
-            out.extend(shown(all, &situation).into_iter().map(|limit| bounds.judged(limit)));
-        }
-        out
+/// For every law that the final model lacks, the smallest size that the data would have shown.
+pub(crate) fn detection_limits(context: &Context<'_>, fitted: &Fitted) -> Vec<DetectionLimit> {
+    let mut situation = situation(context, &fitted.train);
+    if situation.peaks.is_empty() {
+        situation.peaks.push(GUST);
     }
+    situation.peaks.truncate(1);
+    let library = catalogue(&fitted.train.model, &situation);
+    let groups = groups(&library);
+    let candidates: Vec<usize> = groups.iter().flatten().map(|(at, _)| *at).collect();
+    let seen = visibility(context, fitted, &library, &candidates);
+    let bounds = Bounds { sizes: Sizes::of(&fitted.train.model.parameters), force: situation.mean_tension };
+    let moves = moves(&context.evidence.train, &fitted.train.randomness);
+    let gravity = fitted.train.model.parameters.gravity != [0.0; 2];
+    let mut out = Vec::new();
+    let mut first = 0;
+    for group in groups {
+        let seen = &seen[first..first + group.len()];
+        first += group.len();
+        let all: Vec<Limit> = group
+            .iter()
+            .zip(seen)
+            .map(|((at, reading), seen)| limit(context, &library.candidates[*at], reading, seen))
+            .map(|limit| if moves { limit } else { limit.at_rest(gravity) })
+            .collect();
+        out.extend(shown(all, &situation).into_iter().map(|limit| bounds.judged(limit)));
+    }
+    out
+}
 
-    /// The limit of a candidate, read in one way.
-    fn limit(&self, candidate: &Candidate, reading: &Reading, seen: &Visibility) -> Limit {
-        let unit: Vec<f64> =
-            (0..candidate.columns.len()).map(|c| f64::from(u8::from(c == reading.columns[0]))).collect();
-        let effect = candidate.effect(&unit);
-        let parameters = effect.as_ref().map_or(1, |e| count_in_use(e).max(1));
-        let asked = Asked {
-            train: EVIDENCE + self.penalty.of(parameters.max(candidate.columns.len() + candidate.tried)),
-            holdout: 0.5 * EVIDENCE,
-            gap: POLICY.scatter,
+/// The limit of a candidate, read in one way.
+fn limit(context: &Context<'_>, candidate: &Candidate, reading: &Reading, seen: &Visibility) -> Limit {
+    let unit: Vec<f64> = (0..candidate.columns.len()).map(|c| f64::from(u8::from(c == reading.columns[0]))).collect();
+    let effect = candidate.effect(&unit);
+    let parameters = effect.as_ref().map_or(1, |e| count_in_use(e).max(1));
+    let asked = Asked {
+        train: EVIDENCE + context.penalty.of(parameters.max(candidate.columns.len() + candidate.tried)),
+        holdout: context.policy.helps * EVIDENCE,
+        gap: POLICY.scatter,
+    };
+    let amplitude = seen.scaled(&reading.columns, &reading.scale).needed(&asked);
+    let size = reading.size(candidate, amplitude);
+    Limit { effect, reading: reading.clone(), amplitude, size, inverse: reading.is_inverse(candidate) }
+}
+
+/// What each of `candidates` does, clear of the parameters that are free in the fit.
+fn visibility(context: &Context<'_>, fitted: &Fitted, library: &Library, candidates: &[usize]) -> Vec<Visibility> {
+    let varied = varied_models(&fitted.train.model, &free_parameters(&fitted.train.model, context.free_from));
+    let varied: Vec<Varied> = varied.into_iter().flatten().collect();
+    let e = context.evidence;
+    let own = library.of_columns(&columns_of(library, candidates));
+    let (blocks, columns) = (places(library, candidates), own.columns.len());
+    let wanted = pairs(&blocks, columns, varied.len());
+    let train = with_free(&fitted.train, &e.train, &own, &varied, &wanted);
+    let nuisance = nuisance(&train, columns);
+    let train = cleared(&train, &nuisance);
+    let (held, runs) = held_out(context, fitted, &own, &varied, &nuisance, &blocks);
+    let reaches = [context.reaches.main, context.reaches.long];
+    let gram = |normal: &Normal, block: &[usize]| {
+        DMatrix::from_fn(block.len(), block.len(), |a, b| normal.gram[block[a] * normal.columns + block[b]])
+    };
+    let of = |(at, block): (usize, &Vec<usize>)| Visibility {
+        train: gram(&train, block),
+        holdout: gram(&held, block),
+        gaps: runs.iter().zip(&reaches).map(|(runs, reach)| (runs[at].clone(), floor(fitted, *reach))).collect(),
+    };
+    blocks.iter().enumerate().map(of).collect()
+}
+
+/// What a library's columns, clear of what varies freely, do to the innovations of held-out data, and those of each of
+/// `blocks` to free runs over either horizon.
+fn held_out(
+    context: &Context<'_>,
+    fitted: &Fitted,
+    library: &Library,
+    varied: &[Varied],
+    nuisance: &DMatrix<f64>,
+    blocks: &[Vec<usize>],
+) -> (Normal, [Vec<FreeRuns>; 2]) {
+    let (fit, trials) = (&fitted.holdout, &context.evidence.holdout);
+    let reaches = [context.reaches.main, context.reaches.long];
+    let noises = reaches.map(|reach| {
+        let spread = fitted.instruments.as_ref().map(|randomness| fit.spread(trials, randomness, reach.horizon));
+        spread.unwrap_or_else(|| context.evidence.noise.clone())
+    });
+    let columns = library.columns.len();
+    let wanted = pairs(blocks, columns, 0);
+    let groups = groups_of_blocks(blocks);
+    let mut normal = Normal::empty(columns);
+    let mut out = reaches.map(|_| blocks.iter().map(|block| FreeRuns::empty(block.len())).collect::<Vec<_>>());
+    let linear = fit.linear(trials);
+    for (t, trial) in trials.iter().enumerate() {
+        let along = Along::new(fit, &linear, trials, t);
+        let free = sensitivities(&along, varied);
+        let randomness = for_trial(&fit.randomness, trial);
+        let all = Channel::all(trial.cables());
+        let course = |at: usize| {
+            let of = |c: &Channel| all.iter().position(|a| a == c).map_or(f64::NAN, |c| noises[at][c]);
+            let noise = trial.channels.iter().map(of).collect();
+            Course::new(along.linear, trial, &randomness, noise, reaches[at].horizon)
         };
-        let amplitude = seen.scaled(&reading.columns, &reading.scale).needed(&asked);
-        let size = reading.size(candidate, amplitude);
-        Limit { effect, reading: reading.clone(), amplitude, size, inverse: reading.is_inverse(candidate) }
-    }
-
-    /// What each of `candidates` does, clear of the parameters that are free in the fit.
-    fn visibility(&self, fitted: &Fitted, library: &Library, candidates: &[usize]) -> Vec<Visibility> {
-        let varied = varied_models(&fitted.train.model, &free_parameters(&fitted.train.model, self.free_from));
-        let varied: Vec<Varied> = varied.into_iter().flatten().collect();
-        let e = self.evidence;
-        let own = library.of_columns(&columns_of(library, candidates));
-        let (blocks, columns) = (places(library, candidates), own.columns.len());
-        let wanted = pairs(&blocks, columns, varied.len());
-        let train = with_free(&fitted.train, &e.train, &own, &varied, &wanted);
-        let nuisance = nuisance(&train, columns);
-        let train = cleared(&train, &nuisance);
-        let (held, runs) = self.held_out(&fitted.holdout, &own, &varied, &nuisance, &blocks);
-        let reaches = [self.reaches.main, self.reaches.long];
-        let gram = |normal: &Normal, block: &[usize]| {
-            DMatrix::from_fn(block.len(), block.len(), |a, b| normal.gram[block[a] * normal.columns + block[b]])
-        };
-        let of = |(at, block): (usize, &Vec<usize>)| Visibility {
-            train: gram(&train, block),
-            holdout: gram(&held, block),
-            gaps: runs.iter().zip(&reaches).map(|(runs, reach)| (runs[at].clone(), self.floor(*reach))).collect(),
-        };
-        blocks.iter().enumerate().map(of).collect()
-    }
-
-    /// What a library's columns, clear of what varies freely, do to the innovations of held-out data, and those of each of
-    /// `blocks` to free runs over either horizon.
-    fn held_out(
-        &self,
-        fit: &Fit,
-        library: &Library,
-        varied: &[Varied],
-        nuisance: &DMatrix<f64>,
-        blocks: &[Vec<usize>],
-    ) -> (Normal, [Vec<FreeRuns>; 2]) {
-        let trials = &self.evidence.holdout;
-        let reaches = [self.reaches.main, self.reaches.long];
-        let noises = reaches.map(|reach| {
-            let spread = self.instruments.as_ref().map(|randomness| fit.spread(trials, randomness, reach.horizon));
-            spread.unwrap_or_else(|| self.evidence.noise.clone())
-        });
-        let columns = library.columns.len();
-        let wanted = pairs(blocks, columns, 0);
-        let groups = groups_of_blocks(blocks);
-        let mut normal = Normal::empty(columns);
-        let mut out = reaches.map(|_| blocks.iter().map(|block| FreeRuns::empty(block.len())).collect::<Vec<_>>());
-        let linear = fit.linear(trials);
-        for (t, trial) in trials.iter().enumerate() {
-            let along = Along::new(fit, &linear, trials, t);
-            let free = sensitivities(&along, varied);
-            let randomness = for_trial(&fit.randomness, trial);
-            let all = Channel::all(trial.cables());
-            let course = |at: usize| {
-                let of = |c: &Channel| all.iter().position(|a| a == c).map_or(f64::NAN, |c| noises[at][c]);
-                let noise = trial.channels.iter().map(of).collect();
-                Course::new(along.linear, trial, &randomness, noise, reaches[at].horizon)
-            };
-            let courses = [course(0), course(1)];
-            let mut runs: Vec<Runs<'_>> =
-                courses.iter().flat_map(|course| groups.iter().map(|group| Runs::new(course, group))).collect();
-            let mut whitening = Whitening::new(along.linear, &randomness, columns);
-            let mut products = Products::new(columns, Some(&wanted));
-            let mut filter = Run::new(along.linear, &randomness);
-            let mut stream = Stream::new(along, (&library.variations, &library.columns));
-            while let Some(samples) = stream.stretch() {
-                let own = stream.advance(samples.end);
-                let signatures = if free.columns == 0 {
-                    own
-                } else {
-                    clear(&own.beside(&free.part(along.linear, &samples)), nuisance)
-                };
-                whitening.advance(&signatures, samples.end, |_, innovation, e| products.push(e, innovation));
-                let filtered = filter.advance(samples.end, Keep::Gains);
-                runs.par_iter_mut().for_each(|runs| runs.advance(&signatures, &filtered, &samples));
-            }
-            let mut part = products.normal(whitening.minus_two_log_likelihood());
-            part.silence(&stream.silent());
-            normal.add(&part);
-            let mut found = runs.into_iter().flat_map(Runs::done);
-            out.iter_mut().flatten().zip(&mut found).for_each(|(sum, part)| sum.add(&part));
+        let courses = [course(0), course(1)];
+        let mut runs: Vec<Runs<'_>> =
+            courses.iter().flat_map(|course| groups.iter().map(|group| Runs::new(course, group))).collect();
+        let mut whitening = Whitening::new(along.linear, &randomness, columns);
+        let mut products = Products::new(columns, Some(&wanted));
+        let mut filter = Run::new(along.linear, &randomness);
+        let mut stream = Stream::new(along, (&library.variations, &library.columns));
+        while let Some(samples) = stream.stretch() {
+            let own = stream.advance(samples.end);
+            let signatures =
+                if free.columns == 0 { own } else { clear(&own.beside(&free.part(along.linear, &samples)), nuisance) };
+            whitening.advance(&signatures, samples.end, |_, innovation, e| products.push(e, innovation));
+            let filtered = filter.advance(samples.end, Keep::Gains);
+            runs.par_iter_mut().for_each(|runs| runs.advance(&signatures, &filtered, &samples));
         }
-        (normal, out)
+        let mut part = products.normal(whitening.minus_two_log_likelihood());
+        part.silence(&stream.silent());
+        normal.add(&part);
+        let mut found = runs.into_iter().flat_map(Runs::done);
+        out.iter_mut().flatten().zip(&mut found).for_each(|(sum, part)| sum.add(&part));
     }
+    (normal, out)
+}
 
-    /// The gap of a model without fault in units of the noise by which it is measured.
-    fn floor(&self, reach: Reach) -> f64 {
-        if self.instruments.is_some() { 1.0 } else { reach.attainable }
-    }
+/// The gap of a model without fault in units of the noise by which it is measured.
+fn floor(fitted: &Fitted, reach: Reach) -> f64 {
+    if fitted.instruments.is_some() { 1.0 } else { reach.attainable }
 }
 
 /// A candidate's limit.

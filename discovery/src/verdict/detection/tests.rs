@@ -26,9 +26,9 @@ fn effect(id: &str, cable: Option<usize>, values: &[f64]) -> EffectSpec {
 /// The limits where nothing is hidden.
 fn limits(seed: u64) -> Vec<DetectionLimit> {
     let evidence = evidence(&[], seed);
-    let search = &mut Search::new(&evidence, 0, &|_, _| {});
-    let base = search.base(&Model::default()).expect("a fit");
-    search.detection_limits(&base)
+    let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+    let (context, base) = begun.expect("a fit");
+    detection_limits(&context, &base)
 }
 
 fn limit(limits: &[DetectionLimit], id: &str, cable: Option<usize>) -> f64 {
@@ -95,20 +95,19 @@ fn counts_over_draws() {
 #[test]
 fn a_limit_is_a_multiple_of_the_standard_error() {
     let nothing = evidence(&[], 51);
-    let search = &mut Search::new(&nothing, 0, &|_, _| {});
-    let base = search.base(&Model::default()).expect("a fit");
-    let library = catalogue(&base.train.model, &search.situation(&base.train));
+    let given = Model::default();
+    let (context, base) = Context::begin(&nothing, &given, 0..0, &|_, _| {}).expect("a fit");
+    let library = catalogue(&base.train.model, &situation(&context, &base.train));
     for (id, cable, size) in [("platform_mass", None, 5.0), ("winch_viscous_friction", Some(2), 5.0)] {
         let hidden = effect(id, cable, &[size]);
         let candidate = library.candidates.iter().position(|c| c.id == id && c.cable == cable).expect("a candidate");
-        let seen = &search.visibility(&base, &library, &[candidate])[0];
+        let seen = &visibility(&context, &base, &library, &[candidate])[0];
         let unit = library.candidates[candidate].effect(&[1.0]).expect("an effect").values[0];
         let foreseen = unit / seen.train[(0, 0)].sqrt();
         let with = evidence(std::slice::from_ref(&hidden), 51);
-        let other = &mut Search::new(&with, 0, &|_, _| {});
-        let without = other.base(&Model::default()).expect("a fit");
+        let (context, without) = Context::begin(&with, &given, 0..0, &|_, _| {}).expect("a fit");
         let model = Model { effects: vec![hidden], ..Model::default() };
-        let refined = other.fit(&model, &without, 5).expect("a fit").train;
+        let refined = context.fit(&model, &without).expect("a fit").train;
         let information: f64 = ByBlock::new(&refined, &with.train, 0).normals.iter().map(|normal| normal.gram[0]).sum();
         let found = 1.0 / information.sqrt();
         let ratio = foreseen / found;

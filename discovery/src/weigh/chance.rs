@@ -27,7 +27,8 @@ use crate::hypothesis::candidates::Library;
 use crate::hypothesis::signature::Along;
 use crate::hypothesis::stream::Stream;
 use crate::outcome::NullTest;
-use crate::weigh::regression::{Beside, Level, Penalty, all_pairs, rank};
+use crate::weigh::criterion::Penalty;
+use crate::weigh::regression::{Beside, Level, all_pairs, rank};
 
 /// Number of shifts.
 const SHIFTS: usize = 99;

@@ -1,0 +1,50 @@
+//! Laws that contain others.
+
+use cdpr::effect::EffectSpec;
+
+use crate::hypothesis::extension::{at_work_like, value_of};
+use crate::hypothesis::friction::stribeck_containing;
+
+/// The law `id` where it contains the law `standing`, from where it can show that it is more: Stribeck friction contains
+/// Coulomb friction with the same turn, an umbilical linear drag.
+pub(crate) fn containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
+    umbilical_containing(id, standing).or_else(|| stribeck_containing(id, standing))
+}
+
+fn umbilical_containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
+    if id != "umbilical" || standing.id != "platform_linear_drag" {
+        return None;
+    }
+    let wider = EffectSpec::new(id, None, &[1.0, value_of(standing, "coefficient")?]).ok()?;
+    Some(at_work_like(wider, standing))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn effect(id: &str, values: &[f64]) -> EffectSpec {
+        EffectSpec::new(id, Some(2), values).unwrap()
+    }
+
+    #[test]
+    fn stribeck_friction_contains_coulomb_friction_with_the_same_turn() {
+        let coulomb = effect("winch_coulomb_friction", &[100.0, 0.01, 0.0, 0.0, 2e4]);
+        let wider = containing("winch_stribeck_friction", &coulomb).unwrap();
+        assert_eq!(wider.values[..5], [100.0, 105.0, 0.1, 0.0, 0.01]);
+        assert_eq!((value_of(&wider, "presliding_stiffness"), wider.cable), (Some(2e4), Some(2)));
+        // It has no such turn.
+        let algebraic = effect("winch_coulomb_friction", &[100.0, 0.01, 0.0, 0.3]);
+        assert!(containing("winch_stribeck_friction", &algebraic).is_none());
+        assert!(containing("pulley_capstan_loss", &coulomb).is_none());
+        assert!(containing("winch_coulomb_friction", &wider).is_none());
+    }
+
+    #[test]
+    fn an_umbilical_contains_linear_drag() {
+        let drag = EffectSpec::new("platform_linear_drag", None, &[50.0]).unwrap();
+        let wider = containing("umbilical", &drag).unwrap();
+        assert_eq!((value_of(&wider, "damping"), value_of(&wider, "stiffness")), (Some(50.0), Some(1.0)));
+        assert!(containing("platform_linear_drag", &wider).is_none());
+    }
+}

@@ -1,0 +1,99 @@
+//! What a search goes by and no step changes: the recordings, what counts as evidence, every threshold.
+
+use std::ops::Range;
+
+use cdpr::model_file::Model;
+
+use crate::data::Trial;
+use crate::filter::estimate::{Fit, FitError, for_trial};
+use crate::filter::kalman::Randomness;
+use crate::journal::Journal;
+use crate::strategy::begin::{begun_by_data, held_by_data};
+use crate::strategy::fitted::{Evidence, Fitted};
+use crate::strategy::policy::{POLICY, Policy};
+use crate::verdict::{self, Reaches, verify};
+use crate::weigh::criterion::Penalty;
+use crate::weigh::refine::refine;
+
+/// Progress: a message and the fraction done.
+pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
+
+/// What a search goes by. Only the journal is written to, by every step.
+pub(crate) struct Context<'a> {
+    pub(crate) evidence: &'a Evidence,
+    pub(crate) policy: &'static Policy,
+    pub(crate) penalty: Penalty,
+    /// Effects of the model from here on are free: errors of the survey, where these are, and what is found.
+    pub(crate) free_from: usize,
+    /// Number of effects before those that are found.
+    pub(crate) given: usize,
+    /// Random parts with the model as given.
+    pub(crate) base_randomness: Randomness,
+    /// Horizons that the growth of errors allows.
+    pub(crate) reaches: Reaches,
+    pub(crate) journal: Journal,
+    pub(crate) progress: Progress<'a>,
+}
+
+impl<'a> Context<'a> {
+    /// Fits the model as given, whose effects of these numbers are errors of the `survey`: free, and not found. Effects behind
+    /// them are found ones.
+    pub(crate) fn begin(
+        evidence: &'a Evidence,
+        model: &Model,
+        survey: Range<usize>,
+        progress: Progress<'a>,
+    ) -> Result<(Self, Fitted), FitError> {
+        let (journal, policy) = (Journal::default(), &POLICY);
+        let Evidence { train: trials, holdout: held, noise, instruments } = evidence;
+        let measurements: usize =
+            trials.iter().map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count()).sum();
+        let mut train = begun_by_data(evidence, model, &journal)?;
+        if !survey.is_empty() {
+            refine(&mut train, trials, noise, survey.start, policy.rounds, None)?;
+            train.fit_randomness(trials, noise, true);
+        }
+        let holdout = held_by_data(evidence, &train, &journal)?;
+        let context = Self {
+            evidence,
+            policy,
+            penalty: Penalty::new(measurements),
+            free_from: survey.start,
+            given: survey.end,
+            base_randomness: train.randomness.clone(),
+            reaches: Reaches::of(&holdout, held, noise, &verdict::POLICY),
+            journal,
+            progress,
+        };
+        let base = context.finish(train, holdout, None, instruments.clone());
+        Ok((context, base))
+    }
+
+    /// The index in the model of the effect that was accepted as number `k`.
+    pub(crate) fn at(&self, k: usize) -> usize {
+        self.given + k
+    }
+
+    /// Whether a fit to `trials` leaves innovations that are not white: more than a force at random explains.
+    pub(crate) fn something_left(&self, fit: &Fit, trials: &[Trial]) -> bool {
+        verify::whiteness(fit, trials, &fit.randomness.noise).iter().any(|w| w.statistic > w.limit)
+    }
+
+    /// The share of all evidence against `base` that `fitted` explains: one where nothing but the noise is left.
+    pub(crate) fn explained(&self, base: &Fitted, fitted: &Fitted) -> f64 {
+        self.share(base.score, fitted.score, &self.evidence.train)
+    }
+
+    /// The share of all evidence that a score of a model on `trials` leaves, by which another score is better.
+    pub(crate) fn share(&self, from: f64, to: f64, trials: &[Trial]) -> f64 {
+        let noise_alone: f64 = trials
+            .iter()
+            .map(|trial| {
+                let noise = for_trial(&self.base_randomness, trial).noise;
+                let count = |j: usize| trial.measured.iter().filter(|row| row[j].is_finite()).count() as f64;
+                noise.iter().enumerate().map(|(j, noise)| count(j) * (1.0 + 2.0 * noise.ln())).sum::<f64>()
+            })
+            .sum();
+        (from - to) / (from - noise_alone)
+    }
+}

@@ -1,0 +1,218 @@
+//! How models are fitted: to the training data, with all that is free refined, and as they are to held-out data.
+
+use cdpr::model_file::Model;
+
+use crate::data::Trial;
+use crate::filter::estimate::{Fit, FitError};
+use crate::filter::kalman::Randomness;
+use crate::hypothesis::extension::{count_in_use, count_times};
+use crate::instruments;
+use crate::outcome::BeforeAfter;
+use crate::strategy::begin::{begun_by_data, held_by_data};
+use crate::strategy::context::Context;
+use crate::strategy::fitted::{Fitted, Trained, instruments_of};
+use crate::verdict::gap::{gap, predict};
+use crate::verdict::{self, HorizonFacts, POLICY, Reach, Reaches};
+use crate::weigh::refine::{Estimate, refine};
+
+impl Context<'_> {
+    /// A model fitted to both sets from the data alone; gaps count as those of `from`.
+    pub(crate) fn refined_by_data(&self, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
+        let e = self.evidence;
+        let mut train = begun_by_data(e, model, &self.journal)?;
+        let estimate = refine(&mut train, &e.train, &e.noise, self.free_from, self.policy.rounds, None)?;
+        train.fit_randomness(&e.train, &e.noise, false);
+        let holdout = held_by_data(e, &train, &self.journal)?;
+        Ok(self.finish(train, holdout, Some(estimate), from.instruments.clone()))
+    }
+
+    /// `-2 log L` on training data plus the penalty of the parameters.
+    pub(crate) fn score(&self, train: &Fit, trials: &[Trial]) -> f64 {
+        let effects = &train.model.effects[self.given..];
+        let cost: f64 = effects.iter().map(|s| self.penalty.of(count_in_use(s).max(1))).sum();
+        let times = self.penalty.of_times(count_times(effects));
+        let instruments = self.penalty.of_parameters(instruments::parameters(&train.randomness));
+        train.minus_two_log_likelihood(trials, &train.randomness) + cost + times + instruments
+    }
+
+    /// `fitted`, whose gaps count by its own instruments.
+    pub(crate) fn counted(&self, fitted: Fitted) -> Fitted {
+        let instruments = instruments_of(&fitted.train);
+        self.finish(fitted.train, fitted.holdout, fitted.estimate, instruments)
+    }
+
+    /// `fitted`, whose gaps count by the instruments by which those of another fit do.
+    pub(crate) fn counted_as(&self, fitted: &Fitted, other: &Fitted) -> Fitted {
+        self.finish(fitted.train.clone(), fitted.holdout.clone(), fitted.estimate.clone(), other.instruments.clone())
+    }
+
+    /// Two fits made one, with its score and its gaps by these `instruments`.
+    pub(crate) fn finish(
+        &self,
+        train: Fit,
+        holdout: Fit,
+        estimate: Option<Estimate>,
+        instruments: Option<Randomness>,
+    ) -> Fitted {
+        let e = self.evidence;
+        let score = self.score(&train, &e.train);
+        let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
+        let gap_over = |reach: &Reach| {
+            let gap_by = |noise: &[f64]| gap(&e.holdout, &predict(&holdout, &e.holdout, reach.horizon), noise);
+            match &instruments {
+                Some(randomness) => (gap_by(&holdout.spread(&e.holdout, randomness, reach.horizon)), 1.0),
+                None => (gap_by(&e.noise), reach.attainable),
+            }
+        };
+        let Reaches { main, long } = &self.reaches;
+        let ((short, of_short), (long, of_long)) = rayon::join(|| gap_over(main), || gap_over(long));
+        let gap = [short.total() / of_short, long.total() / of_long];
+        Fitted { train, holdout, estimate, score, holdout_score, gap, sums: [short, long], instruments }
+    }
+
+    /// Fits `model`, starting from another fit, with its own effects' parameters refined.
+    pub(crate) fn fit(&self, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
+        let trained = self.train(model, &from.train, &self.evidence.train, self.policy.rounds, None)?;
+        self.verified(trained, from)
+    }
+
+    /// Fits `model` to `trials` alone, starting from another fit; given up where the `-2 log L` that is aimed at is out of
+    /// reach.
+    pub(crate) fn train(
+        &self,
+        model: &Model,
+        from: &Fit,
+        trials: &[Trial],
+        rounds: usize,
+        aim: Option<f64>,
+    ) -> Result<Trained, FitError> {
+        let noise = &self.evidence.noise;
+        let mut fit = self.started(model, from, trials)?;
+        let estimate = refine(&mut fit, trials, noise, self.free_from, rounds, aim)?;
+        fit.fit_randomness(trials, noise, false);
+        let score = self.score(&fit, trials);
+        Ok(Trained { fit, estimate: Some(estimate), score })
+    }
+
+    /// What was fitted to the training data, on held-out data.
+    pub(crate) fn verified(&self, trained: Trained, from: &Fitted) -> Result<Fitted, FitError> {
+        self.verified_by(trained, from, from.instruments.clone())
+    }
+
+    /// The same, with gaps by these `instruments`.
+    pub(crate) fn verified_by(
+        &self,
+        trained: Trained,
+        from: &Fitted,
+        instruments: Option<Randomness>,
+    ) -> Result<Fitted, FitError> {
+        let (train, held) = (trained.fit, &self.evidence.holdout);
+        let mut holdout = Fit::new(&train.model, held, &train.randomness, Some(&from.holdout))?;
+        let stays = holdout.settle(held, self.policy.held_out_moves).ok().filter(|_| holdout.has_settled());
+        if stays != Some(true) {
+            // With small latents nothing but the model holds a trajectory that is still far off.
+            let value = |fit: &Fit| fit.minus_two_log_likelihood(held, &train.randomness);
+            match self.settled_from_afar(&train, from) {
+                Ok(other) if stays.is_none() || value(&other) < value(&holdout) => holdout = other,
+                Err(error) if stays.is_none() => return Err(error),
+                _ => {}
+            }
+        }
+        Ok(self.finish(train, holdout, trained.estimate, instruments))
+    }
+
+    /// The held-out trajectories of a model, first with large latent forces, then with its own.
+    fn settled_from_afar(&self, train: &Fit, from: &Fitted) -> Result<Fit, FitError> {
+        let (held, moves) = (&self.evidence.holdout, self.policy.held_out_moves);
+        let mut holdout = self.loosened(&train.model, &from.holdout, held)?;
+        holdout.settle(held, moves)?;
+        holdout.randomness = train.randomness.clone();
+        holdout.settle(held, moves)?;
+        Ok(holdout)
+    }
+
+    /// A fit of `model` on training data, starting from another one, with its parameters as they are.
+    pub(crate) fn started(&self, model: &Model, from: &Fit, trials: &[Trial]) -> Result<Fit, FitError> {
+        let mut fit = Fit::new(model, trials, &from.randomness, Some(from))?;
+        if fit.examined.states() != from.examined.states() {
+            fit.smooth(trials)?;
+            fit.fit_randomness(trials, &self.evidence.noise, true);
+        }
+        Ok(fit)
+    }
+
+    /// Fits a model without something that `from` has: what is left out is again for the latent forces to carry.
+    ///
+    /// The other effects' parameters adapt in `rounds` of refinement.
+    pub(crate) fn fit_without(&self, model: &Model, from: &Fitted, rounds: usize) -> Result<Fitted, FitError> {
+        let start = self.loosened(model, &from.train, &self.evidence.train)?;
+        let trained = self.train(model, &start, &self.evidence.train, rounds, None)?;
+        self.verified(trained, from)
+    }
+
+    /// A fit of `model` from which others can start: with latent forces as large as in the model as given.
+    pub(crate) fn loosened(&self, model: &Model, from: &Fit, trials: &[Trial]) -> Result<Fit, FitError> {
+        let latents = &self.base_randomness;
+        let randomness = Randomness { force: latents.force, winch: latents.winch, ..from.randomness.clone() };
+        let mut start = Fit::new(model, trials, &randomness, Some(from))?;
+        start.smooth(trials)?;
+        start.fit_randomness(trials, &self.evidence.noise, true);
+        Ok(start)
+    }
+
+    /// Whether what `with` has more than `without` is needed on held-out data.
+    pub(crate) fn needs(&self, without: &Fitted, with: &Fitted) -> bool {
+        let Reaches { main, long } = &self.reaches;
+        let facts = [main, long].into_iter().enumerate().map(|(k, reach)| HorizonFacts {
+            reach: Reach { attainable: 1.0, ..*reach },
+            holdout: BeforeAfter { before: without.gap[k], after: with.gap[k] },
+            scatter: with.sums[k].scatter(&without.sums[k]),
+        });
+        verdict::beats(&facts.collect::<Vec<_>>(), self.likelier(without, with), &POLICY)
+    }
+
+    /// Whether what `with` has more than `without` makes the held-out data as much likelier, sample by sample, as it does the
+    /// training data. Free runs do not show a slow law, nor a clock that is late by less than the noise; this does.
+    pub(crate) fn likelier(&self, without: &Fitted, with: &Fitted) -> bool {
+        let measurements = |trials: &[Trial]| {
+            trials.iter().flat_map(|trial| trial.measured.iter().flatten()).filter(|value| value.is_finite()).count()
+        };
+        let held = measurements(&self.evidence.holdout) as f64 / measurements(&self.evidence.train) as f64;
+        let expected = held * (without.score - with.score);
+        expected > 0.0 && without.holdout_score - with.holdout_score > POLICY.holds * expected
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+
+    use super::*;
+    use crate::data::recording::record;
+    use crate::filter::estimate::noise_of_data;
+    use crate::strategy::fitted::Evidence;
+
+    /// A pose late by a millisecond and a half, of which free runs under a noise of 2 mm show nothing, was pruned.
+    #[test]
+    fn what_free_runs_do_not_show_is_needed_where_the_likelihood_does() {
+        let delay = |value: f64| EffectSpec::new("pose_sensor_delay", None, &[value]).expect("an effect");
+        for (hidden, needed) in [(vec![delay(1.5e-3)], true), (Vec::new(), false)] {
+            let recorded = |seed: u64| record(&hidden, 40.0, seed);
+            let (train, holdout) = (vec![recorded(44), recorded(45)], vec![recorded(46)]);
+            let noise = noise_of_data(&train);
+            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+            let (context, base) = begun.expect("a fit");
+            let late = Model { effects: vec![delay(1e-3)], ..Model::default() };
+            let next = context.fit(&late, &base).expect("a fit");
+            assert_eq!(
+                context.needs(&base, &next),
+                needed,
+                "{:?} {:?} {}",
+                base.gap,
+                next.gap,
+                base.score - next.score
+            );
+        }
+    }
+}

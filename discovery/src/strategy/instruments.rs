@@ -1,0 +1,231 @@
+//! Instruments beside effects: what they have beside white noise is taken up where it explains more than effects do, found
+//! anew where effects have names, and given back where it explains nothing any more.
+
+use std::sync::Arc;
+
+use crate::filter::estimate::{Fit, FitError};
+use crate::instruments::{self, Sizing};
+use crate::strategy::context::Context;
+use crate::strategy::fitted::{Evidence, Fitted, Trained, instruments_of};
+use crate::strategy::standing::Standing;
+
+/// What was found, where its instruments are `better` known; the model as given has them as well. What was found may only
+/// have stood for what they do.
+pub(crate) fn beside_instruments(
+    context: &Context<'_>,
+    mut standing: Standing,
+    better: Fitted,
+) -> Result<Standing, FitError> {
+    let base = context.counted_as(&standing.base, &better);
+    let base = with_instruments(context, &base, 0.0)?.unwrap_or(base);
+    if base.score <= better.score {
+        standing.fit = better;
+        // Its instruments are other ones than those beside the effects, and gaps count by them from here on.
+        let base = context.counted(base);
+        let standing = standing.give_up(context, "what the instruments add explains more", base.clone());
+        return Ok(Standing { base: Arc::new(base), ..standing });
+    }
+    Ok(Standing { base: Arc::new(base), fit: better, ..standing })
+}
+
+/// `fitted` with what its instruments ask for, where that explains more than the `gain` of the best effect.
+pub(crate) fn better_instruments(
+    context: &Context<'_>,
+    fitted: &Fitted,
+    gain: f64,
+) -> Result<Option<Fitted>, FitError> {
+    let better = with_instruments(context, fitted, gain)?;
+    let better = better.filter(|better| fitted.score - better.score > gain);
+    Ok(better.map(|better| context.counted(better)))
+}
+
+/// `fitted` with what its instruments ask for, where something is left for them and no explanation gains far more.
+pub(crate) fn with_instruments(context: &Context<'_>, fitted: &Fitted, gain: f64) -> Result<Option<Fitted>, FitError> {
+    let Evidence { train, noise, .. } = context.evidence;
+    with_those(context, fitted, gain, &Sizing::new(train, noise, context.penalty))
+}
+
+/// The same where instruments forget within the time of the latent forces.
+pub(crate) fn with_forgetful_instruments(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+    let Evidence { train, noise, .. } = context.evidence;
+    let sizing = Sizing::new(train, noise, context.penalty).remembering_at_most(fitted.train.randomness.time);
+    with_those(context, fitted, 0.0, &sizing)
+}
+
+fn with_those(
+    context: &Context<'_>,
+    fitted: &Fitted,
+    gain: f64,
+    sizing: &Sizing<'_>,
+) -> Result<Option<Fitted>, FitError> {
+    let trials = &context.evidence.train;
+    if !fitted.train.randomness.has_latents() && !context.something_left(&fitted.train, trials) {
+        return Ok(None);
+    }
+    let taken = sizing.take_up(&fitted.train, gain, context.free_from);
+    let taken = context.journal.or_remark("What the instruments seem to add does not go with the data", taken)?;
+    let Some(Some(fit)) = taken else { return Ok(None) };
+    let score = context.score(&fit, trials);
+    let better = context.verified(Trained { fit, estimate: fitted.estimate.clone(), score }, fitted);
+    // Without what the instruments took over nothing holds the held-out trajectory: they are no better.
+    context.journal.or_remark("What the instruments seem to add does not go with the held-out data", better)
+}
+
+/// What stands with the instruments that are found now that its effects have names, where that is likelier than what was found
+/// before: then what a law does was theirs as well, and took the place of what they do.
+pub(crate) fn instruments_anew(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
+    if standing.accepted.is_empty() || instruments::parameters(&standing.fit.train.randomness) == 0 {
+        return Ok(standing);
+    }
+    let Some(anew) = with_instruments_anew(context, &standing.fit)? else { return Ok(standing) };
+    Ok(standing.changed(context.counted(anew)))
+}
+
+/// The model of `fitted` with the instruments that are found from plain ones on, if that is likelier.
+pub(crate) fn with_instruments_anew(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+    let Some(plain) = with_plain_instruments(context, fitted)? else { return Ok(None) };
+    let anew = with_instruments(context, &plain, 0.0)?.unwrap_or(plain);
+    Ok((anew.score < fitted.score).then_some(anew))
+}
+
+/// The model of `fitted` with instruments that have white noise alone; latent forces carry what else they did.
+pub(crate) fn with_plain_instruments(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+    let (model, trials) = (&fitted.train.model, &context.evidence.train);
+    let mut start = fitted.train.clone();
+    start.randomness = start.randomness.with_white_noise();
+    let start = context.loosened(model, &start, trials);
+    let trained = start.and_then(|start| context.train(model, &start, trials, context.policy.rounds, None));
+    let plain = trained.and_then(|trained| context.verified(trained, fitted));
+    context.journal.or_remark("With plain instruments the model does not go with the data", plain)
+}
+
+/// What stands without what its instruments were given before its effects were known, where it is as good without: a drift
+/// may have stood for a law that has a name now, and a delay for what another clock or a drift does. The effects' parameters
+/// adapt. Instruments became smaller as effects took their part: all gaps count by those that are left.
+pub(crate) fn without_idle_instruments(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
+    let trials = &context.evidence.train;
+    let mut kept = 0;
+    while let Some(randomness) = instruments::less_by_one(&standing.fit.train, trials).into_iter().nth(kept) {
+        let mut start = standing.fit.train.clone();
+        start.randomness = randomness;
+        let trained = context.train(&start.model, &start, trials, context.policy.rounds, None);
+        let without = trained.and_then(|trained| {
+            let instruments = instruments_of(&trained.fit);
+            context.verified_by(trained, &standing.fit, instruments)
+        });
+        match without {
+            // What was fitted beside it knew it still.
+            Ok(without) if without.score <= standing.fit.score => standing = standing.changed(without),
+            Ok(_) => kept += 1,
+            Err(error) => {
+                // What cannot be fitted without it has it.
+                context.journal.instruments_failed("without one of their parts", &error);
+                kept += 1;
+            }
+        }
+    }
+    let fit = context.counted(standing.fit);
+    let base = Arc::new(context.counted_as(&standing.base, &fit));
+    Ok(Standing { fit, base, ..standing })
+}
+
+/// The model of `base` beside the instruments of `fitted`: what these leave of it. Latent forces carry what they can.
+pub(crate) fn beside_those_of(context: &Context<'_>, fitted: &Fitted, base: &Fitted) -> Result<Fitted, FitError> {
+    let (evidence, moves) = (context.evidence, context.policy.first_moves);
+    let randomness = fitted.train.randomness.with_latents(1.0);
+    let settled = |from: &Fit, trials| {
+        let mut fit = Fit::new(&base.train.model, trials, &randomness, Some(from))?;
+        fit.settle(trials, moves)?;
+        Ok::<_, FitError>(fit)
+    };
+    let mut train = settled(&base.train, &evidence.train)?;
+    train.fit_latents(&evidence.train);
+    train.settle(&evidence.train, moves)?;
+    let mut holdout = settled(&base.holdout, &evidence.holdout)?;
+    holdout.randomness = train.randomness.clone();
+    holdout.settle(&evidence.holdout, moves)?;
+    Ok(context.finish(train, holdout, None, fitted.instruments.clone()))
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+    use cdpr::model_file::Model;
+
+    use super::*;
+    use crate::data::recording::{noise, record};
+    use crate::filter::estimate::noise_of_data;
+    use crate::model::randomness::Memory;
+    use crate::strategy::standing::Accepted;
+
+    /// Gaps went on by the instruments beside effects that were given up: 11 in the place of 0.93.
+    #[test]
+    fn where_instruments_take_the_place_of_effects_they_are_those_of_the_model_as_given() {
+        let recorded = |seed: u64| {
+            let mut trial = record(&[], 40.0, seed);
+            let mut errors = noise(4 * trial.len(), 90 + seed);
+            let forces = trial.inputs.iter_mut().flat_map(|inputs| inputs.winch_force.iter_mut());
+            forces.for_each(|force| *force += 100.0 * errors.next().unwrap_or(0.0));
+            trial
+        };
+        let (train, holdout) = (vec![recorded(31), recorded(32)], vec![recorded(33)]);
+        let noise = noise_of_data(&train);
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
+        let inertia = EffectSpec::new("winch_drum_inertia", None, &[50.0]).expect("an effect");
+        let better = Model { effects: vec![inertia], ..Model::default() };
+        let mut better = context.fit(&better, &base).expect("a fit");
+        let other = Memory { channel: 0, deviation: 1e-4, time: 1.0, drift: false };
+        better.train.randomness = better.train.randomness.with_memory(other);
+        better.instruments = Some(better.train.randomness.without_latents());
+        let accepted = vec![Accepted::new(Vec::new(), -100.0, None)];
+        let standing = Standing { fit: better.clone(), accepted, ..Standing::new(&context, base) };
+        let Standing { base, fit, accepted, .. } = beside_instruments(&context, standing, better).expect("a fit");
+        assert!(fit.train.model.effects.is_empty() && accepted.is_empty());
+        assert!(fit.instruments.as_ref().is_some_and(|randomness| randomness.white_input() > 0.0));
+        assert!(fit.gap[0] < 1.3 && base.gap == fit.gap, "{:?} {:?}", fit.gap, base.gap);
+    }
+
+    /// Noises with memory that are left of those that the instruments were given, where the pose wanders by so much (m): what
+    /// the wander asks for, or else a drift of x that nothing asks for.
+    fn released(wander: f64) -> (usize, usize) {
+        let hidden = EffectSpec::new("winch_force_gain", Some(1), &[0.01]).expect("an effect");
+        let recorded = |seed: u64| {
+            let mut trial = record(std::slice::from_ref(&hidden), 40.0, seed);
+            let last = trial.time[trial.len() - 1];
+            for (row, time) in trial.measured.iter_mut().zip(&trial.time) {
+                row[0] += wander * (std::f64::consts::PI * time / last).sin();
+            }
+            trial
+        };
+        let (train, holdout) = (vec![recorded(41), recorded(42)], vec![recorded(43)]);
+        let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
+        let mut fitted = context.fit(&Model { effects: vec![hidden], ..Model::default() }, &base).expect("a fit");
+        if let Some(asked_for) = with_instruments(&context, &fitted, 0.0).expect("a fit") {
+            fitted = asked_for;
+        } else {
+            let drift = Memory { channel: 0, deviation: 2e-3, time: 40.0, drift: true };
+            fitted.train.randomness = fitted.train.randomness.clone().with_memory(drift);
+            fitted.train.smooth(&evidence.train).expect("a trajectory");
+        }
+        let instruments = Some(fitted.train.randomness.without_latents());
+        let fit = context.finish(fitted.train, fitted.holdout, fitted.estimate, instruments);
+        assert!(!fit.train.randomness.memory.is_empty());
+        let accepted = vec![Accepted::new(Vec::new(), -1.0, None)];
+        let standing = Standing { fit, accepted, ..Standing::new(&context, base) };
+        let fit = without_idle_instruments(&context, standing).expect("a fit").fit;
+        let standing = fit.train.randomness.memory.len();
+        (standing, fit.instruments.map_or(0, |randomness| randomness.memory.len()))
+    }
+
+    #[test]
+    fn a_drift_that_explains_nothing_any_more_is_given_back() {
+        assert_eq!(released(0.0), (0, 0));
+        let (standing, held_against) = released(0.05);
+        assert!(standing > 0 && standing == held_against, "{standing} {held_against}");
+    }
+}

@@ -1,0 +1,70 @@
+//! Effects without which the model is as good are taken out, the least certain first.
+
+use std::sync::Arc;
+
+use cdpr::effect::EffectSpec;
+
+use crate::filter::estimate::FitError;
+use crate::journal::Outcome;
+use crate::strategy::context::Context;
+use crate::strategy::standing::Standing;
+use crate::weigh::criterion::EVIDENCE;
+
+/// What stands without the effects without which it is as good.
+pub(crate) fn prune(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
+    let (journal, policy) = (&context.journal, context.policy);
+    let mut judged: Vec<EffectSpec> = Vec::new();
+    while standing.accepted.len() > 1 {
+        let found = standing.found(context);
+        let certainty =
+            |k: usize| standing.fit.estimate.as_ref().map_or(f64::NAN, |estimate| estimate.wald[context.at(k)]);
+        let left = (0..found.len()).filter(|k| !judged.iter().any(|judged| same(judged, &found[*k])));
+        let Some(k) = left.min_by(|a, b| certainty(*a).total_cmp(&certainty(*b))) else { break };
+        let certainty = certainty(k);
+        let (model, effect) = standing.without(context, k);
+        // Nearly nothing is left out with an uncertain one; a very certain one leaves a gap whatever the others do.
+        let without = if certainty < policy.uncertain {
+            context.fit(&model, &standing.fit)
+        } else if certainty >= policy.certain {
+            context.fit_without(&model, &standing.fit, 1)
+        } else {
+            context.fit_without(&model, &standing.fit, policy.rounds)
+        };
+        match without {
+            Ok(without) if without.score < standing.fit.score + EVIDENCE || !context.needs(&without, &standing.fit) => {
+                let change = standing.fit.score - without.score;
+                journal.note(&effect, Outcome::Removed, change, "the model is as good without it");
+                standing.accepted.remove(k);
+                standing = standing.changed(without);
+            }
+            Ok(without) => {
+                let accepted = &mut standing.accepted[k];
+                accepted.delta_bic = standing.fit.score - without.score;
+                accepted.without = Some(Arc::new(without));
+                judged.push(effect);
+            }
+            Err(error) => {
+                journal.failed(&effect, "the model without it", &error);
+                judged.push(effect);
+            }
+        }
+    }
+    Ok(or_nothing(context, standing))
+}
+
+/// What stands, or the model as given where the only effect does not predict the held-out data better.
+fn or_nothing(context: &Context<'_>, mut standing: Standing) -> Standing {
+    let [only] = &mut standing.accepted[..] else { return standing };
+    only.delta_bic = standing.fit.score - standing.base.score;
+    if context.needs(&standing.base, &standing.fit) {
+        return standing;
+    }
+    let (effect, change) = (&standing.found(context)[0], standing.fit.score - standing.base.score);
+    context.journal.note(effect, Outcome::Removed, change, "it does not predict the held-out data better");
+    standing.anew()
+}
+
+/// Whether two effects are one law at one place.
+fn same(a: &EffectSpec, b: &EffectSpec) -> bool {
+    (&a.id, a.cable, &a.expression) == (&b.id, b.cable, &b.expression)
+}

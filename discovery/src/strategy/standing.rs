@@ -1,0 +1,166 @@
+//! How a search stands: the model so far, fitted, and what is known of each effect that was accepted.
+
+use std::sync::Arc;
+
+use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
+
+use crate::data::Trial;
+use crate::filter::estimate::{Fit, FitError};
+use crate::journal::Outcome;
+use crate::outcome::{Alternative, NullTest};
+use crate::strategy::context::Context;
+use crate::strategy::fitted::Fitted;
+use crate::strategy::policy::Policy;
+use crate::weigh::signatures::{Signatures, Source};
+
+/// What is known of an effect that was accepted. Its law and its size are in the model that stands.
+#[derive(Clone)]
+pub(crate) struct Accepted {
+    /// Other explanations for a full comparison.
+    pub(crate) rivals: Vec<EffectSpec>,
+    /// Those of them that were fitted in its place last, the best first.
+    pub(crate) alternatives: Vec<Alternative>,
+    /// Information criterion with it minus without it.
+    pub(crate) delta_bic: f64,
+    /// What chance did beside it when it came in.
+    pub(crate) null_test: Option<NullTest>,
+    /// The model with all effects but this, where it was fitted since the last change of them.
+    pub(crate) without: Option<Arc<Fitted>>,
+    /// The number of effects among which its form was chosen last.
+    pub(crate) formed_among: Option<usize>,
+}
+
+impl Accepted {
+    pub(crate) fn new(rivals: Vec<EffectSpec>, delta_bic: f64, null_test: Option<NullTest>) -> Self {
+        Self { rivals, alternatives: Vec::new(), delta_bic, null_test, without: None, formed_among: None }
+    }
+}
+
+/// The state of a search. Steps take one and give one back.
+#[derive(Clone)]
+pub(crate) struct Standing {
+    /// The model as given, beside the instruments by which gaps count.
+    pub(crate) base: Arc<Fitted>,
+    /// The model that stands.
+    pub(crate) fit: Fitted,
+    /// What is known of each effect that was accepted, in the order of the model's effects behind those given.
+    pub(crate) accepted: Vec<Accepted>,
+    /// The beginnings of the training trials, by which laws are chosen for the whole.
+    pub(crate) beginnings: Arc<[Trial]>,
+    /// What chance did in the last weighing of the catalogue.
+    pub(crate) chance: Option<NullTest>,
+    /// Whether laws that hide themselves were looked for.
+    pub(crate) looked: bool,
+    /// Candidates along the fit that was let in last, known by its score.
+    pub(crate) weighed: Option<(Source, f64, Arc<Signatures>)>,
+}
+
+impl Standing {
+    /// The model as given, with nothing accepted.
+    pub(crate) fn new(context: &Context<'_>, base: Fitted) -> Self {
+        Self {
+            fit: base.clone(),
+            base: Arc::new(base),
+            accepted: Vec::new(),
+            beginnings: beginnings(&context.evidence.train, f64::NEG_INFINITY, context.policy).into(),
+            chance: None,
+            looked: false,
+            weighed: None,
+        }
+    }
+
+    /// The model as given with what its instruments ask for; nothing was accepted.
+    pub(crate) fn with_base(self, base: Fitted) -> Self {
+        Self { fit: base.clone(), base: Arc::new(base), ..self }
+    }
+
+    /// The model as given in the place of all that was accepted.
+    pub(crate) fn anew(&self) -> Self {
+        Self { fit: (*self.base).clone(), accepted: Vec::new(), ..self.clone() }
+    }
+
+    /// The same effects by another fit, which is not quite the same model: fits without one of them are no longer of this one.
+    pub(crate) fn changed(mut self, fit: Fitted) -> Self {
+        self.fit = fit;
+        for accepted in &mut self.accepted {
+            (accepted.without, accepted.formed_among) = (None, None);
+        }
+        self
+    }
+
+    /// The effects of the model that stands.
+    pub(crate) fn effects(&self) -> &[EffectSpec] {
+        &self.fit.train.model.effects
+    }
+
+    /// The effects that were accepted, in the order of what is known of them.
+    pub(crate) fn found(&self, context: &Context<'_>) -> &[EffectSpec] {
+        &self.effects()[context.given..]
+    }
+
+    /// Whether the recorded forces were found to have an error. The search then goes on with those to be expected.
+    pub(crate) fn white_force_error(&self) -> bool {
+        self.fit.instruments.as_ref().is_some_and(|randomness| randomness.white_input() > 0.0)
+    }
+
+    /// Has the beginnings of the trials start shortly before the last of the new effects begins: before that they show
+    /// nothing of it.
+    pub(crate) fn begin_in_force(&mut self, context: &Context<'_>) {
+        let from = self.found(context).iter().filter_map(|effect| effect.from).fold(f64::NEG_INFINITY, f64::max);
+        self.beginnings = beginnings(&context.evidence.train, from - context.policy.lead, context.policy).into();
+    }
+
+    /// A fit on the beginnings of its trials.
+    pub(crate) fn begun(&self, context: &Context<'_>, fit: &Fit) -> Result<Fit, FitError> {
+        fit.part(&context.evidence.train, &self.beginnings)
+    }
+
+    /// Gives up everything that was accepted, for `fit`.
+    pub(crate) fn give_up(mut self, context: &Context<'_>, reason: &str, fit: Fitted) -> Self {
+        for (effect, accepted) in self.found(context).iter().zip(&self.accepted) {
+            context.journal.note(effect, Outcome::Removed, accepted.delta_bic, reason);
+        }
+        self.accepted.clear();
+        Self { fit, ..self }
+    }
+
+    /// The model that stands without the effect that was accepted as number `k`, and that effect.
+    pub(crate) fn without(&self, context: &Context<'_>, k: usize) -> (Model, EffectSpec) {
+        let mut model = self.fit.train.model.clone();
+        let effect = model.effects.remove(context.at(k));
+        (model, effect)
+    }
+}
+
+/// The first part of each trial from some time (s) before its last part on.
+fn beginnings(trials: &[Trial], from: f64, policy: &Policy) -> Vec<Trial> {
+    let beginning = |trial: &Trial| {
+        let latest = trial.time[trial.len() - 1] - policy.beginning;
+        let from = from.min(latest).max(trial.time[0]);
+        let start = trial.time.partition_point(|t| *t < from);
+        let end = trial.time.partition_point(|t| *t - trial.time[start] <= policy.beginning);
+        trial.part(start..end, trial.name.clone())
+    };
+    trials.iter().map(beginning).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::record;
+    use crate::strategy::policy::POLICY;
+
+    #[test]
+    fn beginnings_are_where_the_last_effect_has_begun() {
+        let trials = [record(&[], 50.0, 1)];
+        let from_to = |from: f64| {
+            let part = &beginnings(&trials, from, &POLICY)[0];
+            [part.time[0], part.time[part.len() - 1]].map(f64::round)
+        };
+        assert_eq!(from_to(f64::NEG_INFINITY), [0.0, 30.0]);
+        assert_eq!(from_to(12.0), [12.0, 42.0]);
+        // As long as ever where it begins late.
+        assert_eq!(from_to(45.0), [20.0, 50.0]);
+    }
+}

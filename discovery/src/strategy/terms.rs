@@ -1,0 +1,163 @@
+//! Terms outside the catalogue: on top of what was found, or instead of it, whichever explains more; and their numbers,
+//! refined.
+
+use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
+
+use crate::filter::estimate::FitError;
+use crate::hypothesis::term::{free_values, without_phase};
+use crate::strategy::candidates::signatures;
+use crate::strategy::context::Context;
+use crate::strategy::fitted::{Fitted, Trained};
+use crate::strategy::prune::prune;
+use crate::strategy::round::{Round, round};
+use crate::strategy::standing::Standing;
+use crate::weigh::refine::refine_free;
+use crate::weigh::signatures::Source;
+
+/// Terms where something is left, or where several effects leave something to latent forces.
+pub(crate) fn terms(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
+    if standing.fit.gap[0] > context.policy.nothing_left {
+        beyond_catalogue(context, standing)
+    } else if standing.accepted.len() > 1 && standing.fit.train.randomness.has_latents() {
+        or_single_term(context, standing)
+    } else {
+        Ok(standing)
+    }
+}
+
+/// Terms outside the catalogue: on top of what was found, or instead of it, whichever explains more.
+fn beyond_catalogue(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
+    let nothing_found = standing.accepted.is_empty();
+    let best = match dictionary_rounds(context, &standing, None)? {
+        Some(with_terms) => prune(context, with_terms)?,
+        None => standing,
+    };
+    if nothing_found {
+        return Ok(best);
+    }
+    // Perhaps what was found only stood for what is outside the catalogue.
+    if let Some(instead) = dictionary_rounds(context, &best.anew(), Some(best.fit.score))? {
+        let instead = prune(context, instead)?;
+        let leaves = context.policy.terms_instead * best.fit.left();
+        if instead.fit.score < best.fit.score && instead.fit.left() < leaves {
+            return Ok(instead);
+        }
+    }
+    Ok(best)
+}
+
+/// Several effects that leave something to latent forces, or a single term outside the catalogue that explains more: they
+/// may only have made it up between them.
+fn or_single_term(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
+    let term = single_term(context, &standing)?;
+    Ok(term.filter(|term| term.fit.score < standing.fit.score).unwrap_or(standing))
+}
+
+/// A single term outside the catalogue that explains the data from the model as given on, in place of all found.
+pub(crate) fn single_term(context: &Context<'_>, standing: &Standing) -> Result<Option<Standing>, FitError> {
+    (context.progress)("looking for a term that explains it all", 0.45);
+    let anew = standing.anew();
+    let signatures = signatures(context, &anew, &anew.fit, Source::Terms);
+    let entries = context.journal.len();
+    if let Round::Found(next) = round(context, anew, &signatures, Source::Terms, 1)? {
+        if next.fit.gap[0] <= context.policy.nothing_left {
+            return Ok(Some(next));
+        }
+        context.journal.refuse_since(entries, "it does not explain all");
+    }
+    Ok(None)
+}
+
+/// Terms outside the catalogue; kept only when together they at least halve what is left of the gap. Given a score to be
+/// `aimed` at, they are given up where the first is too small a part of it.
+fn dictionary_rounds(
+    context: &Context<'_>,
+    standing: &Standing,
+    aim: Option<f64>,
+) -> Result<Option<Standing>, FitError> {
+    let (entries, policy) = (context.journal.len(), context.policy);
+    let mut current = standing.clone();
+    for number in 0..policy.most_terms {
+        (context.progress)("looking for terms outside the catalogue", 0.7 + 0.05 * number as f64);
+        let signatures = signatures(context, &current, &current.fit, Source::Terms);
+        match round(context, current, &signatures, Source::Terms, policy.most_refusals)? {
+            Round::Found(next) => current = next,
+            Round::Nothing(same) | Round::Instruments(same, _) => {
+                current = same;
+                break;
+            }
+        }
+        let gained = standing.fit.score - current.fit.score;
+        let too_little = |aim: f64| gained * (policy.most_terms as f64) < standing.fit.score - aim;
+        if current.fit.gap[0] < policy.terms_explain_all || number == 0 && aim.is_some_and(too_little) {
+            break;
+        }
+    }
+    let more = current.accepted.len() > standing.accepted.len();
+    if more && current.fit.left() <= policy.terms_leave * standing.fit.left() {
+        return Ok(Some(current));
+    }
+    context.journal.refuse_since(entries, "the terms found do not halve what is left of the gap");
+    Ok(None)
+}
+
+/// The numbers of the terms found, refined in the full model together with all else, with their errors; a phase that
+/// explains less than a parameter costs is left out. What the held-out data speak against stays as it was.
+pub(crate) fn refine_terms(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
+    if !standing.found(context).iter().any(is_term) {
+        return Ok(standing);
+    }
+    (context.progress)("refining the terms", 0.9);
+    let mut best = standing.fit;
+    let model = best.train.model.clone();
+    if let Some(next) = with_terms_refined(context, &model, &best)
+        && next.score <= best.score
+        && next.holdout_score <= best.holdout_score
+    {
+        best = next;
+    }
+    for at in context.given..best.train.model.effects.len() {
+        let Some(plain) = without_phase(&best.train.model.effects[at]) else { continue };
+        let mut model = best.train.model.clone();
+        model.effects[at] = plain;
+        if let Some(next) = with_terms_refined(context, &model, &best)
+            && next.score <= best.score + context.penalty.of_parameters(1)
+        {
+            best = next;
+        }
+    }
+    let mut train = best.train.clone();
+    let free = free_values(&train.model, context.free_from);
+    let (trials, noise) = (&context.evidence.train, &context.evidence.noise);
+    let estimate = refine_free(&mut train, trials, noise, &free, 1, None)?;
+    standing.fit = Fitted { estimate: Some(estimate), ..best };
+    Ok(standing)
+}
+
+fn is_term(effect: &EffectSpec) -> bool {
+    effect.expression.is_some()
+}
+
+/// `model` with the numbers of its terms refined, from another fit; nothing, and a note of it, where that fails.
+fn with_terms_refined(context: &Context<'_>, model: &Model, from: &Fitted) -> Option<Fitted> {
+    match terms_refined(context, model, from) {
+        Ok(fitted) => Some(fitted),
+        Err(error) => {
+            for term in model.effects[context.given..].iter().filter(|effect| is_term(effect)) {
+                context.journal.failed(term, "with refined numbers", &error);
+            }
+            None
+        }
+    }
+}
+
+fn terms_refined(context: &Context<'_>, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
+    let (trials, noise) = (&context.evidence.train, &context.evidence.noise);
+    let mut fit = context.started(model, &from.train, trials)?;
+    let free = free_values(model, context.free_from);
+    let estimate = refine_free(&mut fit, trials, noise, &free, context.policy.rounds, None)?;
+    fit.fit_randomness(trials, noise, false);
+    let score = context.score(&fit, trials);
+    context.verified(Trained { fit, estimate: Some(estimate), score }, from)
+}
