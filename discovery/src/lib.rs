@@ -26,5 +26,5 @@ mod verdict;
 mod weigh;
 
 pub use discover::{DiscoverError, Geometry, discover};
-pub use filter::estimate::FitError;
+pub use filter::error::FitError;
 pub use strategy::context::Progress;

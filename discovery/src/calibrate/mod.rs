@@ -13,11 +13,11 @@ mod solve;
 #[cfg(test)]
 mod tests;
 
-use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 use nalgebra::DMatrix;
 
 use crate::data::{Channel, Trial};
+use crate::hypothesis::survey::shift_length;
 
 use problem::{Problem, Unknown};
 use solve::{Solution, solve};
@@ -230,20 +230,7 @@ fn corrected(model: &Model, problem: &Problem, change: &[f64]) -> Model {
                     Channel::UnstretchedLength(cable) => ("unstretched_length", cable + 1),
                     _ => continue,
                 };
-                let same = |e: &&mut EffectSpec| {
-                    e.id == "length_sensor_bias"
-                        && e.cable == Some(cable)
-                        && e.channel.as_deref().unwrap_or("unstretched_length") == name
-                };
-                match model.effects.iter_mut().find(same) {
-                    Some(effect) => effect.values[0] += change,
-                    None => {
-                        let mut effect = EffectSpec::new("length_sensor_bias", Some(cable), &[*change])
-                            .unwrap_or_else(|e| unreachable!("an effect of our own: {e}"));
-                        effect.channel = Some(name.to_owned());
-                        model.effects.push(effect);
-                    }
-                }
+                shift_length(&mut model.effects, cable, name, *change);
             }
         }
     }

@@ -1,6 +1,7 @@
 //! Known errors of a geometry, found again.
 
 use cdpr::dynamics::Inputs;
+use cdpr::effect::EffectSpec;
 use cdpr::geometry::Geometry;
 use cdpr::kinematics::cable_lengths;
 use cdpr::parameters::{CableParameters, Parameters};

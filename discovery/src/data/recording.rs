@@ -11,7 +11,8 @@ use cdpr::parameters::{CableParameters, Parameters};
 use cdpr::simulation::Start;
 
 use crate::data::{Channel, Trial};
-use crate::filter::estimate::{Fit, first_randomness, noise_of_data};
+use crate::filter::estimate::{Fit, noise_of_data};
+use crate::instruments::latents::first_randomness;
 
 /// A robot with its controller, the path it is asked to follow, and its sensors.
 pub(crate) struct Bench {

@@ -70,4 +70,22 @@ impl Trial {
         steps.sort_by(f64::total_cmp);
         steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
+
+    /// Samples at which a free run over `horizon` (s) begins anew: the first after one horizon, at most a fifth of
+    /// the trial, so that there is a window before it.
+    pub(crate) fn restarts(&self, horizon: f64) -> Vec<usize> {
+        let start = self.time[0];
+        let duration = self.time[self.len() - 1] - start;
+        let mut next = start + horizon.min(0.2 * duration);
+        let mut out = Vec::new();
+        for (k, time) in self.time.iter().enumerate() {
+            if *time >= next {
+                out.push(k);
+                while next <= *time {
+                    next += horizon;
+                }
+            }
+        }
+        out
+    }
 }

@@ -9,19 +9,22 @@ use cdpr::model_file::Model;
 use nalgebra::{DMatrix, DVector};
 
 use crate::data::{Channel, Trial};
-use crate::filter::estimate::{Fit, first_randomness, for_trial};
+use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::Randomness;
 use crate::filter::whiten::{Normal, whiten};
+use crate::hypothesis::along::Along;
 use crate::hypothesis::candidates::Combination;
 use crate::hypothesis::extension::count_in_use;
-use crate::hypothesis::late::comes_late;
-use crate::hypothesis::signature::{Along, Varied, sensitivities};
+use crate::hypothesis::facts::{Told, facts};
+use crate::hypothesis::parameter::{Free, free_parameters, parameter_step};
+use crate::hypothesis::signature::{Varied, sensitivities};
 use crate::hypothesis::stream::forcing;
 use crate::hypothesis::term;
+use crate::instruments::latents::first_randomness;
 use crate::model::examined::Examined;
 use crate::model::randomness::Memory;
 use crate::weigh::criterion::{EVIDENCE, Penalty, told_apart_from};
-use crate::weigh::refine::{Free, free_parameters, parameter_step, varied_models};
+use crate::weigh::refine::varied_models;
 
 use super::drive::{Driven, drive};
 use super::limits::Limits;
@@ -250,7 +253,7 @@ fn normals(fit: &Fit, open: &Open, columns: &Columns, trial: &Trial) -> Result<V
         let mut with = fit.model.clone();
         with.effects.push(law.clone());
         let examined = Examined::new(&with).map_err(|e| format!("`{}` cannot be added to the model: {e}", law.id))?;
-        if examined.states() == fit.examined.states() && !comes_late(&law.id) {
+        if examined.states() == fit.examined.states() && facts(&law.id).told != Told::LateForce {
             places.push((true, through_rates.len()));
             through_rates.push(Varied { examined, effect: law.id.clone(), size: 1.0 });
         } else {

@@ -5,16 +5,18 @@ use nalgebra::DMatrix;
 
 use crate::filter::estimate::{for_trial, noise_of_data};
 use crate::filter::whiten::whiten;
+use crate::hypothesis::along::Along;
 use crate::hypothesis::candidates::{Situation, catalogue};
 use crate::hypothesis::extension::count_in_use;
-use crate::hypothesis::signature::{Along, Varied, sensitivities};
+use crate::hypothesis::parameter::free_parameters;
+use crate::hypothesis::signature::{Varied, sensitivities};
 use crate::hypothesis::stream::forcing;
 use crate::outcome::DetectionLimit;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Evidence;
 use crate::verdict::detection::{GUST, columns_of, detection_limits, readings_of};
 use crate::weigh::criterion::EVIDENCE;
-use crate::weigh::refine::{free_parameters, varied_models};
+use crate::weigh::refine::varied_models;
 
 use super::Lowered;
 use super::apart::{Bench, CERTAIN, left};

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use cdpr::integrator::IntegrationError;
 use cdpr::model_file::Model;
 use cdpr::simulation::Simulation;
 use rayon::prelude::*;
@@ -10,21 +9,12 @@ use rayon::prelude::*;
 use crate::data::clean::{median, noise_by_differences};
 use crate::data::counts::least_noise;
 use crate::data::{Channel, Trial};
+use crate::filter::error::FitError;
 use crate::filter::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
 use crate::filter::path::{LinearTrial, Trajectory, linearise};
 use crate::filter::shelf::Linear;
-use crate::instruments;
-use crate::instruments::expected;
-use crate::model::examined::{Examined, WRENCH, disturb};
+use crate::model::examined::{Examined, disturb};
 use crate::model::randomness::Memory;
-use crate::model::sizes::{Sizes, usual_force};
-use crate::verdict::gap::restarts;
-
-/// Correlation time of the latent disturbances in periods of the platform's swing on cables of fixed length: longer than the
-/// cables' own vibration, shorter than the motions that a platform is asked for.
-const LATENT_SWINGS: f64 = 1.12;
-/// Its bounds, in sampling intervals and as a share of the longest recording.
-const LATENT_TIMES: (f64, f64) = (4.0, 0.1);
 
 /// A model with everything that the data say of it.
 #[derive(Clone)]
@@ -44,8 +34,8 @@ pub(crate) struct Fit {
 
 /// A run of the filter.
 pub(crate) struct Look {
-    randomness: Randomness,
-    filtered: Vec<Filtered>,
+    pub(crate) randomness: Randomness,
+    pub(crate) filtered: Vec<Filtered>,
     /// `-2 log L`.
     pub(crate) value: f64,
 }
@@ -66,10 +56,6 @@ const SHRUNK: f64 = 0.9;
 const PATIENCE: usize = 4;
 /// Change of `-2 log L` by a move below which a trajectory has settled.
 const SETTLED: f64 = 1.0;
-/// Sizes of latent forces between none and the first, as shares of the first.
-const BETWEEN: [f64; 2] = [0.1, 0.01];
-/// Fall of `-2 log L` for which another size of the latent forces is taken.
-const WORTH: f64 = 0.5;
 
 /// Noise of each channel of [`Channel::all`], pooled over trials, from the data alone; `NAN` where it is not measured.
 pub(crate) fn noise_of_data(trials: &[Trial]) -> Vec<f64> {
@@ -433,7 +419,7 @@ impl Fit {
         let all = Channel::all(self.examined.plant.cables());
         let of_trial = |(trial, linear): (&Trial, &LinearTrial)| {
             let randomness = for_trial(randomness, trial);
-            spread(linear, &randomness, &restarts(trial, horizon))
+            spread(linear, &randomness, &trial.restarts(horizon))
         };
         let parts: Vec<Vec<(f64, usize)>> =
             trials.par_iter().zip(self.linear(trials).par_iter()).map(of_trial).collect();
@@ -448,162 +434,11 @@ impl Fit {
         sums.iter().map(|(sum, count)| (sum / *count as f64).sqrt()).collect()
     }
 
-    /// Where the recorded forces have an error, with those in their place that are to be expected.
-    pub(crate) fn minus_two_log_likelihood(&self, trials: &[Trial], randomness: &Randomness) -> f64 {
-        if randomness.white_input() > 0.0 {
-            return expected::minus_two_log_likelihood(self, trials, randomness);
-        }
-        self.filter(trials, randomness, Keep::Likelihood).iter().map(|f| f.minus_two_log_likelihood).sum()
-    }
-
     /// The filter's run at other sizes of the random parts.
     pub(crate) fn look(&self, trials: &[Trial], randomness: Randomness) -> Look {
         let filtered = self.filter(trials, &randomness, Keep::Likelihood);
         let value = filtered.iter().map(|f| f.minus_two_log_likelihood).sum();
         Look { randomness, filtered, value }
-    }
-
-    /// Sizes of latent forces (and noise) by maximum likelihood: none at all if that is better, else a coordinate search
-    /// on a logarithmic grid.
-    pub(crate) fn fit_randomness(&mut self, trials: &[Trial], noise: &[f64], coarse: bool) {
-        let nothing = self.randomness.without_latents();
-        let present = self.randomness.clone();
-        let mut sizes = vec![present.clone()];
-        sizes.extend((!present.same_latents(&nothing)).then(|| nothing.clone()));
-        let without = sizes.len();
-        sizes.extend(BETWEEN.map(|share| nothing.with_latents(share)));
-        let mut looks: Vec<Look> = sizes.into_par_iter().map(|size| self.look(trials, size)).collect();
-        let between = looks.split_off(without);
-        let mut best = looks.remove(0);
-        if let Some(at_nothing) = looks.pop().filter(|at_nothing| at_nothing.value < best.value) {
-            best = at_nothing;
-        }
-        // From nothing no step leads to a size that is worth having, past all those that are not.
-        for between in between {
-            if between.value < best.value - WORTH {
-                best = between;
-            }
-        }
-        // From nothing, one step up on each axis tells whether there is anything.
-        let factors: &[f64] = if coarse { &[10.0, 3.0] } else { &[3.0] };
-        for &factor in factors {
-            best = self.search_latents(trials, best, &[1.0 / factor, factor]);
-            if best.randomness.same_latents(&nothing) {
-                break;
-            }
-        }
-        self.randomness = best.randomness;
-        self.fit_noise(trials, noise, &best.filtered);
-        if self.randomness.has_instrument_noise() {
-            self.randomness = instruments::resize(self, trials, noise);
-        }
-    }
-
-    /// Sizes of latent forces alone by maximum likelihood.
-    pub(crate) fn fit_latents(&mut self, trials: &[Trial]) {
-        let present = self.look(trials, self.randomness.clone());
-        let coarse = self.search_latents(trials, present, &[0.1, 10.0]);
-        self.randomness = self.search_latents(trials, coarse, &[1.0 / 3.0, 3.0]).randomness;
-    }
-
-    /// As [`Fit::fit_randomness`] where the latent forces have been chosen but for being too small, with a run at these.
-    pub(crate) fn enlarge_randomness(&mut self, trials: &[Trial], noise: &[f64], run: Look) {
-        let best = self.search_latents(trials, run, &[3.0]);
-        self.randomness = best.randomness;
-        self.fit_noise(trials, noise, &best.filtered);
-    }
-
-    /// The best sizes of latent forces that are reached from a run by steps of these factors.
-    fn search_latents(&self, trials: &[Trial], mut best: Look, factors: &[f64]) -> Look {
-        for axis in 0..2 {
-            for factor in factors {
-                loop {
-                    let mut next = best.randomness.clone();
-                    if axis == 0 {
-                        next.force = next.force_scaled(*factor);
-                    } else {
-                        next.winch = next.winch_scaled(*factor);
-                    }
-                    if next.same_latents(&best.randomness) {
-                        break;
-                    }
-                    let candidate = self.look(trials, next);
-                    if candidate.value >= best.value - WORTH {
-                        break;
-                    }
-                    best = candidate;
-                }
-            }
-        }
-        best
-    }
-
-    /// White noise by maximum likelihood. Differences see too much of it where the signal itself is rough, and never too
-    /// little: where nothing else is random in the instruments, what goes beyond them is the model's.
-    fn fit_noise(&mut self, trials: &[Trial], noise: &[f64], filtered: &[Filtered]) {
-        for (at, channel) in Channel::all(self.examined.plant.cables()).iter().enumerate() {
-            let (mut sum, mut count) = (0.0, 0);
-            for (trial, f) in trials.iter().zip(filtered) {
-                if let Some(j) = trial.channels.iter().position(|c| c == channel) {
-                    sum += f.noise_moment[j].0;
-                    count += f.noise_moment[j].1;
-                }
-            }
-            if count > 0 {
-                let fitted = (sum / count as f64).sqrt();
-                let most = if self.randomness.has_instrument_noise() { f64::INFINITY } else { 1.05 * noise[at] };
-                self.randomness.noise[at] = fitted.min(most).max(self.randomness.least_noise[at]);
-            }
-        }
-    }
-}
-
-/// Why a model cannot be fitted.
-#[derive(Debug, thiserror::Error)]
-pub enum FitError {
-    /// The model cannot be built.
-    #[error("the model cannot be built: {0}")]
-    Model(String),
-    /// The model cannot be simulated along the data.
-    #[error("the model cannot be simulated along the data: {0}")]
-    Simulation(IntegrationError),
-    /// The trajectory that should fit the data has run away from them.
-    #[error("{trial}: the model's trajectory does not settle near the data at {time} s")]
-    Diverged {
-        /// The trial.
-        trial: String,
-        /// Time in it (s).
-        time: f64,
-    },
-    /// A variation of the model has rates, or shows something, that is no number.
-    #[error("{trial}: it gives values that are not finite")]
-    NotFinite {
-        /// The trial.
-        trial: String,
-    },
-}
-
-/// First guess of the random parts, before any fit.
-pub(crate) fn first_randomness(model: &Model, trials: &[Trial], noise: &[f64]) -> Randomness {
-    let (sizes, usual_force) = (Sizes::of(&model.parameters), usual_force(trials));
-    let duration = |t: &Trial| t.time[t.len() - 1] - t.time[0];
-    let longest = LATENT_TIMES.1 * trials.iter().map(duration).fold(0.0, f64::max);
-    let shortest = LATENT_TIMES.0 * median(trials.iter().map(Trial::interval).collect());
-    let channels = Channel::all(model.parameters.cables());
-    Randomness {
-        latents: WRENCH + model.parameters.cables(),
-        force: Randomness::first_latent(usual_force),
-        winch: Randomness::first_latent(usual_force),
-        usual_force,
-        arm: sizes.arm,
-        time: (LATENT_SWINGS * sizes.swing).min(longest).max(shortest),
-        noise: noise.to_vec(),
-        least_noise: channels.iter().zip(noise).map(|(channel, noise)| least_noise(trials, *channel, *noise)).collect(),
-        memory: Vec::new(),
-        input: 0.0,
-        expected: None,
-        jitter: 0.0,
-        late: vec![0.0; noise.len()],
     }
 }
 
@@ -613,6 +448,7 @@ mod tests {
 
     use super::*;
     use crate::data::recording::record;
+    use crate::instruments::latents::first_randomness;
 
     /// Friction that turns its sign within a sample: whole moves would go back and forth for ever.
     #[test]

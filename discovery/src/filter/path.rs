@@ -1,18 +1,18 @@
 //! A trajectory of states and latent disturbances, and the model linearised along it.
 
 use cdpr::dynamics::Inputs;
-use cdpr::effect::{EffectKind, Stage};
 use cdpr::per_cable::PerCable;
-use cdpr::plant::EffectStates;
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::filter::sensor_slopes::{SensorSlopes, Slopes};
 use crate::filter::variation::{Step, Variation};
 use crate::filter::vector::padded;
+use crate::hypothesis::facts::facts;
 use crate::model::delayed::{Clock, at_instants, rates};
 use crate::model::examined::{Examined, Moment, disturb};
+use crate::model::state_size::effect_state_scale;
 
 /// States and latents at every sample of a trial.
 #[derive(Clone, Debug)]
@@ -197,22 +197,6 @@ impl LinearTrial {
     }
 }
 
-/// Size of an effect state: forces count in kN, strains in thousandths, bows of cables and their velocities in m and m/s,
-/// deflections by what friction holds.
-pub(crate) fn effect_state_scale(model: &Examined, cable: usize, at: usize) -> f64 {
-    let place = at - model.plant.effect_states(cable).start;
-    let holds = |s: &&EffectStates| s.cable == cable && (s.first..s.first + s.count).contains(&place);
-    let Some(states) = model.plant.states_of_effects().iter().find(holds) else { return 1.0 };
-    let spec = &model.plant.effects()[states.effect];
-    if let Stage::Command(_) = states.stage {
-        return 1e3;
-    }
-    match spec.id.as_str() {
-        "cable_creep" => 1e-3,
-        _ => EffectKind::new(spec).map_or(1.0, |kind| kind.loss_state_size()),
-    }
-}
-
 /// How wrong the first guess of the states may be (one standard deviation).
 pub(crate) fn prior_deviation(model: &Examined) -> Vec<f64> {
     let mut deviation = vec![1.0; model.states()];
@@ -304,7 +288,7 @@ pub(crate) fn linearise(
 }
 
 fn has_dead_time(model: &Examined) -> bool {
-    model.plant.effects().iter().any(|effect| effect.id == "winch_delay")
+    model.plant.effects().iter().any(|effect| facts(&effect.id).dead_time)
 }
 
 /// Some samples of a [`LinearTrial`], from `first` on.

@@ -3,8 +3,8 @@
 use cdpr::simulation::Simulation;
 
 use crate::data::{Channel, Trial};
-use crate::filter::path::effect_state_scale;
 use crate::model::examined::{Examined, Moment};
+use crate::model::state_size::effect_state_scale;
 
 /// Shares of the robot's reach by which the platform and a cable's length are moved for differences.
 const MOVED: f64 = 1e-3 / 900.0;

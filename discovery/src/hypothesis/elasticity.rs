@@ -5,9 +5,16 @@ use cdpr::effect::{EffectSpec, SpecError};
 /// Axial stiffness (N) that a cable may have, softer than any rope and stiffer than any rod.
 const PLAUSIBLE: [f64; 2] = [1e4, 1e10];
 
+const ID: &str = "cable_elasticity";
+
+/// Whether an effect makes rigid cables elastic.
+pub(crate) fn is_elasticity(effect: &EffectSpec) -> bool {
+    effect.id == ID
+}
+
 /// Cables of this axial stiffness (N) and damping (N.s).
 pub(crate) fn elastic_cables(stiffness: f64, damping: f64) -> Result<EffectSpec, SpecError> {
-    EffectSpec::new("cable_elasticity", None, &[stiffness, damping])
+    EffectSpec::new(ID, None, &[stiffness, damping])
 }
 
 /// Whether a cable may have this axial stiffness (N).

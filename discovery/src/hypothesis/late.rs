@@ -4,13 +4,8 @@ use std::ops::Range;
 
 use cdpr::effect::EffectSpec;
 
-use crate::hypothesis::signature::Along;
+use crate::hypothesis::along::Along;
 use crate::model::examined::WRENCH;
-
-/// Whether a variation only makes winch forces late.
-pub(crate) fn comes_late(id: &str) -> bool {
-    matches!(id, "winch_lag" | "winch_delay")
-}
 
 /// Late forces of winches, followed along a trajectory.
 pub(crate) struct LateForces {

@@ -1,14 +1,16 @@
 //! Hypotheses: what each effect would add to a fit, from which values it is looked for, and what it has in common with
 //! others.
 
+pub(crate) mod along;
 pub(crate) mod candidates;
 pub(crate) mod containing;
 pub(crate) mod elasticity;
 pub(crate) mod extension;
-pub(crate) mod force;
+pub(crate) mod facts;
 pub(crate) mod friction;
 pub(crate) mod late;
 pub(crate) mod limits;
+pub(crate) mod parameter;
 pub(crate) mod sensor;
 pub(crate) mod signature;
 pub(crate) mod spectrum;

@@ -3,67 +3,18 @@
 use std::ops::Range;
 
 use cdpr::effect::{EffectKind, EffectSpec, Site, Stage};
-use cdpr::model_file::Model;
 use cdpr::simulation::Simulation;
 use rayon::prelude::*;
 
 use crate::data::{Channel, Trial};
-use crate::filter::estimate::{Fit, FitError};
-use crate::filter::path::{LinearTrial, Trajectory};
+use crate::filter::error::FitError;
 use crate::filter::variation::{Forced, Variation};
 use crate::filter::whiten::Forcing;
-use crate::hypothesis::late::{LateForces, comes_late};
+use crate::hypothesis::along::Along;
+use crate::hypothesis::facts::{Told, facts};
+use crate::hypothesis::late::LateForces;
 use crate::hypothesis::survey::with_variation;
 use crate::model::examined::{Examined, Moment, disturb};
-
-/// A model's trajectory in one trial, along which signatures are formed.
-#[derive(Clone, Copy)]
-pub(crate) struct Along<'a> {
-    pub(crate) model: &'a Model,
-    pub(crate) base: &'a Examined,
-    pub(crate) linear: &'a LinearTrial,
-    pub(crate) trial: &'a Trial,
-    pub(crate) trajectory: &'a Trajectory,
-}
-
-impl<'a> Along<'a> {
-    /// Along a fit and its linear models in the trial of number `t`.
-    pub(crate) fn new(fit: &'a Fit, linear: &'a [LinearTrial], trials: &'a [Trial], t: usize) -> Self {
-        let Fit { model, examined, trajectories, .. } = fit;
-        debug_assert_eq!(trajectories[t].width, examined.states() + examined.latents());
-        Self { model, base: examined, linear: &linear[t], trial: &trials[t], trajectory: &trajectories[t] }
-    }
-
-    /// The steps that begin at some samples.
-    fn steps(&self, samples: &Range<usize>) -> usize {
-        samples.end.min(self.trial.len() - 1) - samples.start
-    }
-
-    /// What `varied` shows more at sample `k` than the base, given what it has `shown`; what it shows later is what it was.
-    fn shows_more(&self, varied: &Examined, k: usize, shown: &[f64]) -> impl Iterator<Item = f64> {
-        let Self { base, linear, trial, .. } = self;
-        shown.iter().zip(&trial.channels).enumerate().map(move |(j, (shown, channel))| {
-            let at = k * linear.channels + j;
-            let later = varied.late(*channel) - base.late(*channel);
-            shown - linear.shown[at] - later * linear.rate[at]
-        })
-    }
-
-    /// Rates of the base plant at both ends of each step.
-    pub(crate) fn end_rates(&self, samples: &Range<usize>) -> [Vec<f64>; 2] {
-        let Self { base, linear, trial, trajectory, .. } = self;
-        let n = base.states();
-        [0, 1].map(|end| {
-            let mut rates = vec![0.0; self.steps(samples) * n];
-            for (at, rates) in rates.chunks_exact_mut(n).enumerate() {
-                let k = samples.start + at;
-                let (time, y) = (trial.time[k + end], trajectory.states(k + end));
-                base.plant.rates(time, y, &linear.felt[k], &linear.slack[k], rates);
-            }
-            rates
-        })
-    }
-}
 
 /// What one variation adds over some samples: `states` numbers a step, `channels` a sample.
 pub(crate) struct Single {
@@ -95,12 +46,13 @@ impl Follower {
     /// Where the variation is no plant at all.
     pub(crate) fn new(along: &Along<'_>, spec: &EffectSpec) -> Result<Self, FitError> {
         let Along { base, trial, .. } = along;
-        if comes_late(&spec.id) && !shows_tension(trial) {
+        let told = facts(&spec.id).told;
+        if told == Told::LateForce && !shows_tension(trial) {
             return Ok(Self::Late(LateForces::new(spec, along)));
         }
         let varied =
             Examined::new(&with_variation(along.model, spec)).map_err(|error| FitError::Model(error.to_string()))?;
-        if !acts_through_rates(&spec.id) {
+        if told != Told::Rates {
             return Ok(Self::Simulated(Box::new(Simulated::new(along, varied)?)));
         }
         let sensors = acts_on_sensors(&spec.id, trial, base.plant.unstretched_index(0).is_none());
@@ -194,17 +146,10 @@ impl Simulated {
     }
 }
 
-/// Whether a variation acts through the rates of the states the base plant has, so that its forcing over a step follows
-/// from the rates at both ends.
-fn acts_through_rates(id: &str) -> bool {
-    !(comes_late(id) || matches!(id, "cable_elasticity" | "cable_transverse_mode"))
-}
-
 /// Whether what a variation adds to the rates depends on states and time alone, and not on the inputs.
 fn acts_by_states(spec: &EffectSpec) -> bool {
     let text = spec.expression.as_deref().unwrap_or_default();
-    let by_inputs = ["pulley_capstan_loss", "pulley_wrap_friction"].contains(&spec.id.as_str())
-        || ["winch_force", "disturbance"].iter().any(|i| text.contains(i));
+    let by_inputs = facts(&spec.id).by_inputs || ["winch_force", "disturbance"].iter().any(|i| text.contains(i));
     let Ok(stage) = EffectKind::new(spec).map(|kind| kind.stage()) else { return false };
     let added = matches!(stage, Stage::WinchLoss | Stage::WinchPull(_) | Stage::WinchPosition | Stage::PlatformWrench);
     !by_inputs && (added || matches!(stage, Stage::ElasticLaw | Stage::Transverse))
@@ -218,9 +163,7 @@ fn is_of_sensors(id: &str) -> bool {
 
 /// Whether a variation changes what the sensors show of the same states.
 fn acts_on_sensors(id: &str, trial: &Trial, rigid: bool) -> bool {
-    matches!(id, "anchor_offset" | "attachment_offset")
-        || is_of_sensors(id)
-        || (shows_tension(trial) && (rigid || id.starts_with("cable_")))
+    facts(id).shifts_sensors || is_of_sensors(id) || (shows_tension(trial) && (rigid || id.starts_with("cable_")))
 }
 
 fn shows_tension(trial: &Trial) -> bool {
@@ -351,11 +294,6 @@ pub(crate) struct Varied {
     pub(crate) size: f64,
 }
 
-/// Whether an effect is not in the equations of the plant but in when its inputs come.
-fn is_dead_time(id: &str) -> bool {
-    id == "winch_delay"
-}
-
 /// Steps that are done one after the other, side by side with others.
 const STRETCH: usize = 500;
 
@@ -376,7 +314,7 @@ pub(crate) fn sensitivities(along: &Along<'_>, varied: &[Varied]) -> Forcing {
     let rigid = base.plant.unstretched_index(0).is_none();
     for (c, varied) in varied.iter().enumerate() {
         let scale = 1.0 / varied.size;
-        if is_dead_time(&varied.effect) {
+        if facts(&varied.effect).dead_time {
             let simulated = Simulated::new(along, varied.examined.clone());
             let Ok(single) = simulated.and_then(|mut all| all.advance(along, &(0..len))) else { continue };
             for (at, value) in single.step.iter().enumerate() {
@@ -406,7 +344,7 @@ fn respond(along: &Along<'_>, varied: &[Varied], first: usize, steps: &mut [f32]
     let Along { base, linear, trial, trajectory, .. } = along;
     let (n, columns) = (base.states(), varied.len());
     let acting: Vec<usize> =
-        (0..columns).filter(|c| !is_of_sensors(&varied[*c].effect) && !is_dead_time(&varied[*c].effect)).collect();
+        (0..columns).filter(|c| !is_of_sensors(&varied[*c].effect) && !facts(&varied[*c].effect).dead_time).collect();
     if acting.is_empty() {
         return;
     }
@@ -443,6 +381,8 @@ fn respond(along: &Along<'_>, varied: &[Varied], first: usize, steps: &mut [f32]
 
 #[cfg(test)]
 mod tests {
+    use cdpr::model_file::Model;
+
     use super::*;
     use crate::data::recording::{fitted, record};
     use crate::hypothesis::stream::forcing;
@@ -451,7 +391,8 @@ mod tests {
         let mut simulated = Simulated::new(along, varied.clone()).unwrap();
         simulated.advance(along, &(0..along.linear.len)).unwrap()
     }
-    use crate::weigh::refine::{free_parameters, varied_models};
+    use crate::hypothesis::parameter::free_parameters;
+    use crate::weigh::refine::varied_models;
 
     /// Sensitivities by the variational equation, against differences of simulations.
     #[test]

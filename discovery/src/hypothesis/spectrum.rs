@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::data::{Channel, Trial};
 use crate::filter::estimate::Fit;
 use crate::filter::path::Trajectory;
+use crate::hypothesis::candidates::Wave;
 
 /// Angle (rad) that an oscillation may turn in the latents' correlation time for them to follow it.
 const FOLLOWED: f64 = 24.0;
@@ -66,20 +67,6 @@ pub(crate) fn peaks(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
         }
     }
     out
-}
-
-/// A length (or time) at which a latent force repeats, as the coordinate it depends on moves.
-#[derive(Clone, Debug)]
-pub(crate) struct Wave {
-    /// The latent: axis of the platform, or 3 and the cable's index.
-    pub(crate) latent: usize,
-    /// Name of the coordinate in an expression.
-    pub(crate) coordinate: String,
-    /// Wave number (rad per unit of the coordinate).
-    pub(crate) number: f64,
-    /// Middle of the coordinate's range, from which the phase counts, and half of the range.
-    pub(crate) middle: f64,
-    pub(crate) half_range: f64,
 }
 
 /// The most prominent wave of each latent force over each coordinate that it may depend on: platform forces over the

@@ -7,11 +7,13 @@ use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError, for_trial};
+use crate::filter::error::FitError;
+use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::{Randomness, STRETCH};
 use crate::filter::whiten::{Acting, Forcing, Normal, Products, Whitening};
+use crate::hypothesis::along::Along;
 use crate::hypothesis::candidates::Combination;
-use crate::hypothesis::signature::{Along, Follower, Single};
+use crate::hypothesis::signature::{Follower, Single};
 
 /// Variations, and columns as weighted sums of them.
 pub(crate) type Columns<'a> = (&'a [EffectSpec], &'a [Combination]);

@@ -14,8 +14,8 @@ use cdpr::model_file::Model;
 use crate::data::{Channel, Trial};
 use crate::filter::whiten::Normal;
 use crate::hypothesis::candidates::{Known, Library};
+use crate::hypothesis::parameter::Free;
 use crate::model::sizes::Sizes;
-use crate::weigh::refine::Free;
 
 /// How exactly anybody who builds such a machine knows where its anchors are and what its encoders count from, as a share of
 /// its reach.
@@ -84,6 +84,24 @@ pub(crate) fn survey_errors(model: &Model, trials: &[Trial]) -> Vec<EffectSpec> 
     };
     errors.retain(|error| !known(error));
     errors
+}
+
+const LENGTH_BIAS: &str = "length_sensor_bias";
+
+/// Has the length of cable `cable` (from 1) that is measured as `channel` be shown longer by `change` (m).
+pub(crate) fn shift_length(effects: &mut Vec<EffectSpec>, cable: usize, channel: &str, change: f64) {
+    let same = |effect: &&mut EffectSpec| {
+        effect.id == LENGTH_BIAS
+            && effect.cable == Some(cable)
+            && effect.channel.as_deref().unwrap_or("unstretched_length") == channel
+    };
+    if let Some(bias) = effects.iter_mut().find(same) {
+        bias.values[0] += change;
+        return;
+    }
+    let bias = EffectSpec::new(LENGTH_BIAS, Some(cable), &[change]);
+    let bias = bias.unwrap_or_else(|e| unreachable!("an effect of our own: {e}"));
+    effects.push(EffectSpec { channel: Some(channel.to_owned()), ..bias });
 }
 
 /// Sets the errors of the survey that are a model's `effects` of these numbers beside the candidates of a library.

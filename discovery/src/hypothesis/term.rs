@@ -6,9 +6,6 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use cdpr::effect::{EffectSpec, SpecError};
 use cdpr::formula::{self, Number};
-use cdpr::model_file::Model;
-
-use crate::weigh::refine::{Free, free_parameters};
 
 /// Digits of a number in a term: far below any error.
 const DIGITS: usize = 10;
@@ -119,20 +116,12 @@ pub(crate) fn without_phase(spec: &EffectSpec) -> Option<EffectSpec> {
     (wave && after == ")").then(|| EffectSpec::expression(spec.target.as_deref()?, &format!("{kept}{after}")).ok())?
 }
 
-/// Everything that can be estimated of the effects from `first` on, the numbers of terms among it.
-pub(crate) fn free_values(model: &Model, first: usize) -> Vec<Free> {
-    let mut free = free_parameters(model, first);
-    for (effect, spec) in model.effects.iter().enumerate().skip(first).filter(|(_, spec)| spec.expression.is_some()) {
-        free.extend((0..values(spec).len()).map(|parameter| Free { effect, parameter }));
-    }
-    free
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::data::recording::{fitted, record};
     use crate::filter::estimate::Fit;
+    use crate::hypothesis::parameter::free_values;
     use crate::verdict::by_block::ByBlock;
     use crate::weigh::refine::refine_free;
     use cdpr::formula::{Formula, Variable};

@@ -1,90 +1,19 @@
 //! Clocks of the devices that are late against the recorded forces.
 
-use rayon::prelude::*;
-
-use super::{At, Device, Kind, Sizing};
 use crate::data::{Channel, Trial};
-use crate::filter::estimate::{Fit, FitError, for_trial};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
-use crate::filter::path::LinearTrial;
-use crate::filter::whiten::{Forcing, Normal, whiten};
+use crate::filter::whiten::Normal;
 use crate::instruments::clock_offset::clock_offset;
+use crate::instruments::clocks::Clocks;
+use crate::instruments::device::Device;
+use crate::instruments::sizing::{At, Kind, Sizing};
 use crate::model::examined::Examined;
-use crate::weigh::refine::solve;
+use crate::weigh::solve::solve;
 
 /// Moves of a clock and of the trajectory in turn.
 const CLOCK_MOVES: usize = 3;
-/// Rise of `-2 log L` without a delay from which it is not asked whether something else may do what it does.
-const CERTAIN: f64 = 400.0;
-
-/// Devices whose delays are estimated, each a parameter like those of effects.
-pub(crate) struct Clocks {
-    devices: Vec<Device>,
-    /// All channels, in the order of [`Randomness::late`].
-    all: Vec<Channel>,
-}
-
-impl Clocks {
-    /// The clocks that were found to be late.
-    pub(crate) fn set(randomness: &Randomness, trials: &[Trial]) -> Self {
-        let all = Channel::all(trials.first().map_or(0, Trial::cables));
-        let late = |device: &Device| {
-            all.iter().zip(&randomness.late).any(|(channel, late)| Device::of(*channel) == *device && *late != 0.0)
-        };
-        Self { devices: Device::ALL.into_iter().filter(late).collect(), all }
-    }
-
-    pub(crate) fn count(&self) -> usize {
-        self.devices.len()
-    }
-
-    /// `forcing` with a column more for the delay of each clock: what is shown changes by minus its rate.
-    pub(crate) fn beside(&self, forcing: Forcing, linear: &LinearTrial, trial: &Trial) -> Forcing {
-        if self.devices.is_empty() {
-            return forcing;
-        }
-        let (given, columns) = (forcing.columns, forcing.columns + self.count());
-        let widened = |values: &[f32], rows: usize| {
-            let mut out = vec![0.0; rows * columns];
-            if given > 0 {
-                let rows = out.chunks_exact_mut(columns).zip(values.chunks_exact(given));
-                rows.for_each(|(row, given)| row[..given.len()].copy_from_slice(given));
-            }
-            out
-        };
-        let step = widened(&forcing.step, (linear.len - 1) * linear.states);
-        let mut sensor = widened(&forcing.sensor, linear.len * linear.channels);
-        for (at, rate) in linear.rate.iter().enumerate() {
-            let device = Device::of(trial.channels[at % linear.channels]);
-            if let Some(c) = self.devices.iter().position(|d| *d == device) {
-                sensor[at * columns + given + c] = -*rate as f32;
-            }
-        }
-        Forcing { first: 0, columns, step, sensor }
-    }
-
-    /// Normal equations of the delays.
-    fn normal(&self, fit: &Fit, trials: &[Trial], randomness: &Randomness) -> Normal {
-        let of_trial = |(trial, linear): (&Trial, &LinearTrial)| {
-            let forcing = self.beside(Forcing::none(), linear, trial);
-            let randomness = for_trial(randomness, trial);
-            whiten(linear, &randomness, &forcing)
-        };
-        let parts: Vec<Normal> = trials.par_iter().zip(fit.linear(trials).par_iter()).map(of_trial).collect();
-        let mut normal = Normal::empty(self.count());
-        parts.iter().for_each(|part| normal.add(part));
-        normal
-    }
-
-    /// Moves the delays (s).
-    pub(crate) fn move_by(&self, steps: &[f64], randomness: &mut Randomness) {
-        for (device, step) in self.devices.iter().zip(steps) {
-            let channels = self.all.iter().zip(&mut randomness.late).filter(|(c, _)| Device::of(**c) == *device);
-            channels.for_each(|(_, late)| *late += step);
-        }
-    }
-}
-
 /// How late each channel is (s) where kinematics alone show that the lengths are late against the pose.
 pub(crate) fn late_lengths(model: &Examined, trials: &[Trial]) -> Vec<f64> {
     let offset = clock_offset(model, trials).filter(|late| *late < 0.0);
@@ -93,21 +22,6 @@ pub(crate) fn late_lengths(model: &Examined, trials: &[Trial]) -> Vec<f64> {
         _ => 0.0,
     };
     Channel::all(model.plant.cables()).into_iter().map(late).collect()
-}
-
-/// `randomness` less the delay of one clock, for each whose delay the likelihood may do without: the others and the parameters
-/// can only take some of what leaving it out costs where nothing else moves.
-pub(super) fn less_one_clock(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
-    let clocks = Clocks::set(&fit.randomness, trials);
-    let normal = clocks.normal(fit, trials, &fit.randomness);
-    let less = |(c, device): (usize, &Device)| {
-        let mut without = fit.randomness.clone();
-        let channels = clocks.all.iter().zip(&mut without.late).filter(|(channel, _)| Device::of(**channel) == *device);
-        let mut delay = 0.0;
-        channels.for_each(|(_, late)| delay = std::mem::take(late));
-        (delay * delay * normal.gram[c * clocks.count() + c] < CERTAIN).then_some(without)
-    };
-    clocks.devices.iter().enumerate().filter_map(less).collect()
 }
 
 impl Sizing<'_> {

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::data::clean::median;
 use crate::filter::estimate::{Fit, for_trial};
+use crate::filter::kalman::Keep;
 use crate::filter::path::LinearTrial;
 use crate::filter::whiten::{Forcing, whiten};
 use crate::model::examined::WRENCH;
@@ -53,9 +54,19 @@ pub(crate) fn expected_forces<const SETS: usize>(sets: [&[Trial]; SETS], error: 
     (sets, expected)
 }
 
+impl Fit {
+    /// Where the recorded forces have an error, with those in their place that are to be expected.
+    pub(crate) fn minus_two_log_likelihood(&self, trials: &[Trial], randomness: &Randomness) -> f64 {
+        if randomness.white_input() > 0.0 {
+            return of_expected(self, trials, randomness);
+        }
+        self.filter(trials, randomness, Keep::Likelihood).iter().map(|f| f.minus_two_log_likelihood).sum()
+    }
+}
+
 /// `-2 log L` of a fit along the recorded forces, with those in their place that are to be expected where they have the white
 /// error of `randomness`, to first order.
-pub(crate) fn minus_two_log_likelihood(fit: &Fit, trials: &[Trial], randomness: &Randomness) -> f64 {
+fn of_expected(fit: &Fit, trials: &[Trial], randomness: &Randomness) -> f64 {
     let errors = of_trials(trials, randomness.input);
     let expected = Some(what_is_left(trials.iter(), errors.iter()));
     let randomness = Randomness { expected, ..randomness.clone() };
@@ -295,7 +306,7 @@ mod tests {
         let train: Vec<Trial> = [31, 32].map(|seed| recorded_badly(hidden, seed)).into();
         let holdout = vec![recorded_badly(hidden, 33)];
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let first = crate::filter::estimate::first_randomness(&Model::default(), &train, &noise);
+        let first = crate::instruments::latents::first_randomness(&Model::default(), &train, &noise);
         let evidence = Evidence { train, holdout, noise, instruments: None };
         let evidence = evidence.with_expected_forces(Randomness { input: 100.0, ..first });
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});

@@ -2,7 +2,8 @@
 
 use nalgebra::DMatrix;
 
-use super::{Device, Size, Sizing};
+use super::device::Device;
+use super::sizing::{Size, Sizing};
 use crate::data::Trial;
 use crate::data::counts::resolution;
 use crate::filter::estimate::Fit;

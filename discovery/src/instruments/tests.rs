@@ -1,6 +1,12 @@
-use super::*;
+use super::device::Device;
+use super::less_by_one;
+use super::sizing::{Kind, Size, Sizing, WORTH};
 use crate::data::recording::{fitted, noise, record};
+use crate::data::{Channel, Trial};
+use crate::filter::estimate::Fit;
+use crate::filter::kalman::Randomness;
 use crate::model::randomness::Memory;
+use crate::weigh::criterion::Penalty;
 
 const PENALTY: usize = 10_000;
 

@@ -10,6 +10,7 @@ use cdpr::plant::{Plant, PlantError};
 use cdpr::simulation::{Simulation, Start};
 
 use crate::data::{Channel, Trial};
+use crate::hypothesis::sensor::lateness_of_pose;
 
 /// Latent disturbances on the platform, a wrench: the first ones. A force at each winch follows.
 pub(crate) const WRENCH: usize = 3;
@@ -46,8 +47,7 @@ pub(crate) struct Examined {
 impl Examined {
     pub(crate) fn new(model: &Model) -> Result<Self, PlantError> {
         let plant = model.plant()?;
-        let delays = model.effects.iter().filter(|effect| effect.id == "pose_sensor_delay");
-        let pose_delay = delays.map(|effect| effect.values[0]).sum();
+        let pose_delay = model.effects.iter().filter_map(lateness_of_pose).sum();
         let tolerance = (TOLERANCE * plant.geometry().size()).min(LARGEST_TOLERANCE);
         Ok(Self { plant, pose_delay, tolerance })
     }

@@ -4,3 +4,4 @@ pub(crate) mod delayed;
 pub(crate) mod examined;
 pub(crate) mod randomness;
 pub(crate) mod sizes;
+pub(crate) mod state_size;

@@ -3,9 +3,11 @@
 use cdpr::model_file::Model;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError, first_randomness};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::instruments;
+use crate::instruments::latents::first_randomness;
 use crate::journal::Journal;
 use crate::model::examined::Examined;
 use crate::strategy::fitted::Evidence;

@@ -5,7 +5,8 @@ use std::ops::Range;
 use cdpr::model_file::Model;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError, for_trial};
+use crate::filter::error::FitError;
+use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::Randomness;
 use crate::journal::Journal;
 use crate::strategy::begin::{begun_by_data, held_by_data};

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use cdpr::effect::EffectSpec;
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::entrance::enter;

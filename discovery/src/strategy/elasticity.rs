@@ -2,7 +2,7 @@
 
 use crate::data::Channel;
 use crate::data::clean::median;
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::hypothesis::elasticity::{elastic_cables, plausible};
 use crate::journal::Outcome;
 use crate::strategy::context::Context;

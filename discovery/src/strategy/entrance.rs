@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use cdpr::effect::EffectSpec;
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::journal::Outcome;
 use crate::outcome::NullTest;
 use crate::strategy::candidates::signatures;

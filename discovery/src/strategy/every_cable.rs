@@ -5,7 +5,7 @@
 
 use cdpr::effect::EffectSpec;
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::hypothesis::candidates::is_there;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;

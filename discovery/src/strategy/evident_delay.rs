@@ -1,6 +1,6 @@
 //! A pose that is late, where kinematics alone show it. No trajectory that is known is near that of the model with it.
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::hypothesis::sensor::pose_delay;
 use crate::instruments::clock_offset::clock_offset;
 use crate::journal::Outcome;

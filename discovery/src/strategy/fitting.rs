@@ -3,7 +3,8 @@
 use cdpr::model_file::Model;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::hypothesis::extension::{count_in_use, count_times};
 use crate::instruments;

@@ -12,7 +12,8 @@ use cdpr::model_file::Model;
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::hypothesis::candidates::Situation;
 use crate::hypothesis::extension::{count_in_use, in_use, index_of, value_of, with};
 use crate::hypothesis::friction::{

@@ -1,12 +1,14 @@
 //! Whether the geometry is off: whether errors of the survey promise to explain what laws leave.
 
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
+use crate::hypothesis::parameter::free_parameters;
 use crate::hypothesis::survey::{survey_errors, with_errors};
 use crate::strategy::context::Context;
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
-use crate::weigh::refine::{free_parameters, promises};
+use crate::weigh::refine::promises;
 use crate::weigh::regression::ladder;
 
 /// Whether errors of the survey promise to explain what stands leaves to forces at random. They are asked for where something

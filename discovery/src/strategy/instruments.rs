@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::instruments::{self, Sizing};
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Evidence, Fitted, Trained, instruments_of};

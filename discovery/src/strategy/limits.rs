@@ -3,7 +3,7 @@
 //! The other one is put among the commands, where it acts, and refined from there: before held-out data judge, for these may
 //! reach the other one alone.
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::hypothesis::candidates::Situation;
 use crate::hypothesis::extension::with;
 use crate::hypothesis::limits::other_limit;

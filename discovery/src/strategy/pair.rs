@@ -9,14 +9,15 @@ use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::hypothesis::candidates::{Candidate, Library};
 use crate::hypothesis::friction::is_friction_law;
 use crate::hypothesis::stream::normals;
 use crate::strategy::context::Context;
 use crate::strategy::entrance::enter;
 use crate::strategy::policy::Policy;
-use crate::strategy::round::{Proposed, effect_of, is_rival};
+use crate::strategy::round::{Proposed, is_rival};
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::{EVIDENCE, Penalty};
 use crate::weigh::regression::{Level, Scored, ladder, rank, subset};
@@ -65,7 +66,7 @@ pub(crate) fn best_pair(
     let library = &signatures.library;
     let pairs = weigh_pairs(fit, trials, signatures, penalty, policy);
     let best = pairs.first().filter(|pair| !ladder(&fit.randomness)[pair.members[0].level].has_latents())?;
-    let effects = best.members.iter().map(|member| effect_of(library, member)).collect::<Option<_>>()?;
+    let effects = best.members.iter().map(|member| member.effect(library)).collect::<Option<_>>()?;
     Some((effects, (0..2).map(|k| rivals(library, &pairs, k, policy)).collect()))
 }
 
@@ -159,7 +160,7 @@ fn rivals(library: &Library, pairs: &[Pair], member: usize, policy: &Policy) -> 
     let own = &library.candidates[own.candidate];
     let wanted = others
         .filter(|(scored, score)| is_rival(own, &library.candidates[scored.candidate], (worst - score) / gain, policy));
-    wanted.filter_map(|(scored, _)| effect_of(library, scored)).take(policy.most_rivals).collect()
+    wanted.filter_map(|(scored, _)| scored.effect(library)).take(policy.most_rivals).collect()
 }
 
 #[cfg(test)]
@@ -180,7 +181,7 @@ mod tests {
         let library = catalogue(&fit.model, &Situation::of(&trials));
         let signatures = Signatures::new(library);
         let pairs = weigh_pairs(&fit, &trials, &signatures, Penalty::new(5000), &POLICY);
-        let found = [0, 1].map(|k| effect_of(&signatures.library, &pairs[0].members[k]).unwrap());
+        let found = [0, 1].map(|k| pairs[0].members[k].effect(&signatures.library).unwrap());
         for effect in &hidden {
             let same = found.iter().find(|f| (&f.id, f.cable) == (&effect.id, effect.cable));
             let size = same.map(|f| f.values[0] / effect.values[0]);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cdpr::effect::EffectSpec;
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
 use crate::strategy::standing::Standing;

@@ -6,7 +6,7 @@ use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::hypothesis::candidates::is_there;
 use crate::hypothesis::containing::containing;
 use crate::hypothesis::extension::{count_in_use, extended_like};

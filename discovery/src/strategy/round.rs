@@ -3,10 +3,11 @@
 use cdpr::effect::EffectSpec;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::hypothesis::candidates::{Candidate, Library};
-use crate::hypothesis::force::enters_as_it_is;
+use crate::hypothesis::facts::facts;
 use crate::hypothesis::stream::normals;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
@@ -117,7 +118,7 @@ impl<'a> Weighing<'a> {
             let chosen = if parsimony { simplest(library, &left, base, context.policy) } else { best };
             let candidate = &library.candidates[chosen.candidate];
             refused.push((candidate.id, candidate.cable));
-            let Some(effect) = effect_of(library, chosen) else { continue };
+            let Some(effect) = chosen.effect(library) else { continue };
             let Some(next) = self.fitted(fitted, chosen, &effect) else { continue };
             let (next, rivals) = match self.source {
                 Source::Catalogue => {
@@ -156,7 +157,7 @@ impl<'a> Weighing<'a> {
             None
         };
         // Where errors of the survey move along, its signature does not say all.
-        let alone = library.beside.is_empty() && enters_as_it_is(library.candidates[chosen.candidate].id);
+        let alone = library.beside.is_empty() && facts(library.candidates[chosen.candidate].id).enters_as_it_is;
         if alone && self.foreseen(fitted, chosen) > fitted.holdout_score {
             return refuse(chosen.score - base, "it would not predict the held-out data better");
         }
@@ -188,11 +189,6 @@ impl<'a> Weighing<'a> {
     }
 }
 
-/// A candidate with the amplitudes that it was given.
-pub(crate) fn effect_of(library: &Library, scored: &Scored) -> Option<EffectSpec> {
-    library.candidates[scored.candidate].effect(&scored.amplitudes)
-}
-
 /// Effects to be fitted together, and the rivals of each.
 pub(crate) type Proposed = (Vec<EffectSpec>, Vec<Vec<EffectSpec>>);
 
@@ -208,7 +204,7 @@ pub(crate) fn best_alone(
     let levels = levels(fit, trials, signatures, &ladder(&fit.randomness));
     let (base, ranked) = (baseline(&levels), rank(library, &levels, penalty));
     let best = ranked.first().filter(|best| base - best.score > EVIDENCE)?;
-    Some((vec![effect_of(library, best)?], vec![rivals(library, &ranked, best, base, policy)]))
+    Some((vec![best.effect(library)?], vec![rivals(library, &ranked, best, base, policy)]))
 }
 
 /// The candidate with the fewest columns among those nearly as good as the best.
@@ -237,7 +233,7 @@ fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64, poli
                 && out.len() < policy.most_rivals
                 && is_alike(own, c) == alike
                 && is_rival(own, c, share(scored), policy)
-                && let Some(effect) = effect_of(library, scored)
+                && let Some(effect) = scored.effect(library)
             {
                 out.push(effect);
             }

@@ -1,6 +1,6 @@
 //! Effects of the catalogue, one after the other, as long as they earn their place.
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::every_cable::on_every_cable;

@@ -1,6 +1,6 @@
 //! The search: which step comes when.
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::drift::instead_of_drift;

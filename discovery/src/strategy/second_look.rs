@@ -11,7 +11,8 @@ use cdpr::model_file::Model;
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::hypothesis::candidates::Situation;
 use crate::hypothesis::friction::is_friction;
 use crate::hypothesis::typical::{Law, laws};

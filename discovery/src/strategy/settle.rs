@@ -2,7 +2,7 @@
 
 use cdpr::effect::EffectSpec;
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::hypothesis::containing::containing;
 use crate::hypothesis::extension::count_in_use;
 use crate::journal::Outcome;

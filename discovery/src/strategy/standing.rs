@@ -6,7 +6,8 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::journal::Outcome;
 use crate::outcome::{Alternative, NullTest};
 use crate::strategy::context::Context;

@@ -4,8 +4,9 @@
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
-use crate::filter::estimate::FitError;
-use crate::hypothesis::term::{free_values, without_phase};
+use crate::filter::error::FitError;
+use crate::hypothesis::parameter::free_values;
+use crate::hypothesis::term::without_phase;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained};

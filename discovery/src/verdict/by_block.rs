@@ -9,13 +9,16 @@ use crate::data::Trial;
 use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::path::LinearTrial;
 use crate::filter::whiten::{Forcing, Normal, whitened_rows};
-use crate::hypothesis::signature::{Along, Varied, sensitivities};
+use crate::hypothesis::along::Along;
+use crate::hypothesis::parameter::Free;
+use crate::hypothesis::parameter::free_values;
+use crate::hypothesis::signature::{Varied, sensitivities};
 use crate::hypothesis::survey::regularise;
-use crate::hypothesis::term::free_values;
-use crate::instruments::Clocks;
+use crate::instruments::clocks::Clocks;
 use crate::model::examined::Examined;
 use crate::outcome::Block;
-use crate::weigh::refine::{Free, solve, varied_models};
+use crate::weigh::refine::varied_models;
+use crate::weigh::solve::solve;
 
 /// Blocks of time over all trials, as far as they are long enough.
 const BLOCKS: f64 = 8.0;

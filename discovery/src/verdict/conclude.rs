@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use cdpr::effect::{DependsOn, EffectSpec, Place, SpecError};
 
-use crate::filter::estimate::FitError;
+use crate::filter::error::FitError;
 use crate::hypothesis::term;
 use crate::instruments;
 use crate::journal::Written;

@@ -24,26 +24,8 @@ impl Prediction {
     }
 }
 
-/// Samples of `trial` at which a free run over `horizon` (s) begins anew: the first after one horizon, at most a fifth of
-/// the trial, so that there is a window before it.
-pub(crate) fn restarts(trial: &Trial, horizon: f64) -> Vec<usize> {
-    let start = trial.time[0];
-    let duration = trial.time[trial.len() - 1] - start;
-    let mut next = start + horizon.min(0.2 * duration);
-    let mut out = Vec::new();
-    for (k, time) in trial.time.iter().enumerate() {
-        if *time >= next {
-            out.push(k);
-            while next <= *time {
-                next += horizon;
-            }
-        }
-    }
-    out
-}
-
 /// Simulates every trial freely over `horizon` (s) at a time, from the state that the filter has by then, at the samples
-/// of [`restarts`]. A stretch takes at least one sampling interval. What the filter knows by then of noise with memory and of
+/// of [`Trial::restarts`]. A stretch takes at least one sampling interval. What the filter knows by then of noise with memory and of
 /// drift is shown as well, fading as it does: it is as much a part of what is measured next as the state.
 pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
     let linear = fit.linear(trials);
@@ -61,7 +43,7 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
                     *value += processes.clone().map(|process| memory[process - randomness.latents]).sum::<f64>();
                 }
             };
-            let (shown, restarts) = (vec![vec![f64::NAN; m]; trial.len()], restarts(trial, horizon));
+            let (shown, restarts) = (vec![vec![f64::NAN; m]; trial.len()], trial.restarts(horizon));
             let mut out = Prediction { shown, restarts, ends: Vec::new() };
             let mut next_restart = out.restarts.clone().into_iter().peekable();
             let mut simulation = fit.examined.simulation(trial, 0, fit.trajectories[t].states(0));
@@ -238,7 +220,7 @@ mod tests {
             let gap = gap(&trials, &predict(&fit, &trials, horizon), &noise_of_data(&trials));
             let all: f64 = gap.channels.iter().map(|(sum, _)| sum).sum();
             assert!((gap.runs.iter().sum::<f64>() / all - 1.0).abs() < 1e-9, "{horizon}");
-            assert_eq!(gap.runs.len(), restarts(&trials[0], horizon).len());
+            assert_eq!(gap.runs.len(), trials[0].restarts(horizon).len());
         }
     }
 

@@ -14,7 +14,6 @@ use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::{Randomness, covariances};
 use crate::filter::path::LinearTrial;
 use crate::outcome::{HORIZON, HORIZONS};
-use crate::verdict::gap::restarts;
 
 /// Shorter horizons (s) for robots whose motion grows too fast for those of the report.
 const SHORTER: [f64; 8] = [2.0, 1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01];
@@ -47,7 +46,7 @@ pub(crate) fn attainable(fit: &Fit, trials: &[Trial], noise: &[f64], horizon: f6
 /// Sum over the predictions of one trial of their variance over that of the noise, and their number.
 fn of_trial(linear: &LinearTrial, trial: &Trial, randomness: &Randomness, horizon: f64) -> (f64, usize) {
     let n = linear.states;
-    let starts = restarts(trial, horizon);
+    let starts = trial.restarts(horizon);
     // The sample of a restart is used for the state; the filter has the covariance at the one after it.
     let known = covariances(linear, randomness, starts.iter().map(|k| k + 1).filter(|k| *k < linear.len));
     let width = n + randomness.processes();

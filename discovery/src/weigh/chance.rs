@@ -19,12 +19,13 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError, for_trial};
+use crate::filter::error::FitError;
+use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::{Keep, Randomness, filter};
 use crate::filter::path::LinearTrial;
 use crate::filter::whiten::{Normal, Products, Whitening};
+use crate::hypothesis::along::Along;
 use crate::hypothesis::candidates::Library;
-use crate::hypothesis::signature::Along;
 use crate::hypothesis::stream::Stream;
 use crate::outcome::NullTest;
 use crate::weigh::criterion::Penalty;

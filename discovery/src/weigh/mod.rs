@@ -6,3 +6,4 @@ pub(crate) mod likelihood_ratio;
 pub(crate) mod refine;
 pub(crate) mod regression;
 pub(crate) mod signatures;
+pub(crate) mod solve;

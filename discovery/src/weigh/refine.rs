@@ -5,18 +5,20 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError, Look, for_trial};
+use crate::filter::error::FitError;
+use crate::filter::estimate::{Fit, Look, for_trial};
 use crate::filter::kalman::Randomness;
 use crate::filter::whiten::{Normal, whiten};
-use crate::hypothesis::extension::{in_use, index_of, value_of};
+use crate::hypothesis::along::Along;
 use crate::hypothesis::friction::is_friction;
-use crate::hypothesis::signature::{Along, Varied, sensitivities};
+use crate::hypothesis::parameter::{Free, free_parameters, parameter_step};
+use crate::hypothesis::signature::{Varied, sensitivities};
 use crate::hypothesis::survey::regularise;
 use crate::hypothesis::term;
-use crate::instruments::Clocks;
+use crate::instruments::clocks::Clocks;
 use crate::model::examined::Examined;
-use crate::model::sizes::Sizes;
 use crate::weigh::regression::ladder;
+use crate::weigh::solve::solve;
 
 /// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
 const SETTLED: f64 = 0.1;
@@ -27,51 +29,11 @@ const MOST_MOVES: usize = 8;
 /// Share of its promise that a proposal must keep to be taken without looking at others.
 const KEPT_PROMISE: f64 = 0.5;
 
-/// A parameter of the model that is estimated: effect index and parameter index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Free {
-    pub(crate) effect: usize,
-    pub(crate) parameter: usize,
-}
-
 /// How certain estimates are by white noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Estimate {
     /// Wald statistic of each effect: how far its size is from zero, as a chi-square.
     pub(crate) wald: Vec<f64>,
-}
-
-/// Parameters of the model's effects from index `first` on, without extensions of a law that are left out.
-pub(crate) fn free_parameters(model: &Model, first: usize) -> Vec<Free> {
-    let mut free = Vec::new();
-    for (effect, spec) in model.effects.iter().enumerate().skip(first) {
-        let used = (0..spec.values.len()).filter(|parameter| in_use(spec, *parameter));
-        free.extend(used.map(|parameter| Free { effect, parameter }));
-    }
-    free
-}
-
-/// Step for differences in a parameter.
-pub(crate) fn parameter_step(model: &Model, free: Free) -> f64 {
-    let spec = &model.effects[free.effect];
-    if spec.expression.is_some() {
-        return term::step(spec, free.parameter);
-    }
-    let (typical, unit) = spec
-        .info()
-        .map_or(((0.0, 1.0), ""), |i| (i.parameters[free.parameter].typical, i.parameters[free.parameter].unit));
-    let scale = typical.0.abs().max(typical.1.abs());
-    let scale = if scale > 0.0 { scale } else { 1.0 };
-    // What is typical of a large robot is far too much for a small one.
-    let scale = Sizes::of(&model.parameters).of_unit(unit).map_or(scale, |size| scale.min(size));
-    let step = 1e-3 * spec.values[free.parameter].abs().max(1e-2 * scale);
-    // A drum has turned by the angle l/r, of which a small part must not be a turn.
-    match value_of(spec, "drum_radius") {
-        Some(radius) if index_of(spec, "drum_radius") == Some(free.parameter) => {
-            step.min(1e-2 * radius * radius / Sizes::of(&model.parameters).reach)
-        }
-        _ => step,
-    }
 }
 
 /// Models with each free parameter moved by its step, away from its bounds.
@@ -282,41 +244,6 @@ fn between(value: f64, one: f64, other: f64) -> f64 {
     if value.is_nan() { value } else { value.max(one.min(other)).min(one.max(other)) }
 }
 
-/// Least squares by scaled Cholesky: step and covariance; columns that say nothing get zero.
-pub(crate) fn solve(normal: &Normal) -> (Vec<f64>, DMatrix<f64>) {
-    let n = normal.columns;
-    let scale: Vec<f64> = (0..n).map(|i| normal.gram[i * n + i].sqrt()).collect();
-    let live: Vec<usize> = (0..n).filter(|i| scale[*i] > 1e-9).collect();
-    let mut out = vec![0.0; n];
-    let mut covariance = DMatrix::from_diagonal_element(n, n, f64::INFINITY);
-    for i in 0..n {
-        for j in 0..n {
-            if i != j {
-                covariance[(i, j)] = 0.0;
-            }
-        }
-    }
-    let k = live.len();
-    if k == 0 {
-        return (out, covariance);
-    }
-    let g = DMatrix::from_fn(k, k, |r, c| {
-        normal.gram[live[r] * n + live[c]] / (scale[live[r]] * scale[live[c]]) + if r == c { 1e-10 } else { 0.0 }
-    });
-    let b = DVector::from_fn(k, |r, _| normal.right[live[r]] / scale[live[r]]);
-    if let Some(cholesky) = g.cholesky() {
-        let x = cholesky.solve(&b);
-        let inverse = cholesky.inverse();
-        for r in 0..k {
-            out[live[r]] = x[r] / scale[live[r]];
-            for c in 0..k {
-                covariance[(live[r], live[c])] = inverse[(r, c)] / (scale[live[r]] * scale[live[c]]);
-            }
-        }
-    }
-    (out, covariance)
-}
-
 /// How certain each effect is, less so where the innovations are larger than the model says.
 fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Proposal) -> Estimate {
     let (normal, covariance) = (&proposal.normal, &proposal.covariance);
@@ -351,7 +278,8 @@ mod tests {
     use super::*;
     use crate::data::Channel;
     use crate::data::recording::record;
-    use crate::filter::estimate::{first_randomness, noise_of_data};
+    use crate::filter::estimate::noise_of_data;
+    use crate::instruments::latents::first_randomness;
     use crate::verdict::by_block::ByBlock;
 
     /// Lengths one sample late. Their clock had been set beside a model without the gain, which it stood for in part.

@@ -1,5 +1,6 @@
 //! Which candidate explains the innovations best: least squares on whitened signatures at several latent sizes.
 
+use cdpr::effect::EffectSpec;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -180,6 +181,13 @@ pub(crate) struct Scored {
     pub(crate) amplitudes: Vec<f64>,
     /// Level at which it does best.
     pub(crate) level: usize,
+}
+
+impl Scored {
+    /// The candidate of a library with these amplitudes.
+    pub(crate) fn effect(&self, library: &Library) -> Option<EffectSpec> {
+        library.candidates[self.candidate].effect(&self.amplitudes)
+    }
 }
 
 /// Weighs every candidate, the best first. Amplitudes that no parameter values have are not considered.

@@ -17,7 +17,7 @@ use crate::outcome::{
 
 use super::detection::{LimitEntry, cannot_tell, limit};
 use super::label::place;
-use super::report::all_channels;
+use super::trials::{all_channels, training_trials};
 
 #[derive(Serialize)]
 struct Document<'a> {
@@ -372,11 +372,6 @@ pub(super) fn verdict(verdict: Verdict) -> &'static str {
         Verdict::PartlyNamed => "partly_named",
         Verdict::Unnamed => "unnamed",
     }
-}
-
-/// Where each training trial stands among all trials.
-pub(super) fn training_trials(trials: &[Compared]) -> Vec<usize> {
-    (0..trials.len()).filter(|t| !trials[*t].holdout).collect()
 }
 
 fn located(located: &Located, trials: &[Compared]) -> LocatedEntry {

@@ -10,6 +10,7 @@ mod report;
 mod series;
 mod signature;
 mod table;
+mod trials;
 
 pub use json::discovery_json;
 pub use label::{errors, label, law, parameters, place, sizes};

@@ -6,6 +6,7 @@ use cdpr::geometry::Geometry;
 use cdpr::kinematics::{CableKinematics, cables};
 use cdpr::per_cable::PerCable;
 
+use crate::hypothesis::facts::{Picture, facts};
 use crate::outcome::{Compared, Latents};
 
 /// Half the time (s) over which rates of forces and speeds are taken: the latent disturbances change no faster.
@@ -82,15 +83,16 @@ impl Moment {
         }
         let force = self.inputs.winch_force[i];
         let context = WinchContext { time: self.time, speed: self.winch_speed[i] };
+        let picture = facts(&spec.id).picture;
         match kind.stage() {
             Stage::WinchLoss => kind.loss(force, &context),
             // Late by a dead time or a lag: as much behind as the force changes in that time.
             Stage::CommandDelay => -kind.delay() * self.force_rate[i],
-            Stage::Command(_) if spec.id == "winch_lag" => -spec.values[0] * self.force_rate[i],
+            Stage::Command(_) if picture == Picture::Late => -spec.values[0] * self.force_rate[i],
             Stage::Command(_) => kind.command(force, &[], &mut [], &context) - force,
             Stage::WinchPull(at) if at != i => 0.0,
             Stage::WinchPull(_) | Stage::WinchPosition => self.in_context(|context| kind.pull(context, i)),
-            Stage::Parameters if spec.id == "winch_drum_inertia" => spec.values[0] * self.winch_acceleration[i],
+            Stage::Parameters if picture == Picture::WinchInertia => spec.values[0] * self.winch_acceleration[i],
             _ => 0.0,
         }
     }
@@ -98,10 +100,10 @@ impl Moment {
     /// The force and torque (N, N m) that an effect adds on the platform, by way of the winches too.
     pub(super) fn wrench(&self, spec: &EffectSpec, kind: &EffectKind) -> [f64; 3] {
         let [ax, ay, spin] = self.acceleration;
-        let mut wrench = match (kind.stage(), spec.id.as_str()) {
+        let mut wrench = match (kind.stage(), facts(&spec.id).picture) {
             (Stage::PlatformWrench, _) => self.in_context(|context| kind.wrench(context)),
-            (_, "platform_mass") => [-spec.values[0] * ax, -spec.values[0] * ay, 0.0],
-            (_, "platform_inertia") => [0.0, 0.0, -spec.values[0] * spin],
+            (_, Picture::Mass) => [-spec.values[0] * ax, -spec.values[0] * ay, 0.0],
+            (_, Picture::Inertia) => [0.0, 0.0, -spec.values[0] * spin],
             _ => [0.0; 3],
         };
         for (i, cable) in self.cables.iter().enumerate() {

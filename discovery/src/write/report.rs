@@ -14,10 +14,10 @@ use crate::report::{
 use crate::verdict::POLICY;
 
 use super::detection::rows;
-use super::json::training_trials;
 use super::label::{errors, label, law, parameters, place, sizes};
 use super::series::trial;
 use super::signature::signatures;
+use super::trials::{all_channels, training_trials};
 
 /// Most points of the platform's path.
 const PATH: usize = 600;
@@ -82,12 +82,6 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
         channels,
         trials,
     }
-}
-
-/// Every channel of any trial, in the order of [`Channel::all`].
-pub(super) fn all_channels(discovery: &Discovery) -> Vec<Channel> {
-    let cables = discovery.base.parameters.cables();
-    Channel::all(cables).into_iter().filter(|c| discovery.trials.iter().any(|t| t.trial.channels.contains(c))).collect()
 }
 
 /// The files' names without their folders, where that leaves them different.

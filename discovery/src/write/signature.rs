@@ -10,6 +10,8 @@ use cdpr::effect::{EffectKind, EffectSpec, WinchContext};
 use cdpr::formula::{Formula, Variable};
 use cdpr::geometry::Geometry;
 
+use super::trials::all_channels;
+use crate::hypothesis::facts::{Picture, facts};
 use crate::outcome::{Compared, Discovery, Found};
 use crate::report::{Signature, channel_words, printed};
 
@@ -114,34 +116,28 @@ fn view(found: &Found, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
     let values = spec.values.clone();
     let size = values.first().copied().unwrap_or_default();
     let effect = kind.clone();
-    match spec.id.as_str() {
-        "winch_coulomb_friction"
-        | "winch_viscous_friction"
-        | "winch_stribeck_friction"
-        | "pulley_capstan_loss"
-        | "pulley_wrap_friction" => {
+    match facts(&spec.id).picture {
+        Picture::WinchLoss => {
             // A loss that follows the load is drawn for the mean load.
             let force = mean(moments, spec, |m, i| m.inputs.winch_force[i]);
             let law = move |speed| effect.loss(force, &WinchContext { time: 0.0, speed });
             Some(at_winches(spec, ("reel-out speed", "m/s"), |m, i| m.winch_speed[i], law))
         }
-        "winch_force_gain" | "winch_force_bias" | "winch_saturation" => {
+        Picture::WinchCommand => {
             let law = move |force| effect.command(force, &[], &mut [], &WinchContext { time: 0.0, speed: 0.0 }) - force;
             Some(at_winches(spec, ("winch force", "N"), |m, i| m.inputs.winch_force[i], law))
         }
-        "winch_lag" | "winch_delay" => {
+        Picture::Late => {
             Some(at_winches(spec, ("rate of winch force", "N/s"), |m, i| m.force_rate[i], move |x| -size * x))
         }
-        "winch_drum_inertia" => {
+        Picture::WinchInertia => {
             Some(at_winches(spec, ("reel-out acceleration", "m/s²"), |m, i| m.winch_acceleration[i], move |x| size * x))
         }
-        "platform_linear_drag" => Some(drag([0.0; 2], move |speed| size * speed)),
-        "platform_quadratic_drag" => Some(drag([values[1], values[2]], move |speed| size * speed * speed)),
-        "platform_rotational_damping" => Some(torque(("angular rate", "rad/s"), |m| m.twist[2], move |x| -size * x)),
-        "platform_inertia" => {
-            Some(torque(("angular acceleration", "rad/s²"), |m| m.acceleration[2], move |x| -size * x))
-        }
-        "platform_mass" => Some(View {
+        Picture::LinearDrag => Some(drag([0.0; 2], move |speed| size * speed)),
+        Picture::QuadraticDrag => Some(drag([values[1], values[2]], move |speed| size * speed * speed)),
+        Picture::RotationalDamping => Some(torque(("angular rate", "rad/s"), |m| m.twist[2], move |x| -size * x)),
+        Picture::Inertia => Some(torque(("angular acceleration", "rad/s²"), |m| m.acceleration[2], move |x| -size * x)),
+        Picture::Mass => Some(View {
             x: ("acceleration along x, and along y".to_owned(), "m/s²"),
             y: ("missing force along the same".to_owned(), "N"),
             points: Box::new(|m, rest| {
@@ -150,13 +146,13 @@ fn view(found: &Found, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
             }),
             law: Box::new(move |x| -size * x),
         }),
-        "steady_wind" if values[0].hypot(values[1]) > 0.0 => {
+        Picture::Wind if values[0].hypot(values[1]) > 0.0 => {
             let strength = values[0].hypot(values[1]);
             let along = [values[0] / strength, values[1] / strength];
             Some(force_along(along, "the wind", ("time", "s"), |m| m.time, move |_| strength))
         }
-        "steady_wind" => Some(torque(("time", "s"), |m| m.time, move |_| values[2])),
-        "periodic_gust" => {
+        Picture::Wind => Some(torque(("time", "s"), |m| m.time, move |_| values[2])),
+        Picture::Gust => {
             let [amplitude, frequency, phase, direction] = values[..] else { return None };
             let period = TAU / frequency;
             let along = [direction.cos(), direction.sin()];
@@ -169,7 +165,7 @@ fn view(found: &Found, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
                 law,
             ))
         }
-        "umbilical" => {
+        Picture::Spring => {
             let axis = usize::from(spread(moments, 1) > spread(moments, 0));
             let (name, ground) = (["x", "y"][axis], values[2 + axis]);
             Some(View {
@@ -179,8 +175,8 @@ fn view(found: &Found, kind: &EffectKind, moments: &[Moment]) -> Option<View> {
                 law: Box::new(move |x| -size * (x - ground)),
             })
         }
-        "expression" => term(spec, &errors(found), kind),
-        _ => None,
+        Picture::Term => term(spec, &errors(found), kind),
+        Picture::Shared => None,
     }
 }
 
@@ -354,7 +350,7 @@ fn common(discovery: &Discovery) -> Option<Signature> {
         };
         discovery.trials.iter().map(per_trial).sum()
     };
-    let channels = super::report::all_channels(discovery);
+    let channels = all_channels(discovery);
     let best = channels.into_iter().filter(|c| gained(*c) > 0.0).max_by(|a, b| gained(*a).total_cmp(&gained(*b)))?;
     let mut points = Vec::new();
     for t in &discovery.trials {

@@ -2,8 +2,8 @@
 
 use cdpr::effect::EffectSpec;
 
-use super::{Library, Situation};
-use crate::hypothesis::spectrum::Wave;
+use super::library::Library;
+use super::situation::{Situation, Wave};
 use crate::hypothesis::term::{self, literal};
 
 /// Force of a winch (N) by which terms in it are scaled.

@@ -5,7 +5,8 @@ use cdpr::model_file::Model;
 
 use super::segments::{Course, Segments, span};
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::strategy::policy::Policy;
 
 /// Segments on either side of a time that is located among them.

@@ -5,14 +5,14 @@ use std::ops::Range;
 use cdpr::effect::EffectSpec;
 
 use super::segments::{self, Kind, Segments, entries, price};
-use super::{located, onset};
-use crate::filter::estimate::{Fit, FitError};
+use super::times::{located, onset};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::hypothesis::candidates::Library;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
 use crate::strategy::entrance::enter;
-use crate::strategy::round::effect_of;
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::regression::{Scored, ladder};
@@ -136,7 +136,7 @@ fn one_of_each(library: &Library, ranked: &[Scored], most: usize) -> Vec<usize> 
             let other = &library.candidates[*at];
             (other.id, other.cable) == (candidate.id, candidate.cable)
         };
-        let switchable = || effect_of(library, scored).is_some_and(|effect| effect.during(Some(0.0), None).is_ok());
+        let switchable = || scored.effect(library).is_some_and(|effect| effect.during(Some(0.0), None).is_ok());
         if chosen.len() < most && !chosen.iter().any(same) && switchable() {
             chosen.push(scored.candidate);
         }

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::data::Trial;
-use crate::filter::estimate::{Fit, FitError};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::filter::kalman::{Keep, Randomness};
 use crate::filter::whiten::{Acting, Forcing, Normal};
 use crate::hypothesis::candidates::Combination;

@@ -1,13 +1,18 @@
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
-use super::locate::vertex;
-use super::*;
+use super::locate::{switched, time_errors, vertex};
+use super::look;
+use super::segments::{self, Kind, Segments};
+use super::times::in_time;
 use crate::data::recording::{fitted, record};
 use crate::filter::estimate::noise_of_data;
 use crate::hypothesis::extension::count_times;
 use crate::strategy::candidates::signatures;
+use crate::strategy::context::Context;
 use crate::strategy::fitted::Evidence;
+use crate::strategy::standing::Standing;
+use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::regression::{ladder, rank};
 use crate::weigh::signatures::{Source, levels};
 

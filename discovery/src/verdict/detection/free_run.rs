@@ -9,7 +9,6 @@ use crate::filter::kalman::{Filtered, Randomness, covariances};
 use crate::filter::path::LinearTrial;
 use crate::filter::vector::{BLOCK, FULL, block, plus, plus_each, vectorised};
 use crate::filter::whiten::Forcing;
-use crate::verdict::gap::restarts;
 
 /// What some signatures do to the predictions of free runs, in units of the noise.
 #[derive(Clone, Debug)]
@@ -55,7 +54,7 @@ impl<'a> Course<'a> {
         noise: Vec<f64>,
         horizon: f64,
     ) -> Self {
-        let starts = restarts(trial, horizon);
+        let starts = trial.restarts(horizon);
         let after = starts.iter().map(|start| start + 1).filter(|after| *after < linear.len);
         Self { covariances: covariances(linear, randomness, after), linear, randomness, noise, starts }
     }
