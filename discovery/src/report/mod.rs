@@ -7,8 +7,11 @@
 mod axis;
 mod check;
 mod data;
+mod formula;
 mod gather;
+mod grammar;
 mod heat;
+mod limit;
 mod number;
 mod page;
 mod picture;
@@ -20,13 +23,15 @@ mod words;
 
 pub use check::{ReportError, check};
 pub use data::*;
+pub use formula::{printed, term};
 pub use gather::gather;
+pub use limit::{not_excited, would_show};
 pub(crate) use number::plain;
 pub use number::{gap as gap_text, quantity, significant};
 pub use page::render;
 pub use picture::{gap_picture, most_telling};
 pub(crate) use place::channel_words;
-pub use words::{Summary, control_runs, not_excited, phrase, printed, summary, term, would_show};
+pub use words::{Summary, control_runs, phrase, summary};
 
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,7 @@ use super::data::{BeforeAfter, Parameter, Report, Verdict};
 use super::number::{self, gap, percent, significant};
 use super::picture::{gap_picture, most_telling};
 use super::place::{Place, channel_words};
-use super::{heat, robot, signature, stability, words};
+use super::{formula, grammar, heat, limit, robot, signature, stability, words};
 
 const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
@@ -105,7 +105,7 @@ fn limits(report: &Report) -> Vec<LimitRow<'_>> {
     let rows = report.limits.iter().map(|limit| LimitRow {
         label: &limit.label,
         parameter: &limit.parameter,
-        shows: words::shows(limit),
+        shows: limit::shows(limit),
         excited: limit.excited,
         shape: &limit.shape,
     });
@@ -129,13 +129,13 @@ fn add_filters(environment: &mut Environment<'_>) {
     environment.add_filter("percent", percent);
     environment.add_filter("count", |v: usize| number::decimals(v as f64, 0));
     environment.add_filter("strength", words::strength);
-    environment.add_filter("capital", |text: &str| words::capital(text));
+    environment.add_filter("capital", |text: &str| grammar::capital(text));
     environment.add_filter("words", |text: &str| text.replace('_', " "));
     environment.add_filter("place", |text: &str| Place::parse(text).noun());
     environment.add_filter("phrase", |text: &str| Place::parse(text).phrase());
     environment.add_filter("channel", |text: &str| channel_words(text));
-    environment.add_filter("expression", |text: &str, errors: Vec<f64>| words::printed(text, &errors));
-    environment.add_filter("numbers", |text: &str, errors: Vec<f64>| words::numbers(text, &errors).join(", "));
+    environment.add_filter("expression", |text: &str, errors: Vec<f64>| formula::printed(text, &errors));
+    environment.add_filter("numbers", |text: &str, errors: Vec<f64>| formula::numbers(text, &errors).join(", "));
     environment.add_filter("quantity", |name: &str, value: f64, error: Option<f64>, unit: &str| {
         number::quantity(name, value, error, unit)
     });

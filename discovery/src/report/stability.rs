@@ -6,8 +6,10 @@ use serde::Serialize;
 
 use super::axis::{Axis, range, widen};
 use super::data::{Report, Stability};
+use super::formula::printed;
+use super::grammar::capital;
 use super::number::{decimals, percent, significant};
-use super::words::{capital, effect_phrase, printed};
+use super::words::effect_phrase;
 use super::{escape, phrase};
 
 const WIDTH: f64 = 560.0;

@@ -350,7 +350,7 @@ fn nothing_missing_is_said_plainly_and_only_near_the_noise() {
 
 #[test]
 fn a_law_on_some_cable_is_said_of_any() {
-    let any = super::words::without_number;
+    let any = super::limit::without_number;
     assert_eq!(any("Coulomb friction on winch\u{a0}3"), "Coulomb friction on any winch");
     assert_eq!(any("bias in the measured unstretched length\u{a0}2"), "bias in any measured unstretched length");
     assert_eq!(any("axial mass at the platform end in cable\u{a0}12"), "axial mass at the platform end in any cable");

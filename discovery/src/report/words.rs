@@ -2,9 +2,12 @@
 
 use serde::Serialize;
 
-use super::data::{Alternative, BeforeAfter, Effect, Limit, Parameter, Report, Span, Verdict};
+use super::data::{Alternative, BeforeAfter, Effect, Parameter, Report, Span, Verdict};
+use super::formula::term;
 use super::gather;
-use super::number::{self, gap, percent, plain, quantity, rounded, significant, with_error};
+use super::grammar::{capital, count, join};
+use super::limit::{not_excited, would_show};
+use super::number::{gap, percent, plain, quantity, significant};
 use super::place::Place;
 
 /// The result in words, as at the top of the report.
@@ -235,77 +238,6 @@ fn terms(report: &Report) -> Option<String> {
     Some(format!("The best description found is {}, added to the model as it stands.", join(&list, "and")))
 }
 
-/// A term as a person reads it, its numbers with their standard errors: `(900 ± 12)·sin((2.5000 ± 0.0012)·x)`.
-#[must_use]
-pub fn term(expression: &str, errors: &[f64]) -> String {
-    let mut errors = errors.iter().copied();
-    signs(&read(expression, |value| match errors.next().filter(|error| error.is_finite()) {
-        Some(error) => format!("({})", with_error(value, Some(error))),
-        None => plain(value),
-    }))
-}
-
-/// The numbers of a term that have standard errors, with them.
-pub(super) fn numbers(expression: &str, errors: &[f64]) -> Vec<String> {
-    let mut list = Vec::new();
-    read(expression, |value| {
-        list.push(value);
-        String::new()
-    });
-    let known = list.into_iter().zip(errors).filter(|(_, error)| error.is_finite());
-    known.map(|(value, error)| with_error(value, Some(*error))).collect()
-}
-
-/// An expression as a person reads it: numbers to the digits that their errors allow, or four, a proper minus sign and
-/// multiplication dot.
-#[must_use]
-pub fn printed(expression: &str, errors: &[f64]) -> String {
-    let mut errors = errors.iter().copied();
-    signs(&read(expression, |value| rounded(value, errors.next())))
-}
-
-/// With a proper minus sign and multiplication dot.
-fn signs(expression: &str) -> String {
-    expression.replace('-', "−").replace("**", "^").replace('*', "·")
-}
-
-/// The expression with every number that is no exponent as `number` writes it.
-fn read(expression: &str, mut number: impl FnMut(f64) -> String) -> String {
-    let mut text = String::with_capacity(expression.len());
-    let mut rest = expression;
-    while let Some(c) = rest.chars().next() {
-        // Digits within a name or an index are none of a number.
-        let inside = text.ends_with(|p: char| p.is_alphanumeric() || p == '_' || p == '[');
-        let length = if c.is_ascii_digit() && !inside { number_at(rest) } else { 0 };
-        let power = text.trim_end().ends_with('^');
-        if power && length > 0 {
-            text.push_str(&rest[..length]);
-            rest = &rest[length..];
-        } else if let Ok(value) = rest[..length].parse::<f64>() {
-            text.push_str(&number(value));
-            rest = &rest[length..];
-        } else {
-            text.push(c);
-            rest = &rest[c.len_utf8()..];
-        }
-    }
-    text
-}
-
-/// Length of the number that `text` begins with, an exponent included.
-fn number_at(text: &str) -> usize {
-    let digits = |from: usize| from + text[from..].bytes().take_while(|b| b.is_ascii_digit() || *b == b'.').count();
-    let end = digits(0);
-    let exponent = text[end..].strip_prefix(['e', 'E']).map(|rest| {
-        let sign = usize::from(rest.starts_with(['-', '+']));
-        (end + 1 + sign, digits(end + 1 + sign))
-    });
-    match exponent {
-        Some((first, last)) if last > first => last,
-        _ => end,
-    }
-}
-
 fn located(report: &Report) -> Option<String> {
     let places = gather(&report.located, report.robot.anchors.len());
     let (first, others) = places.split_first()?;
@@ -490,53 +422,6 @@ fn next_steps(report: &Report) -> Vec<String> {
 /// The call that plans the next experiment.
 const PLAN: &str = "cdpr experiment --from discovery.json --limits limits.toml -o plan.csv";
 
-/// What the data would have shown, of each kind of place the first law of the catalogue.
-#[must_use]
-pub fn would_show(report: &Report) -> Option<String> {
-    let mut seen: Vec<&str> = Vec::new();
-    let mut list: Vec<String> = Vec::new();
-    for limit in report.limits.iter().filter(|l| l.excited && !l.at_most) {
-        if !seen.contains(&limit.site.as_str()) {
-            seen.push(&limit.site);
-            list.push(format!("{} {}", without_number(&limit.label), shows(limit)));
-        }
-    }
-    (!list.is_empty()).then(|| join(&list, "and"))
-}
-
-/// The laws of which the data show nothing.
-#[must_use]
-pub fn not_excited(report: &Report) -> Option<String> {
-    let mut list: Vec<String> = Vec::new();
-    for limit in report.limits.iter().filter(|l| !l.excited) {
-        let law = without_number(&limit.label);
-        if !list.contains(&law) {
-            list.push(law);
-        }
-    }
-    (!list.is_empty()).then(|| join(&list, "and"))
-}
-
-/// A law at the cable where it shows least is one at any.
-pub(super) fn without_number(label: &str) -> String {
-    match label.rsplit_once('\u{a0}') {
-        Some((law, number)) if number.chars().all(|c| c.is_ascii_digit()) => {
-            match (law.split_once(" the measured "), law.rsplit_once(' ')) {
-                (Some((front, length)), _) => format!("{front} any measured {length}"),
-                (None, Some((front, place))) => format!("{front} any {place}"),
-                (None, None) => law.to_owned(),
-            }
-        }
-        _ => label.to_owned(),
-    }
-}
-
-/// The sizes at which a law shows: `from 12 N`, `up to 2 × 10⁸ N`, `not at any size met in practice`.
-pub(super) fn shows(limit: &Limit) -> String {
-    let Some(size) = limit.size.filter(|_| limit.excited) else { return "not at any size met in practice".to_owned() };
-    format!("{} {}", if limit.at_most { "up to" } else { "from" }, number::rough(&limit.parameter, size, &limit.unit))
-}
-
 fn unknown_places(report: &Report) -> Vec<String> {
     let mut places: Vec<String> = Vec::new();
     for term in &report.terms {
@@ -549,27 +434,4 @@ fn unknown_places(report: &Report) -> Vec<String> {
         places.extend(report.located.first().map(|l| Place::parse(&l.place).unknown()));
     }
     places
-}
-
-/// `a`, `a and b`, `a, b and c`.
-pub(super) fn join<S: AsRef<str>>(parts: &[S], word: &str) -> String {
-    match parts {
-        [] => String::new(),
-        [one] => one.as_ref().to_owned(),
-        [rest @ .., last] => {
-            let rest: Vec<&str> = rest.iter().map(AsRef::as_ref).collect();
-            format!("{} {word} {}", rest.join(", "), last.as_ref())
-        }
-    }
-}
-
-fn count(n: usize) -> String {
-    const WORDS: [&str; 10] = ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"];
-    WORDS.get(n).map_or_else(|| n.to_string(), |w| (*w).to_owned())
-}
-
-/// The text with its first letter in upper case.
-pub(super) fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map_or_else(String::new, |c| c.to_uppercase().chain(chars).collect())
 }

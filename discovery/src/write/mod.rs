@@ -3,6 +3,7 @@
 //! Everything here makes text or plain data out of a [`Discovery`](crate::outcome::Discovery); nothing touches files.
 
 mod detection;
+mod effect;
 mod json;
 mod label;
 mod moment;
