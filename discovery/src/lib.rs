@@ -4,6 +4,10 @@
 //! linearised along the smoothed trajectory of the data; a Kalman filter whitens the innovations; the signature of every
 //! effect of the catalogue passes through the same filter, so that least squares becomes generalised least squares; the
 //! best is taken up, refined on the full model, compared with its rivals, and kept if it earns its place on held-out data.
+//!
+//! The folders follow that way: `data`, `model` (states, sensors, what is random), `filter` (trajectories, linear models,
+//! whitening), `instruments`, `hypothesis` (what each effect would add), `weigh` (regression, criterion, chance), `strategy` (the
+//! steps of the search) and `verdict`.
 
 pub mod calibrate;
 pub mod data;

@@ -83,6 +83,13 @@ pub(crate) struct Policy {
     pub(crate) few_segments: usize,
     pub(crate) weighed_in_time: usize,
     pub(crate) finalists_in_time: usize,
+    /// Chance, over a whole recording, below which a sample of innovations is sudden, how many such times are looked at, and
+    /// how many samples they are apart: the plant is shaken for about as long.
+    pub(crate) sudden: f64,
+    pub(crate) most_sudden: usize,
+    pub(crate) sudden_apart: usize,
+    /// Segments on either side of a time that is located among them: enough for the profile's minimum to lie inside.
+    pub(crate) around: usize,
     /// Most times that an estimate of a time is located anew.
     pub(crate) most_locations: usize,
     /// Moves of a time, in its standard errors, below which it has been located.
@@ -133,6 +140,10 @@ pub(crate) const POLICY: Policy = Policy {
     few_segments: 10,
     weighed_in_time: 30,
     finalists_in_time: 3,
+    sudden: 1e-3,
+    most_sudden: 3,
+    sudden_apart: 20,
+    around: 12,
     most_locations: 6,
     located: 0.5,
     several_laws: 3,

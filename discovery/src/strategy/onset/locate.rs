@@ -9,9 +9,6 @@ use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::strategy::policy::Policy;
 
-/// Segments on either side of a time that is located among them.
-const AROUND: usize = 12;
-
 /// The effects of `model` from index `first` on that begin or end, those together that are one which changes its size.
 pub(super) fn switched(model: &Model, first: usize) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
@@ -71,7 +68,7 @@ fn locate_one(
     let mut step = segment / 4.0;
     let mut now = time;
     loop {
-        let fine = (0..=2 * AROUND).map(|k| now + step * (k as f64 - AROUND as f64));
+        let fine = (0..=2 * policy.around).map(|k| now + step * (k as f64 - policy.around as f64));
         let inside = |edge: &f64| {
             let beyond = |other: &f64| *other != time && (*other - now) * (*other - edge) <= 0.0;
             *edge >= first + segment && *edge <= last - segment && !times.iter().any(beyond)
@@ -141,7 +138,7 @@ pub(crate) fn time_errors(
     first: usize,
     policy: &Policy,
 ) -> Result<Vec<[Option<f64>; 2]>, FitError> {
-    let mut out = vec![[None; 2]; fit.model.effects.len() - first];
+    let mut out = vec![[None; 2]; fit.model.effects.len()];
     for group in switched(&fit.model, first) {
         let located = locate(fit, trials, &group, policy)?;
         let error = |time: Option<f64>| {
@@ -150,8 +147,8 @@ pub(crate) fn time_errors(
         };
         for at in group {
             let effect = &fit.model.effects[at];
-            out[at - first] = [error(effect.from), error(effect.until)];
+            out[at] = [error(effect.from), error(effect.until)];
         }
     }
-    Ok(out)
+    Ok(out.split_off(first))
 }

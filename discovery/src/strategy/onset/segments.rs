@@ -19,12 +19,6 @@ use crate::strategy::policy::POLICY;
 use crate::weigh::criterion::Penalty;
 use crate::weigh::regression::{ladder, subset};
 
-/// Chance, over a whole recording, below which a sample of innovations is sudden; how many such times are looked at, and how
-/// many samples they are apart.
-const SUDDEN: f64 = 1e-3;
-const MOST_SUDDEN: usize = 3;
-const APART: usize = 20;
-
 /// Where an effect is at work: stretches between edges, each with a size of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Course {
@@ -232,14 +226,14 @@ fn sudden(fit: &Fit, trials: &[Trial]) -> Vec<f64> {
     let unlikely: Vec<(f64, usize)> = (from.max(1)..longest.len())
         .into_par_iter()
         .map(|k| (at(longest[k]), k))
-        .filter(|(chance, _)| chance * samples < SUDDEN)
+        .filter(|(chance, _)| chance * samples < POLICY.sudden)
         .collect();
     // What is sudden shakes the plant for a while: of samples that lie close together it is the first.
-    let shaken = unlikely.chunk_by(|(_, a), (_, b)| b - a <= APART);
+    let shaken = unlikely.chunk_by(|(_, a), (_, b)| b - a <= POLICY.sudden_apart);
     let least = |shaken: &[(f64, usize)]| shaken.iter().fold(f64::INFINITY, |least, (chance, _)| least.min(*chance));
     let mut found: Vec<(f64, usize)> = shaken.map(|shaken| (least(shaken), shaken[0].1)).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found.truncate(MOST_SUDDEN);
+    found.truncate(POLICY.most_sudden);
     let segment = (last - first) / POLICY.segments as f64;
     let edge = first + segment..last - segment;
     found.into_iter().map(|(_, k)| longest[k - 1]).filter(|time| edge.contains(time)).collect()
