@@ -57,3 +57,24 @@ fn stiffness_guess(context: &Context<'_>, fitted: &Fitted) -> Option<f64> {
     let guess = median(ratios);
     plausible(guess).then_some(guess)
 }
+
+#[cfg(test)]
+mod tests {
+    use cdpr::model_file::Model;
+    use cdpr::parameters::CableModel;
+
+    use super::*;
+    use crate::strategy::fixture::{begun, evidence, names};
+
+    #[test]
+    fn a_rigid_model_of_elastic_cables_gets_their_stiffness() {
+        let evidence = evidence(&[], 79);
+        let mut rigid = Model::default();
+        rigid.parameters.cable_model = CableModel::Rigid;
+        let (context, standing) = begun(&evidence, &rigid);
+        let standing = elasticity(&context, standing).expect("a fit");
+        assert_eq!(names(&context, &standing), [("cable_elasticity".to_owned(), None)]);
+        let ratio = standing.found(&context)[0].values[0] / rigid.parameters.axial_stiffness();
+        assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    }
+}

@@ -37,3 +37,21 @@ pub(crate) fn is_survey(context: &Context<'_>, standing: &Standing) -> Result<bo
     let none = sizes.last().map_or(0.0, forces);
     Ok(pays && forces(size) <= none.max(policy.survey_leaves * forces(&fit.randomness)))
 }
+
+#[cfg(test)]
+mod tests {
+    use cdpr::model_file::Model;
+
+    use super::*;
+    use crate::strategy::fixture::{begun, effect, evidence};
+
+    #[test]
+    fn errors_of_the_survey_are_asked_for_where_they_would_explain_what_is_left() {
+        let anchors: Vec<_> = (1..=4).map(|cable| effect("anchor_offset", Some(cable), &[0.1, -0.05])).collect();
+        for (hidden, asked) in [(anchors, true), (Vec::new(), false)] {
+            let evidence = evidence(&hidden, 81);
+            let (context, standing) = begun(&evidence, &Model::default());
+            assert_eq!(is_survey(&context, &standing).expect("a fit"), asked);
+        }
+    }
+}

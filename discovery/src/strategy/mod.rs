@@ -10,6 +10,8 @@ pub(crate) mod every_cable;
 pub(crate) mod evident_delay;
 pub(crate) mod fitted;
 pub(crate) mod fitting;
+#[cfg(test)]
+pub(crate) mod fixture;
 pub(crate) mod form;
 pub(crate) mod geometry;
 pub(crate) mod instruments;

@@ -168,6 +168,8 @@ mod tests {
     use super::*;
     use crate::data::recording::{fitted, record};
     use crate::hypothesis::candidates::{Situation, catalogue};
+    use crate::strategy::candidates::signatures;
+    use crate::strategy::fixture::{begun, effect, evidence, names, with};
     use crate::strategy::policy::POLICY;
 
     #[test]
@@ -189,6 +191,20 @@ mod tests {
         }
         // It explains all: at the smallest latent forces.
         assert_eq!(pairs[0].members[0].level, ladder(&fit.randomness).len() - 1);
+    }
+
+    #[test]
+    fn a_pair_takes_the_place_of_what_did_some_of_both() {
+        let hidden = [effect("winch_force_gain", Some(1), &[0.01]), effect("platform_linear_drag", None, &[60.0])];
+        let evidence = evidence(&hidden, 89);
+        let (context, standing) = begun(&evidence, &cdpr::model_file::Model::default());
+        let signatures = signatures(&context, &standing, &standing.fit, Source::Catalogue);
+        let half = with(&context, standing, vec![(hidden[0].clone(), Vec::new())]);
+        let paired = pair(&context, half, &signatures).expect("a fit");
+        let mut found = names(&context, &paired);
+        found.sort();
+        assert_eq!(found, [("platform_linear_drag".to_owned(), None), ("winch_force_gain".to_owned(), Some(1))]);
+        assert!(paired.accepted.iter().all(|accepted| accepted.without.is_some()));
     }
 
     #[test]

@@ -68,3 +68,43 @@ fn or_nothing(context: &Context<'_>, mut standing: Standing) -> Standing {
 fn same(a: &EffectSpec, b: &EffectSpec) -> bool {
     (&a.id, a.cable, &a.expression) == (&b.id, b.cable, &b.expression)
 }
+
+#[cfg(test)]
+mod tests {
+    use cdpr::model_file::Model;
+
+    use super::*;
+    use crate::strategy::fitted::Trained;
+    use crate::strategy::fixture::{begun, effect, evidence, names, with};
+    use crate::strategy::standing::Accepted;
+
+    #[test]
+    fn what_explains_nothing_is_taken_out_and_what_does_stays() {
+        let drag = effect("platform_linear_drag", None, &[60.0]);
+        let evidence = evidence(std::slice::from_ref(&drag), 71);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let idle = effect("winch_viscous_friction", Some(2), &[1.0]);
+        let standing = with(&context, standing, vec![(idle, Vec::new()), (drag, Vec::new())]);
+        let pruned = prune(&context, standing).expect("a fit");
+        assert_eq!(names(&context, &pruned), [("platform_linear_drag".to_owned(), None)]);
+        assert_eq!(pruned.accepted.len(), 1);
+        assert!(pruned.accepted[0].delta_bic < -EVIDENCE);
+        let outcomes: Vec<Outcome> = context.journal.written().entries.iter().map(|entry| entry.outcome).collect();
+        assert_eq!(outcomes, [Outcome::Removed]);
+    }
+
+    #[test]
+    fn the_only_effect_goes_where_the_model_as_given_predicts_as_well() {
+        let evidence = evidence(&[], 73);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let base = &standing.base;
+        // So small that it does nothing.
+        let model = Model { effects: vec![effect("winch_force_bias", Some(2), &[1e-9])], ..Model::default() };
+        let idle = context.started(&model, &base.train, &evidence.train).expect("a fit");
+        let score = context.score(&idle, &evidence.train);
+        let fit = context.verified(Trained { fit: idle, estimate: None, score }, base).expect("a fit");
+        let accepted = vec![Accepted::new(Vec::new(), -20.0, None)];
+        let pruned = prune(&context, Standing { fit, accepted, ..standing }).expect("a fit");
+        assert!(pruned.accepted.is_empty() && pruned.effects().is_empty() && pruned.fit.score == pruned.base.score);
+    }
+}

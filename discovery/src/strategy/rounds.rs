@@ -48,3 +48,32 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
     }
     Ok(standing)
 }
+
+#[cfg(test)]
+mod tests {
+    use cdpr::model_file::Model;
+
+    use super::*;
+    use crate::strategy::fixture::{begun, effect, evidence, names};
+
+    #[test]
+    fn a_round_finds_what_is_hidden_and_nothing_where_nothing_is() {
+        let drag = effect("platform_linear_drag", None, &[60.0]);
+        for hidden in [vec![drag], Vec::new()] {
+            let evidence = evidence(&hidden, 83);
+            let (context, standing) = begun(&evidence, &Model::default());
+            let signatures = signatures(&context, &standing, &standing.fit, Source::Catalogue);
+            match one_more(&context, standing, &signatures).expect("a fit") {
+                Round::Found(next) => {
+                    assert_eq!(names(&context, &next), [("platform_linear_drag".to_owned(), None)]);
+                    assert!((next.found(&context)[0].values[0] - 60.0).abs() < 6.0 && !hidden.is_empty());
+                    assert!(next.accepted[0].null_test.is_some_and(|test| test.as_strong == 0));
+                }
+                Round::Nothing(same) => {
+                    assert!(hidden.is_empty() && same.accepted.is_empty() && same.chance.is_some());
+                }
+                Round::Instruments(..) => panic!("the noise is white"),
+            }
+        }
+    }
+}

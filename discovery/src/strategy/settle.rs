@@ -125,3 +125,27 @@ fn separate_by(a: &EffectSpec, b: &EffectSpec) -> String {
         "repeat with larger and faster motion at two pretensions, one winch excited at a time".to_owned()
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use cdpr::model_file::Model;
+
+    use super::*;
+    use crate::strategy::fixture::{begun, effect, evidence, names, with};
+
+    #[test]
+    fn a_rival_that_is_clearly_better_takes_the_place_and_the_effect_is_its_rival() {
+        let linear = effect("platform_linear_drag", None, &[60.0]);
+        let evidence = evidence(std::slice::from_ref(&linear), 75);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let quadratic = effect("platform_quadratic_drag", None, &[60.0, 0.0, 0.0]);
+        let standing = with(&context, standing, vec![(quadratic, vec![linear])]);
+        let settled = settle(&context, standing).expect("a fit");
+        assert_eq!(names(&context, &settled), [("platform_linear_drag".to_owned(), None)]);
+        let [alternative] = &settled.accepted[0].alternatives[..] else { panic!("one alternative") };
+        assert_eq!(alternative.effect.id, "platform_quadratic_drag");
+        assert!(alternative.delta_bic > 0.0 && !alternative.indistinguishable, "{alternative:?}");
+        let entries = context.journal.written().entries;
+        assert!(entries.iter().any(|entry| entry.outcome == Outcome::Replaced), "{entries:?}");
+    }
+}

@@ -150,6 +150,7 @@ fn beginnings(trials: &[Trial], from: f64, policy: &Policy) -> Vec<Trial> {
 mod tests {
     use super::*;
     use crate::data::recording::record;
+    use crate::strategy::fixture::{begun, effect, evidence, with};
     use crate::strategy::policy::POLICY;
 
     #[test]
@@ -163,5 +164,27 @@ mod tests {
         assert_eq!(from_to(12.0), [12.0, 42.0]);
         // As long as ever where it begins late.
         assert_eq!(from_to(45.0), [20.0, 50.0]);
+    }
+
+    #[test]
+    fn what_is_given_up_is_noted_and_a_change_forgets_fits_without() {
+        let evidence = evidence(&[], 91);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let idle = effect("winch_viscous_friction", Some(2), &[1.0]);
+        let mut standing = with(&context, standing, vec![(idle, Vec::new())]);
+        standing.accepted[0].without = Some(Arc::clone(&standing.base));
+        standing.accepted[0].formed_among = Some(1);
+        let fit = standing.fit.clone();
+        let changed = standing.clone().changed(fit);
+        assert!(changed.accepted[0].without.is_none() && changed.accepted[0].formed_among.is_none());
+        let (model, effect) = changed.without(&context, 0);
+        assert_eq!((model.effects.len(), effect.cable), (0, Some(2)));
+        let anew = changed.anew();
+        assert!(anew.accepted.is_empty() && anew.effects().is_empty());
+        let base = (*changed.base).clone();
+        let given_up = changed.give_up(&context, "something else explains more", base);
+        assert!(given_up.accepted.is_empty() && given_up.effects().is_empty());
+        let entries = context.journal.written().entries;
+        assert_eq!(entries.iter().map(|entry| entry.outcome).collect::<Vec<_>>(), [Outcome::Removed]);
     }
 }

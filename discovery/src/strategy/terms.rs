@@ -162,3 +162,27 @@ fn terms_refined(context: &Context<'_>, model: &Model, from: &Fitted) -> Result<
     let score = context.score(&fit, trials);
     context.verified(Trained { fit, estimate: Some(estimate), score }, from)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::strategy::fixture::{begun, evidence};
+
+    #[test]
+    fn a_force_outside_the_catalogue_is_found_as_a_term_with_its_numbers() {
+        let hidden = EffectSpec::expression("platform.force_y", "40*x").expect("a term");
+        let recorded = evidence(std::slice::from_ref(&hidden), 85);
+        let (context, standing) = begun(&recorded, &Model::default());
+        let term = single_term(&context, &standing).expect("a fit").expect("a term");
+        let refined = refine_terms(&context, term).expect("a fit");
+        let [found] = refined.found(&context) else { panic!("{:?}", refined.found(&context)) };
+        assert_eq!(found.target.as_deref(), Some("platform.force_y"));
+        let text = found.expression.as_deref().expect("an expression");
+        let number: f64 = text.trim_end_matches("*x").parse().unwrap_or_else(|_| panic!("{text}"));
+        assert!((number - 40.0).abs() < 1.0, "{text}");
+        // Nothing is made up where nothing is missing.
+        let nothing = evidence(&[], 87);
+        let (context, standing) = begun(&nothing, &Model::default());
+        assert!(single_term(&context, &standing).expect("a fit").is_none());
+    }
+}

@@ -288,4 +288,30 @@ mod tests {
         // The variance of what the two have in common is half of the first.
         assert!((left(0.0) - 1.0).abs() < 0.2 && (left(1e9) - 2.0).abs() < 0.3, "{} {}", left(0.0), left(1e9));
     }
+
+    /// Least squares of two columns against the solution by hand, `(XᵀX)⁻¹ Xᵀy`, and the fall of the sum of squares by it.
+    #[test]
+    fn a_subset_is_solved_as_in_the_textbook() {
+        let rows: Vec<[f64; 3]> = noise(900, 9).collect::<Vec<_>>().as_chunks::<3>().0.to_vec();
+        let mut normal = Normal::empty(3);
+        for [a, b, e] in &rows {
+            normal.push(&[*a, 0.7 * a + b, 1e3 * b], 2.0 * a - b + e);
+        }
+        normal.mirror();
+        let sum = |f: &dyn Fn(&[f64; 3]) -> f64| rows.iter().map(f).sum::<f64>();
+        let value = |[a, b, e]: &[f64; 3]| 2.0 * a - b + e;
+        let (aa, ac, cc) =
+            (sum(&|r| r[0] * r[0]), sum(&|r| r[0] * (0.7 * r[0] + r[1])), sum(&|r| (0.7 * r[0] + r[1]).powi(2)));
+        let (ay, cy) = (sum(&|r| r[0] * value(r)), sum(&|r| (0.7 * r[0] + r[1]) * value(r)));
+        let determinant = aa * cc - ac * ac;
+        let wanted = [(cc * ay - ac * cy) / determinant, (aa * cy - ac * ay) / determinant];
+        let solved = subset(&normal, &[0, 1]).expect("independent columns");
+        let drop = wanted[0] * ay + wanted[1] * cy;
+        assert!((solved.drop - drop).abs() < 1e-5 * drop, "{} {drop}", solved.drop);
+        for (found, wanted) in solved.amplitudes.iter().zip(wanted) {
+            assert!((found - wanted).abs() < 1e-5 * wanted.abs(), "{:?} {wanted}", solved.amplitudes);
+        }
+        // Three columns of two independent ones.
+        assert!(subset(&normal, &[0, 1, 2]).is_none_or(|all| (all.drop - drop).abs() < 1e-3 * drop));
+    }
 }
