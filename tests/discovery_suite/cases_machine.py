@@ -4,11 +4,40 @@ They stand beside the suite, and are run by name (`--case`). An effect that `dis
 for stands for one outside the catalogue here: `acceptable` is what it looks like to first order.
 """
 
-from .cases import case, effect
+from .cases import case, effect, outside
+from .imperfections import Imperfections
 
 _WITH_TENSION = ("x", "y", "phi", "unstretched_length", "tension")
 
+#: What a well-kept machine does to a recording.
+_MILD = Imperfections(
+    pose_colour=3e-3,
+    pose_memory=0.5,
+    jitter=1e-3,
+    force_noise=15.0,
+    pose_count=1e-3,
+    length_count=1e-3,
+)
+_LAWS = {
+    "play_2": outside("winch_play", 2, width=200.0),
+    "rubbing": outside("rubbing", force=120.0, edge=0.0),
+    "pendulum": outside("pendulum", mass=300.0, frequency=2.0, damping=0.02),
+}
+
+#: Laws that neither the catalogue nor its terms have.
+STRANGE = [case(name, "outside", [law]) for name, law in _LAWS.items()]
+STRANGE += [
+    case(f"{name}_mild", "outside", [law], imperfections=_MILD) for name, law in _LAWS.items()
+]
+
+#: Gusts that nobody recorded, and nothing else.
+GUSTS = [
+    case("gusts", "null", [], turbulence=30.0),
+    case("gusts_mild", "null", [], turbulence=30.0, imperfections=_MILD),
+]
+
 MACHINE = [
+    *STRANGE,
     case(
         "tension_gain_3",
         "single",

@@ -70,6 +70,17 @@ def control_step(model, memory, measured, wanted, pretension, dt, gains, out):
 
 
 @njit(cache=True, error_model="numpy")
+def play(p, commanded, before, out):
+    """Forces that act (N): where a winch has play, what acted before until it is taken along."""
+    c = p.outside_coefficients
+    for i in range(len(out)):
+        out[i] = commanded[i]
+        if p.outside == 10.0 and i == int(c[1]) - 1:
+            half = 0.5 * c[0]
+            out[i] = min(max(before[i], commanded[i] - half), commanded[i] + half)
+
+
+@njit(cache=True, error_model="numpy")
 def seen(pose, frame):
     """A pose in a frame turned by `frame[0]` (rad), of the point `frame[1:]` (m, body frame)."""
     angle, x, y = frame
@@ -113,6 +124,7 @@ def closed_loop(
     """
     n, cables = len(reference), int(model.cables)
     forces = np.zeros((n, cables))
+    acting = np.zeros((n, cables))
     tensions = np.empty((n, cables))
     measured = np.empty((n, 3))
     taps = np.empty((n, 3))
@@ -142,6 +154,7 @@ def closed_loop(
         states[k] = y
         t = t0 + k * dt
         p = plants[np.sum(switches < t + 0.5 * dt)]
-        derivative(p, t, y, forces[k], recorded[k] + hidden[k], rate, tensions[k])
-        interval(p, k, t, dt, h, y, forces, recorded, hidden, tap_at, taps[k], work)
+        play(p, forces[k], acting[k - 1] if k > 0 else forces[0], acting[k])
+        derivative(p, t, y, acting[k], recorded[k] + hidden[k], rate, tensions[k])
+        interval(p, k, t, dt, h, y, acting, recorded, hidden, tap_at, taps[k], work)
     return states, forces, tensions, measured

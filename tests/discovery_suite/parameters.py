@@ -32,6 +32,19 @@ OUTSIDE = {
     ),
     "magnus_force": (8, ("c",), ("platform.force_y",), "c*omega*vx"),
     "winch_crosstalk": (9, ("c", "from", "cable"), ("winch[cable]",), "c*u[from]"),
+    "winch_play": (10, ("width", "cable"), ("winch[cable]",), "the force follows with play"),
+    "rubbing": (
+        11,
+        ("force", "edge"),
+        ("platform.force_x",),
+        "-force*tanh(vx/0.02) where x > edge",
+    ),
+    "pendulum": (
+        12,
+        ("mass", "frequency", "damping"),
+        ("platform.force_x",),
+        "a mass on a spring along x",
+    ),
 }
 
 _SCALARS = (

@@ -14,7 +14,8 @@ centre of mass. Winch side, pull positive, in this order: command, delay, satura
 bias, losses (capstan, then friction); a loss adds to the pull while the cable is paid out.
 
 State: `x y phi vx vy omega | l | l' | lagged force | creep strain | bristle | share of the
-hysteresis`, one of each for a cable.
+hysteresis`, one of each for a cable. A pendulum, outside the catalogue, has the first two of the
+last.
 Gravity acts on the platform at its centre of mass.
 """
 
@@ -199,6 +200,15 @@ def leaving(p, i, dx, dz):
 
 
 @njit(cache=True, error_model="numpy")
+def pendulum(p, y):
+    """Force (N) along x of a mass on a spring and a damper; the first two shares of the hysteresis
+    are its place from the platform's (m) and its speed (m/s)."""
+    first, c = layout(p)[6], p.outside_coefficients
+    stiffness, damping = c[0] * c[1] * c[1], 2.0 * c[2] * c[0] * c[1]
+    return stiffness * y[first] + damping * (y[first + 1] - y[3])
+
+
+@njit(cache=True, error_model="numpy")
 def platform_wrench(p, t, y, wrench):
     """Add the applied wrench on the platform (not the cables') to `wrench`."""
     vx, vy, omega = y[3], y[4], y[5]
@@ -230,6 +240,10 @@ def platform_wrench(p, t, y, wrench):
         wrench[0] += c[0] * math.sin(2.0 * math.pi * y[0] / c[1])
     elif p.outside == 8.0:
         wrench[1] += c[0] * omega * vx
+    elif p.outside == 11.0:
+        wrench[0] -= c[0] * math.tanh(vx / 0.02) * 0.5 * (1.0 + math.tanh((y[0] - c[1]) / 0.05))
+    elif p.outside == 12.0:
+        wrench[0] += pendulum(p, y)
 
 
 @njit(cache=True, error_model="numpy")
@@ -332,6 +346,9 @@ def derivative(p, t, y, command, disturbance, dy, tension):
             r[a] += n[a] * quiet - s[a] * known
             for b in range(3):
                 m[a, b] += inertia * n[a] * n[b] + axial * s[a] * s[b]
+    if p.outside == 12.0:
+        dy[ropes] = y[ropes + 1] - vx
+        dy[ropes + 1] = -pendulum(p, y) / c[0]
     solve3(m, r)
     dy[0], dy[1], dy[2] = vx, vy, omega
     dy[3], dy[4], dy[5] = r[0], r[1], r[2]

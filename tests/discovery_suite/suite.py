@@ -6,7 +6,7 @@ from .cases_cables import CABLES
 from .cases_field import BENCH, FIELD
 from .cases_geometry import GEOMETRY
 from .cases_hard import ELASTICITY, LOOK_ALIKES, MOORDYN, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
-from .cases_machine import MACHINE
+from .cases_machine import GUSTS, MACHINE
 from .cases_onset import ONSET
 from .cases_pair import PAIRS, TRIPLES
 from .cases_realistic import REALISTIC
@@ -23,7 +23,7 @@ SUITE = [
     *MOORDYN,
     *NULLS,
 ]
-_ALL = [*SUITE, *REALISTIC, *FIELD, *BENCH, *CABLES, *MACHINE, *ONSET, *GEOMETRY]
+_ALL = [*SUITE, *REALISTIC, *FIELD, *BENCH, *CABLES, *MACHINE, *GUSTS, *ONSET, *GEOMETRY]
 _BY_NAME = {case.name: case for case in _ALL}
 if len(_BY_NAME) != len(_ALL):
     raise ValueError("the suite holds two cases of one name")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from . import parameters, trial
-from .cases import effect
+from .cases import effect, outside
 from .cases_machine import MACHINE
-from .control import seen
+from .control import play, seen
 from .plant import at_rest, derivative, lengths, state_count, winch_loss
 from .robot import TELESCOPE
 
@@ -153,3 +153,46 @@ def test_what_is_hidden_shows(case):
         for name, sigma in told.noise.items()
     ]
     assert max(moved) > 2.0, case.name
+
+
+def test_a_winch_with_play_follows_a_half_width_behind():
+    params = parameters.build([outside("winch_play", 2, width=200.0)])
+    acting = np.full(4, 20e3)
+    followed = []
+    for command in (20e3, 20.05e3, 20.3e3, 20.15e3, 20.05e3):
+        before = acting.copy()
+        play(params, np.full(4, command), before, acting)
+        followed.append(acting[1])
+        assert acting[0] == command
+    np.testing.assert_allclose(followed, [20e3, 20e3, 20.2e3, 20.2e3, 20.15e3])
+
+
+def test_a_pendulum_takes_from_the_platform_what_it_gets():
+    mass = 300.0
+    hidden = [outside("pendulum", mass=mass, frequency=2.0, damping=0.02)]
+    params = parameters.build(hidden)
+    y = at_rest(params, 0.0, np.array(AT), np.full(4, 20e3))
+    rates, tension = np.zeros(state_count(params)), np.empty(4)
+    y[3] = 0.1
+    first = len(y) - 4
+    y[first : first + 2] = 0.05, 0.3
+    derivative(params, 0.0, y, np.full(4, 20e3), np.zeros(3), rates, tension)
+    force = mass * 2.0**2 * 0.05 + 2.0 * 0.02 * mass * 2.0 * (0.3 - 0.1)
+    np.testing.assert_allclose(rates[first : first + 2], [0.3 - 0.1, -force / mass])
+
+
+def test_the_platform_rubs_beyond_the_edge_only():
+    hidden = [outside("rubbing", force=120.0, edge=1.0)]
+    moves = []
+    for x in (0.0, 2.0):
+        found = []
+        for law in ([], hidden):
+            params = parameters.build(law)
+            y = at_rest(params, 0.0, np.array([x, 0.0, 0.0]), np.full(4, 20e3))
+            y[3] = 0.5
+            rates, tension = np.zeros(state_count(params)), np.empty(4)
+            derivative(params, 0.0, y, np.full(4, 20e3), np.zeros(3), rates, tension)
+            found.append(rates[3])
+        moves.append(found[1] - found[0])
+    assert abs(moves[0]) < 1e-12
+    assert -120.0 / TELESCOPE.mass < moves[1] < -0.8 * 120.0 / TELESCOPE.mass
