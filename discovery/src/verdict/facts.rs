@@ -89,10 +89,10 @@ impl Disturbance {
         }
     }
 
-    /// Whether it is too small to matter for a robot with such winch forces.
-    pub(crate) fn is_small(&self, policy: &Policy) -> bool {
-        let limit = policy.small_force * self.winch_force;
-        !self.any || self.force <= limit && self.torque <= limit * self.arm
+    /// Whether it is below a share of the winch forces, and its torque below that at their lever.
+    pub(crate) fn is_below(&self, share: f64) -> bool {
+        let limit = share * self.winch_force;
+        self.force <= limit && self.torque <= limit * self.arm
     }
 }
 
@@ -109,6 +109,8 @@ pub(crate) struct EffectFacts {
     pub(crate) has_twin: bool,
     /// Share of the squared gap, without the noise, that it takes away, at most of all horizons.
     pub(crate) share: f64,
+    /// Spread of its size over blocks of time, beyond its errors, where that is no chance.
+    pub(crate) varies: f64,
 }
 
 impl EffectFacts {
@@ -120,6 +122,7 @@ impl EffectFacts {
             out_of_range: out_of_range(&found.effect, policy),
             has_twin: found.alternatives.iter().any(|a| a.indistinguishable),
             share,
+            varies: found.stability.as_ref().filter(|stability| stability.varies()).map_or(0.0, |s| s.spread),
         }
     }
 }

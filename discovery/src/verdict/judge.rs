@@ -2,13 +2,15 @@
 
 use super::facts::{Disturbance, EffectFacts, Facts, HorizonFacts};
 use super::policy::Policy;
-use crate::outcome::Verdict;
+use crate::outcome::{NullTest, Verdict};
 
 /// Why a verdict is no better, or what it does not say by itself.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Reason {
     /// Only a force at random that is too small to matter is left (N).
     SmallDisturbance { force: f64 },
+    /// Only a force at random is left (N), of which the candidates explain no more than chance lets them in so many control runs.
+    RandomDisturbance { force: f64, runs: usize, of: usize },
     /// Nothing found, but more than noise is left: the gap over a horizon (s), and whether no candidate of chance came near.
     Unexplained { gap: f64, horizon: f64, beyond_chance: bool },
     /// A share of the winch forces' variance acts at random, and was not recorded.
@@ -25,6 +27,8 @@ pub(crate) enum Reason {
     OutOfRange { effect: usize },
     /// An effect that leaves nearly all of the gap.
     Little { effect: usize, share: f64 },
+    /// An effect whose size differs throughout, where more than noise is left: it stands for a law of another form.
+    Unsteady { effect: usize },
     /// An effect that chance explains as well in so many control runs.
     Chance { effect: usize, runs: usize, of: usize },
     /// Free runs longer than so (s) say nothing: an error of their start grows too fast.
@@ -60,7 +64,8 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
         .iter()
         .enumerate()
         .map(|(k, effect)| {
-            let doubts = doubts(k, effect, policy);
+            let mut doubts = doubts(k, effect, policy);
+            doubts.extend((!at_noise && effect.varies > policy.unsteady).then_some(Reason::Unsteady { effect: k }));
             let carries = doubts.is_empty();
             reasons.extend(doubts);
             carries
@@ -71,13 +76,18 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
         reasons.push(Reason::Unrecorded { share: facts.unrecorded });
     }
     let nothing_found = facts.effects.is_empty() && facts.terms == 0;
-    let small = white && facts.disturbance.is_small(policy);
+    let small = white && (!facts.disturbance.any || facts.disturbance.is_below(policy.small_force));
     let verdict = if nothing_found {
         match worst {
             _ if at_noise && !driven => Verdict::Unnamed,
             _ if at_noise => Verdict::NoMissingEffect,
             Some(_) if small && facts.disturbance.any => {
                 reasons.push(Reason::SmallDisturbance { force: facts.disturbance.force });
+                Verdict::NoMissingEffect
+            }
+            Some(_) if let Some(test) = at_random(facts, policy) => {
+                let force = facts.disturbance.force;
+                reasons.push(Reason::RandomDisturbance { force, runs: test.as_strong, of: test.shifts });
                 Verdict::NoMissingEffect
             }
             worst => {
@@ -112,6 +122,13 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
     }
     let named = if verdict == Verdict::Unnamed && facts.terms == 0 { vec![false; named.len()] } else { named };
     Judgement { verdict, reasons, named }
+}
+
+/// What chance does where all that is left is a force at random, as of wind that nobody recorded: the innovations are white
+/// with it, no candidate explains more of it than chance lets it, and it is no larger than such forces are.
+fn at_random(facts: &Facts, policy: &Policy) -> Option<NullTest> {
+    let random = facts.coloured.is_empty() && facts.disturbance.any && facts.disturbance.is_below(policy.random_force);
+    facts.chance.filter(|test| random && test.as_strong > policy.by_chance)
 }
 
 /// Why an effect does not carry its name.

@@ -26,6 +26,12 @@ pub(crate) struct Policy {
     pub(crate) out_of_range: f64,
     /// Share of the mean winch force below which a force at random does not matter: drives and load cells are no better.
     pub(crate) small_force: f64,
+    /// The same up to which a force at random is one that acts on such machines, as wind does: half a per cent, as good load
+    /// cells and drives are. Above it too much could hide behind it to say that nothing is missing.
+    pub(crate) random_force: f64,
+    /// Spread of an effect's size over blocks of time from which, where more than noise is left, it stands for a law of another
+    /// form: a tenth, for beside another law that is missing a right one is off by less.
+    pub(crate) unsteady: f64,
     /// Share of the winch forces' variance that may act without being recorded: with more than a tenth of it at random, the
     /// recordings say little of what the model makes of forces.
     pub(crate) unrecorded: f64,
@@ -47,6 +53,8 @@ pub(crate) const POLICY: Policy = Policy {
     uncertain: 0.5,
     out_of_range: 3.0,
     small_force: 1e-3,
+    random_force: 5e-3,
+    unsteady: 0.1,
     unrecorded: 0.1,
     by_chance: 1,
     scatter: 0.005,

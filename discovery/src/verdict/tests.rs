@@ -15,7 +15,7 @@ fn horizon(horizon: f64, before: f64, after: f64, attainable: f64) -> HorizonFac
 
 /// An effect about which there is no doubt.
 const SURE: EffectFacts =
-    EffectFacts { chance: None, relative_error: 0.01, out_of_range: false, has_twin: false, share: 0.99 };
+    EffectFacts { chance: None, relative_error: 0.01, out_of_range: false, has_twin: false, share: 0.99, varies: 0.0 };
 
 const NOTHING: Disturbance = Disturbance { force: 0.04, torque: 0.3, winch_force: 20e3, arm: 10.0, any: false };
 
@@ -109,6 +109,35 @@ fn a_small_force_at_random_is_told_by_its_size_not_by_whiteness_alone() {
     // The same force is not small where winches pull with 100 N.
     let disturbance = Disturbance { force: 9.0, torque: 0.1, winch_force: 100.0, any: true, arm: 1.0 };
     assert_eq!(verdict(&Facts { disturbance, ..facts(gaps, &[]) }), Verdict::Unnamed);
+}
+
+/// Gusts of 30 N that nobody recorded, beside winch forces of 20 kN, were "something is missing that nothing tried explains".
+#[test]
+fn a_force_that_only_chance_explains_is_at_random() {
+    let gusts = |force: f64, as_strong: usize, coloured: &[&str]| {
+        let disturbance = Disturbance { force, torque: 10.0 * force, any: true, ..NOTHING };
+        let coloured = coloured.iter().map(|channel| (*channel).to_owned()).collect();
+        let gaps = facts([(1.6, 1.6), (8.0, 8.0), (10.0, 10.0)], &[]);
+        judged(&Facts { disturbance, coloured, chance: chance(as_strong), ..gaps })
+    };
+    let random = gusts(30.0, 4, &[]);
+    assert_eq!(random.verdict, Verdict::NoMissingEffect);
+    assert_eq!(random.reasons, [Reason::RandomDisturbance { force: 30.0, runs: 4, of: 99 }]);
+    // A candidate that chance does not come near, an instrument that is not white, or a force that much could hide behind.
+    for other in [gusts(30.0, 0, &[]), gusts(30.0, 4, &["x"]), gusts(300.0, 50, &[])] {
+        assert_eq!(other.verdict, Verdict::Unnamed, "{other:?}");
+    }
+}
+
+/// A winch with play was a dead time of 0.152 +- 0.006 s, of another size in every stretch of time, at a gap of 36.
+#[test]
+fn a_relative_of_the_law_that_is_missing_carries_no_name() {
+    let relative = EffectFacts { varies: 0.115, share: 0.8, ..SURE };
+    let judgement = judged(&facts([(5.6, 3.5), (80.0, 36.0), (456.0, 310.0)], &[relative]));
+    assert_eq!(judgement.verdict, Verdict::Unnamed);
+    assert!(judgement.reasons.contains(&Reason::Unsteady { effect: 0 }), "{judgement:?}");
+    // Where it leaves nothing but noise it is what was there.
+    assert_eq!(verdict(&facts(FOUND, &[relative])), Verdict::Named);
 }
 
 /// Forces in kN read as N, y in mm, a lag and a mass taken for a dead time and a mass, commands faster than the log.

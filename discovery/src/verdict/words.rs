@@ -29,6 +29,11 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
              nothing else unexplained, and it is small against the winch forces.",
             short(*force)
         ),
+        Reason::RandomDisturbance { force, runs, of } => format!(
+            "The gap that is left is that of a force at random of about {} N that was not recorded, as of wind: with it the \
+             innovations are white, and in {runs} of {of} control runs chance explains as much of it as the best candidate does.",
+            short(*force)
+        ),
         Reason::Unrecorded { share } => format!(
             "{} % of the variance of the winch forces acts at random and is not in the recorded forces: commands that change \
              between rows, or a force that nobody measured. Whatever a model makes of the recorded forces passes beside that.",
@@ -72,6 +77,11 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
             "The {} takes away {} % of the gap: it is not what is missing.",
             name(effect),
             short(100.0 * share.max(0.0))
+        ),
+        Reason::Unsteady { effect } => format!(
+            "The {} has another size from one stretch of time to the next and leaves more than noise: it stands for a law of \
+             another form.",
+            name(effect)
         ),
         Reason::Chance { effect, runs, of } => {
             format!("Chance explains as much as the {} in {runs} of {of} control runs.", name(effect))
