@@ -1,5 +1,7 @@
 //! A trajectory of states and latent disturbances, and the model linearised along it.
 
+use std::sync::Arc;
+
 use cdpr::dynamics::Inputs;
 use cdpr::per_cable::PerCable;
 use rayon::prelude::*;
@@ -55,8 +57,9 @@ pub(crate) struct LinearTrial {
     pub(crate) padded: usize,
     /// `∂x(k+1)/∂(x, latents)(k)` less one on its diagonal: `padded` numbers for each state or latent, what it does to the
     /// states. As short numbers: what they leave out is ten millions times smaller than a step's change of a deviation, and
-    /// acts on deviations alone, which are none where a trajectory has settled.
-    transition: Vec<f32>,
+    /// acts on deviations alone, which are none where a trajectory has settled. It is most of a linear model, and shared by
+    /// those whose steps only end elsewhere.
+    transition: Arc<Vec<f32>>,
     /// Where one step of the model misses the trajectory's next point, `states` a step.
     pub(crate) defect: Vec<f64>,
     /// Latents of the trajectory, `disturbances` a sample.
@@ -151,7 +154,7 @@ impl LinearTrial {
         Self {
             len,
             interval: self.interval[..steps].to_vec(),
-            transition: self.transition[..steps * self.padded * self.width()].to_vec(),
+            transition: Arc::new(self.transition[..steps * self.padded * self.width()].to_vec()),
             defect: self.defect[..steps * n].to_vec(),
             latents: cut(&self.latents, self.disturbances),
             shows: self.shows.clone(),
@@ -246,7 +249,7 @@ pub(crate) fn linearise(
         interval: trial.time.windows(2).map(|w| w[1] - w[0]).collect(),
         padded,
         // One step more than there are, so that there is one for each sample.
-        transition: vec![0.0; len * padded * width],
+        transition: Arc::default(),
         defect: vec![0.0; len * n],
         latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
         shows: Vec::new(),
@@ -261,10 +264,11 @@ pub(crate) fn linearise(
         prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
         prior_deviation: prior_deviation(model),
     };
+    let mut transition = vec![0.0; len * padded * width];
     // Behind a dead time is what was commanded before.
     let stretch = if has_dead_time(model) { len } else { STRETCH };
     let parts = (
-        linear.transition.par_chunks_mut(stretch * padded * width),
+        transition.par_chunks_mut(stretch * padded * width),
         linear.defect.par_chunks_mut(stretch * n),
         linear.shown.par_chunks_mut(stretch * m),
         linear.residual.par_chunks_mut(stretch * m),
@@ -280,7 +284,8 @@ pub(crate) fn linearise(
     for (j, clock) in clocks.iter().enumerate() {
         clock.iter().for_each(|clock| linear.delay(trial, j, *clock));
     }
-    linear.transition.truncate((len - 1) * padded * width);
+    transition.truncate((len - 1) * padded * width);
+    linear.transition = Arc::new(transition);
     linear.defect.truncate((len - 1) * n);
     linear.first_slope = (0..m).map(|j| slopes.shows[..j].iter().map(Vec::len).sum()).collect();
     (linear.shows, linear.slopes) = (slopes.shows, slopes.values);

@@ -15,9 +15,8 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::data::clean::median;
 use crate::filter::estimate::{Fit, for_trial};
-use crate::filter::kalman::Keep;
+use crate::filter::kalman::{Keep, filter};
 use crate::filter::path::LinearTrial;
-use crate::filter::whiten::{Forcing, whiten};
 use crate::model::examined::WRENCH;
 use crate::model::randomness::{Expected, Randomness};
 
@@ -67,28 +66,34 @@ impl Fit {
 /// `-2 log L` of a fit along the recorded forces, with those in their place that are to be expected where they have the white
 /// error of `randomness`, to first order.
 fn of_expected(fit: &Fit, trials: &[Trial], randomness: &Randomness) -> f64 {
-    let errors = of_trials(trials, randomness.input);
-    let expected = Some(what_is_left(trials.iter(), errors.iter()));
-    let randomness = Randomness { expected, ..randomness.clone() };
-    let of_trial = |((linear, trial), errors): ((&LinearTrial, &Trial), &Errors)| {
-        let randomness = for_trial(&randomness, trial);
-        let normal = whiten(linear, &randomness, &without_errors(linear, errors));
-        normal.minus_two_log_likelihood - normal.drop(&[1.0])
+    let (linear, randomness) = along_expected(fit, trials, randomness);
+    let of_trial = |(linear, trial): (&LinearTrial, &Trial)| {
+        filter(linear, &for_trial(&randomness, trial), Keep::Likelihood).minus_two_log_likelihood
     };
-    fit.linear(trials).par_iter().zip(trials).zip(&errors).map(of_trial).sum()
+    linear.par_iter().zip(trials).map(of_trial).sum()
 }
 
-/// What taking errors off the winch forces does.
-fn without_errors(linear: &LinearTrial, errors: &Errors) -> Forcing {
+/// The linear models of a fit along the winch forces that are to be expected where those recorded have the white error of
+/// `randomness`, to first order, and what is random there.
+pub(super) fn along_expected(fit: &Fit, trials: &[Trial], randomness: &Randomness) -> (Vec<LinearTrial>, Randomness) {
+    let errors = of_trials(trials, randomness.input);
+    let expected = Some(what_is_left(trials.iter(), errors.iter()));
+    let linear = fit.linear(trials);
+    let linear = linear.par_iter().zip(&errors).map(|(linear, errors)| without_errors(linear, errors)).collect();
+    (linear, Randomness { expected, ..randomness.clone() })
+}
+
+/// A linear model with errors taken off the winch forces: its steps end elsewhere.
+fn without_errors(linear: &LinearTrial, errors: &Errors) -> LinearTrial {
     let n = linear.states;
-    let mut step = vec![0.0; (linear.len - 1) * n];
-    for (k, row) in step.chunks_exact_mut(n).enumerate() {
+    let mut without = linear.clone();
+    for (k, defect) in without.defect.chunks_exact_mut(n).enumerate() {
         for (i, errors) in errors.of_series.iter().enumerate() {
             let acts = linear.column(k, n + WRENCH + i);
-            row.iter_mut().zip(acts).for_each(|(slot, by)| *slot -= (errors[k] * by) as f32);
+            defect.iter_mut().zip(acts).for_each(|(slot, by)| *slot -= errors[k] * by);
         }
     }
-    Forcing { first: 0, columns: 1, step, sensor: vec![0.0; linear.len * linear.channels] }
+    without
 }
 
 /// The expected errors of each trial.

@@ -67,12 +67,8 @@ const JITTERS: (f64, f64) = (0.02, 0.2);
 const STEPS: (f64, f64) = (0.25, 1.0);
 /// Share of what a rival gains that a first look at an instrument must gain for a second.
 const PROMISING: f64 = 0.3;
-/// Fall of `-2 log L` for which all sizes are gone through again.
+/// Half the fall of `-2 log L` that a first look must promise.
 pub(super) const WORTH: f64 = 0.5;
-/// Fall of `-2 log L` for which a size is moved on.
-const LEAST: f64 = 0.05;
-/// Most times that all sizes are gone through with one factor.
-const MOST_PASSES: usize = 6;
 
 /// Rounds in which parameters adapt to a size.
 const ADAPTING: usize = 4;
@@ -139,7 +135,7 @@ pub(crate) fn resize(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Randomness {
         sizes.push(Size::Jitter);
     }
     let start = sizing.at(fit, fit.randomness.clone());
-    sizing.search(fit, &sizes, start, &[2.0]).randomness
+    sizing.most_likely(fit, &sizes, start).randomness
 }
 
 /// `randomness` less one thing that instruments add, for each of those: noise with memory or drift of a device, the error of
@@ -213,7 +209,7 @@ impl<'a> Sizing<'a> {
                 Kind::Late(_) => self.set_clock(&fit, start)?,
                 _ => {
                     let (adapted, start) = self.adapted(&fit, &free, start)?;
-                    let next = self.search(&adapted, &self.sizes(kind), start, &[3.0, 1.5]);
+                    let next = self.most_likely(&adapted, &self.sizes(kind), start);
                     (adapted, next)
                 }
             };
@@ -231,7 +227,7 @@ impl<'a> Sizing<'a> {
         if !taken {
             return Ok(None);
         }
-        best = self.search(&fit, &self.each(&best.randomness), best, &[1.5, 1.15, 1.05]);
+        best = self.most_likely(&fit, &self.each(&best.randomness), best);
         best = self.pruned(&fit, best);
         fit.randomness = best.randomness;
         fit.smooth(self.trials)?;
@@ -428,45 +424,6 @@ impl<'a> Sizing<'a> {
         next
     }
 
-    /// The best place reached by multiplying one size after the other by each of the factors and their inverses, again as
-    /// long as that is worth it.
-    fn search(&self, fit: &Fit, sizes: &[Size], mut best: At, factors: &[f64]) -> At {
-        for factor in factors {
-            for _ in 0..MOST_PASSES {
-                let begin = best.value;
-                for size in sizes {
-                    best = self.along(fit, *size, best, *factor);
-                }
-                if begin - best.value < WORTH {
-                    break;
-                }
-            }
-        }
-        best
-    }
-
-    /// The best place reached by multiplying one size by a factor or its inverse.
-    fn along(&self, fit: &Fit, size: Size, mut best: At, factor: f64) -> At {
-        let begin = best.value;
-        for factor in [factor, 1.0 / factor] {
-            loop {
-                let next = self.scaled(&best.randomness, size, factor);
-                if next == best.randomness {
-                    break;
-                }
-                let next = self.at(fit, next);
-                if next.value > best.value - LEAST {
-                    break;
-                }
-                best = next;
-            }
-            if best.value < begin {
-                break;
-            }
-        }
-        best
-    }
-
     /// Without what does not pay for its parameters now that the rest has been taken up.
     fn pruned(&self, fit: &Fit, mut best: At) -> At {
         let from = &best.randomness;
@@ -475,7 +432,7 @@ impl<'a> Sizing<'a> {
         less.extend((from.white_input() > 0.0).then(|| Randomness { input: 0.0, ..from.clone() }));
         for without in less {
             let white: Vec<Size> = Device::ALL.map(Size::White).to_vec();
-            let next = self.search(fit, &white, self.at(fit, without), &[1.05]);
+            let next = self.most_likely(fit, &white, self.at(fit, without));
             if next.value < best.value + self.penalty.of_parameters(1) + EVIDENCE {
                 best = next;
             }

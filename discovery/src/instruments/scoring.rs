@@ -1,0 +1,229 @@
+//! Sizes of what is random, by the method of scoring: Newton's method on the likelihood, with the information that is to be
+//! expected in the place of its curvature, from how innovations and their variances change with each size (N. K. Gupta and
+//! R. K. Mehra, Computational aspects of maximum likelihood estimation and reduction in sensitivity function calculations,
+//! IEEE Transactions on Automatic Control 19, 1974). All sizes move at once: noise with memory, its time constant and white
+//! noise can stand for one another, and by themselves would take many small steps.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::expected::along_expected;
+use super::sizing::{At, Size, Sizing};
+use crate::data::Trial;
+use crate::filter::estimate::{Fit, for_trial};
+use crate::filter::kalman::{Keep, Run, STRETCH};
+use crate::filter::path::LinearTrial;
+use crate::model::randomness::Randomness;
+
+/// Change of the logarithm of a size for its slopes.
+const STEP: f64 = 1e-3;
+/// Most that the logarithm of a size moves in one round: a factor of three.
+const MOST: f64 = 1.1;
+/// Most rounds.
+const ROUNDS: usize = 12;
+/// Fall of `-2 log L` that a round must promise, and that a move must bring.
+const LEAST: f64 = 0.05;
+/// Information on the logarithm of a size below which the data say nothing of it: its standard error is ten.
+const NOTHING: f64 = 0.02;
+/// Damping, as a share of the information: at first, by how much more after a move that fails, and the most.
+const DAMPING: (f64, f64, f64) = (1e-3, 30.0, 100.0);
+
+/// Slope of `-2 log L` by the logarithms of sizes, and its curvature as it is to be expected.
+struct Slopes {
+    slope: DVector<f64>,
+    information: DMatrix<f64>,
+}
+
+impl Slopes {
+    fn nothing(sizes: usize) -> Self {
+        Self { slope: DVector::zeros(sizes), information: DMatrix::zeros(sizes, sizes) }
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        self.slope += &other.slope;
+        self.information += &other.information;
+        self
+    }
+
+    /// Takes up a measurement: its innovation, whitened, and by each size the slopes of that (before it was whitened, over its
+    /// deviation) and of the logarithm of its variance.
+    fn push(&mut self, whitened: f64, slopes: &[(f64, f64)]) {
+        for (i, (moves, widens)) in slopes.iter().enumerate() {
+            self.slope[i] += widens * (1.0 - whitened * whitened) + 2.0 * whitened * moves;
+            for (j, (other_moves, other_widens)) in slopes[..=i].iter().enumerate() {
+                self.information[(i, j)] += widens * other_widens + 2.0 * moves * other_moves;
+            }
+        }
+    }
+
+    /// The move of each size, damped, and the fall of `-2 log L` that it promises.
+    fn step(&self, damping: f64) -> (Vec<f64>, f64) {
+        let live: Vec<usize> = (0..self.slope.len()).filter(|i| self.information[(*i, *i)] > NOTHING).collect();
+        let entry = |r: usize, c: usize| self.information[(live[r.max(c)], live[r.min(c)])];
+        let matrix =
+            DMatrix::from_fn(live.len(), live.len(), |r, c| entry(r, c) * if r == c { 1.0 + damping } else { 1.0 });
+        let mut step = vec![0.0; self.slope.len()];
+        let Some(cholesky) = matrix.cholesky() else { return (step, 0.0) };
+        let moves = cholesky.solve(&DVector::from_fn(live.len(), |r, _| -self.slope[live[r]]));
+        for (at, value) in live.iter().zip(&moves) {
+            step[*at] = value.clamp(-MOST, MOST);
+        }
+        let promise = -0.5 * live.iter().zip(&moves).map(|(at, value)| self.slope[*at] * value).sum::<f64>();
+        (step, promise)
+    }
+}
+
+/// A model linearised along each trial, and what is random there.
+type Varied = (Option<Vec<LinearTrial>>, Randomness);
+
+impl Sizing<'_> {
+    /// The most likely `sizes` that are reached from a place.
+    pub(super) fn most_likely(&self, fit: &Fit, sizes: &[Size], mut best: At) -> At {
+        let (first, more, most) = DAMPING;
+        let mut damping = first;
+        for _ in 0..ROUNDS {
+            let slopes = self.slopes(fit, sizes, &best.randomness);
+            let begin = best.value;
+            while damping <= most {
+                let (step, promise) = slopes.step(damping);
+                if promise < LEAST {
+                    return best;
+                }
+                let moved = sizes.iter().zip(&step).fold(best.randomness.clone(), |randomness, (size, step)| {
+                    self.scaled(&randomness, *size, step.exp())
+                });
+                let next = self.at(fit, moved);
+                if next.value < best.value {
+                    best = next;
+                    damping = (damping / more).max(first);
+                    break;
+                }
+                damping *= more;
+            }
+            if begin - best.value < LEAST {
+                return best;
+            }
+        }
+        best
+    }
+
+    fn slopes(&self, fit: &Fit, sizes: &[Size], from: &Randomness) -> Slopes {
+        // Away from a bound where a size is at one.
+        let varied = |size: &Size| {
+            let moved = [STEP, -STEP].map(|step| (step, self.scaled(from, *size, step.exp())));
+            moved.into_iter().find(|(_, randomness)| randomness != from)
+        };
+        let varied: Vec<Option<(f64, Randomness)>> = sizes.iter().map(varied).collect();
+        let steps: Vec<Option<f64>> = varied.iter().map(|varied| varied.as_ref().map(|(step, _)| *step)).collect();
+        let all = std::iter::once(from.clone()).chain(varied.into_iter().flatten().map(|(_, randomness)| randomness));
+        let all: Vec<Varied> = all.map(|randomness| self.along(fit, randomness)).collect();
+        let own = fit.linear(self.trials);
+        let of_trial = |(t, trial): (usize, &Trial)| {
+            let runs: Vec<(&LinearTrial, Randomness)> = all
+                .iter()
+                .map(|(linear, randomness)| (&linear.as_ref().unwrap_or(&own)[t], for_trial(randomness, trial)))
+                .collect();
+            of_trial(&runs, &steps)
+        };
+        let parts: Vec<Slopes> = self.trials.par_iter().enumerate().map(of_trial).collect();
+        parts.iter().fold(Slopes::nothing(sizes.len()), Slopes::plus)
+    }
+
+    /// Where the recorded forces have a white error, the models along those that are to be expected.
+    fn along(&self, fit: &Fit, randomness: Randomness) -> Varied {
+        if randomness.white_input() > 0.0 {
+            let (linear, randomness) = along_expected(fit, self.trials, &randomness);
+            return (Some(linear), randomness);
+        }
+        (None, randomness)
+    }
+}
+
+/// What one trial says: `runs` of the filter as it is and with each size that can be moved by its step.
+fn of_trial(runs: &[(&LinearTrial, Randomness)], steps: &[Option<f64>]) -> Slopes {
+    let mut out = Slopes::nothing(steps.len());
+    let mut running: Vec<Run<'_>> = runs.iter().map(|(linear, randomness)| Run::new(linear, randomness)).collect();
+    let len = runs[0].0.len;
+    let mut slopes = vec![(0.0, 0.0); steps.len()];
+    for first in (0..len).step_by(STRETCH) {
+        let end = (first + STRETCH).min(len);
+        let filtered: Vec<_> = running.par_iter_mut().map(|run| run.advance(end, Keep::Innovations)).collect();
+        let (plain, varied) = (&filtered[0], &filtered[1..]);
+        for (at, whitened) in plain.whitened.iter().enumerate().filter(|(_, whitened)| whitened.is_finite()) {
+            let deviation = plain.deviation[at];
+            let mut varied = varied.iter();
+            for (slopes, step) in slopes.iter_mut().zip(steps) {
+                if let Some((step, other)) = step.and_then(|step| Some((step, varied.next()?))) {
+                    let ratio = other.deviation[at] / deviation;
+                    *slopes = ((other.whitened[at] * ratio - whitened) / step, 2.0 * ratio.ln() / step);
+                }
+            }
+            out.push(*whitened, &slopes);
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::{fitted, noise, record};
+    use crate::model::randomness::Memory;
+    use crate::weigh::criterion::Penalty;
+
+    /// Recordings whose x has first-order noise of 10 mm with a time constant of 0.8 s, and a fit that knows of such noise.
+    fn wandering() -> ([Trial; 2], Fit) {
+        let trials = [71, 72].map(|seed| {
+            let mut trial = record(&[], 40.0, seed);
+            let decay = (-trial.interval() / 0.8).exp();
+            let mut wander = 0.0;
+            let white = noise(trial.len(), seed);
+            for (row, white) in trial.measured.iter_mut().zip(white) {
+                wander = decay * wander + 0.01 * (1.0 - decay * decay).sqrt() * white;
+                row[0] += wander;
+            }
+            trial
+        });
+        let mut fit = fitted(&[], &trials);
+        let memory = Memory { channel: 0, deviation: 0.01, time: 0.8, drift: false };
+        fit.randomness = fit.randomness.without_latents().with_memory(memory);
+        (trials, fit)
+    }
+
+    const SIZES: [Size; 4] = [Size::Memory(0), Size::Time(0), Size::WhiteOf(0), Size::Jitter];
+
+    #[test]
+    fn slopes_are_those_of_the_likelihood() {
+        let (trials, fit) = wandering();
+        let noise = fit.randomness.noise.clone();
+        let sizing = Sizing::new(&trials, &noise, Penalty::NONE);
+        let from = Randomness { jitter: 2e-3, input: 20.0, ..fit.randomness.clone() };
+        for size in SIZES.into_iter().chain([Size::Input]) {
+            let found = sizing.slopes(&fit, &[size], &from).slope[0];
+            let value = |step: f64| sizing.at(&fit, sizing.scaled(&from, size, step.exp())).value;
+            let expected = (value(1e-3) - value(-1e-3)) / 2e-3;
+            assert!((found - expected).abs() < 0.02 * expected.abs() + 0.5, "{size:?}: {found} {expected}");
+        }
+    }
+
+    #[test]
+    fn the_most_likely_sizes_are_found_from_three_times_off() {
+        let (trials, fit) = wandering();
+        let noise = fit.randomness.noise.clone();
+        let sizing = Sizing::new(&trials, &noise, Penalty::NONE);
+        let mut off = fit.randomness.clone();
+        (off.memory[0].deviation, off.memory[0].time) = (0.03, 0.25);
+        off.noise[0] *= 3.0;
+        let found = sizing.most_likely(&fit, &SIZES, sizing.at(&fit, off));
+        let truth = sizing.at(&fit, fit.randomness.clone());
+        assert!(found.value < truth.value, "{} {}", found.value, truth.value);
+        let memory = found.randomness.memory[0];
+        assert!((memory.deviation / 0.01).ln().abs() < 0.5 && (memory.time / 0.8).ln().abs() < 0.7, "{memory:?}");
+        for size in SIZES {
+            for factor in [0.9, 1.1] {
+                let other = sizing.at(&fit, sizing.scaled(&found.randomness, size, factor));
+                assert!(other.value > found.value - 2.0 * LEAST, "{size:?}");
+            }
+        }
+    }
+}
