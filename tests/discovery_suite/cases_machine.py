@@ -4,7 +4,7 @@ They stand beside the suite, and are run by name (`--case`). An effect that `dis
 for stands for one outside the catalogue here: `acceptable` is what it looks like to first order.
 """
 
-from .cases import case, effect, outside
+from .cases import case, effect, local, outside
 from .imperfections import Imperfections
 
 _WITH_TENSION = ("x", "y", "phi", "unstretched_length", "tension")
@@ -25,9 +25,10 @@ _LAWS = {
 }
 
 #: Laws that neither the catalogue nor its terms have.
-STRANGE = [case(name, "outside", [law]) for name, law in _LAWS.items()]
+STRANGE = [case(name, "outside", [law], local) for name, law in _LAWS.items()]
 STRANGE += [
-    case(f"{name}_mild", "outside", [law], imperfections=_MILD) for name, law in _LAWS.items()
+    case(f"{name}_mild", "outside", [law], local, imperfections=_MILD)
+    for name, law in _LAWS.items()
 ]
 
 #: Gusts that nobody recorded, and nothing else.
