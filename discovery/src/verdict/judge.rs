@@ -3,14 +3,15 @@
 use super::facts::{Disturbance, EffectFacts, Facts, HorizonFacts};
 use super::policy::Policy;
 use crate::outcome::{NullTest, Verdict};
+use crate::weigh::criterion::EVIDENCE;
 
 /// Why a verdict is no better, or what it does not say by itself.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Reason {
     /// Only a force at random that is too small to matter is left (N).
     SmallDisturbance { force: f64 },
-    /// Only a force at random is left (N), of which the candidates explain no more than chance lets them in so many control runs.
-    RandomDisturbance { force: f64, runs: usize, of: usize },
+    /// Only a force at random is left (N), of which no candidate explains more than chance.
+    RandomDisturbance { force: f64 },
     /// Nothing found, but more than noise is left: the gap over a horizon (s), and whether no candidate of chance came near.
     Unexplained { gap: f64, horizon: f64, beyond_chance: bool },
     /// A share of the winch forces' variance acts at random, and was not recorded.
@@ -85,9 +86,8 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
                 reasons.push(Reason::SmallDisturbance { force: facts.disturbance.force });
                 Verdict::NoMissingEffect
             }
-            Some(_) if let Some(test) = at_random(facts, policy) => {
-                let force = facts.disturbance.force;
-                reasons.push(Reason::RandomDisturbance { force, runs: test.as_strong, of: test.shifts });
+            Some(_) if at_random(facts, policy) => {
+                reasons.push(Reason::RandomDisturbance { force: facts.disturbance.force });
                 Verdict::NoMissingEffect
             }
             worst => {
@@ -124,11 +124,14 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
     Judgement { verdict, reasons, named }
 }
 
-/// What chance does where all that is left is a force at random, as of wind that nobody recorded: the innovations are white
-/// with it, no candidate explains more of it than chance lets it, and it is no larger than such forces are.
-fn at_random(facts: &Facts, policy: &Policy) -> Option<NullTest> {
-    let random = facts.coloured.is_empty() && facts.disturbance.any && facts.disturbance.is_below(policy.random_force);
-    facts.chance.filter(|test| random && test.as_strong > policy.by_chance)
+/// Whether all that is left is a force at random, as of wind that nobody recorded: the innovations are white with it, it is no
+/// larger than such forces are, and no candidate explains more of it than chance or than is believed at all.
+fn at_random(facts: &Facts, policy: &Policy) -> bool {
+    let by_chance = |test: NullTest| test.as_strong > policy.by_chance || test.found < EVIDENCE;
+    facts.coloured.is_empty()
+        && facts.disturbance.any
+        && facts.disturbance.is_below(policy.random_force)
+        && facts.chance.is_some_and(by_chance)
 }
 
 /// Why an effect does not carry its name.

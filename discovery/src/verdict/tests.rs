@@ -114,17 +114,20 @@ fn a_small_force_at_random_is_told_by_its_size_not_by_whiteness_alone() {
 /// Gusts of 30 N that nobody recorded, beside winch forces of 20 kN, were "something is missing that nothing tried explains".
 #[test]
 fn a_force_that_only_chance_explains_is_at_random() {
-    let gusts = |force: f64, as_strong: usize, coloured: &[&str]| {
+    let gusts = |force: f64, as_strong: usize, found: f64, coloured: &[&str]| {
         let disturbance = Disturbance { force, torque: 10.0 * force, any: true, ..NOTHING };
         let coloured = coloured.iter().map(|channel| (*channel).to_owned()).collect();
         let gaps = facts([(1.6, 1.6), (8.0, 8.0), (10.0, 10.0)], &[]);
-        judged(&Facts { disturbance, coloured, chance: chance(as_strong), ..gaps })
+        let chance = chance(as_strong).map(|test| NullTest { found, ..test });
+        judged(&Facts { disturbance, coloured, chance, ..gaps })
     };
-    let random = gusts(30.0, 4, &[]);
-    assert_eq!(random.verdict, Verdict::NoMissingEffect);
-    assert_eq!(random.reasons, [Reason::RandomDisturbance { force: 30.0, runs: 4, of: 99 }]);
+    // As much as chance, or too little to be believed though chance comes no nearer.
+    for random in [gusts(30.0, 4, 300.0, &[]), gusts(30.0, 0, 7.1, &[])] {
+        assert_eq!(random.verdict, Verdict::NoMissingEffect);
+        assert_eq!(random.reasons, [Reason::RandomDisturbance { force: 30.0 }]);
+    }
     // A candidate that chance does not come near, an instrument that is not white, or a force that much could hide behind.
-    for other in [gusts(30.0, 0, &[]), gusts(30.0, 4, &["x"]), gusts(300.0, 50, &[])] {
+    for other in [gusts(30.0, 0, 300.0, &[]), gusts(30.0, 4, 300.0, &["x"]), gusts(300.0, 50, 300.0, &[])] {
         assert_eq!(other.verdict, Verdict::Unnamed, "{other:?}");
     }
 }

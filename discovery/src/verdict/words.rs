@@ -29,9 +29,9 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
              nothing else unexplained, and it is small against the winch forces.",
             short(*force)
         ),
-        Reason::RandomDisturbance { force, runs, of } => format!(
+        Reason::RandomDisturbance { force } => format!(
             "The gap that is left is that of a force at random of about {} N that was not recorded, as of wind: with it the \
-             innovations are white, and in {runs} of {of} control runs chance explains as much of it as the best candidate does.",
+             innovations are white, and no candidate explains more of it than chance.",
             short(*force)
         ),
         Reason::Unrecorded { share } => format!(
