@@ -234,9 +234,10 @@ pub(crate) struct CableArrays<S, const LANES: usize> {
 }
 
 impl<S: Real, const LANES: usize> CableArrays<S, LANES> {
-    /// Kinematics of the cables at `pose` `[x, y, φ]` with `rotation = [cos φ, sin φ]` and `twist` `[vx, vy, φ̇]`.
+    /// Kinematics of the cables at `pose` `[x, y, φ]` with `rotation = [cos φ, sin φ]` and `twist` `[vx, vy, φ̇]`; `pulleys` says
+    /// whether there are any.
     #[inline(always)]
-    pub(crate) fn new(ends: &CableEnds, pose: &[S; 3], rotation: [S; 2], twist: &[S; 3]) -> Self {
+    pub(crate) fn new(ends: &CableEnds, pulleys: bool, pose: &[S; 3], rotation: [S; 2], twist: &[S; 3]) -> Self {
         let zeros = [S::from(0.0); LANES];
         let mut k = Self {
             arm_x: zeros,
@@ -254,9 +255,11 @@ impl<S: Real, const LANES: usize> CableArrays<S, LANES> {
         for i in 0..LANES {
             k.set(i, &CableKinematics::new(ends.anchor(i), ends.attachment(i), pose, rotation, twist));
         }
-        for (i, pulley) in &ends.pulleys {
-            let (anchor, attachment) = (ends.anchor(*i), ends.attachment(*i));
-            k.set(*i, &CableKinematics::round(pulley, anchor, attachment, pose, rotation, twist));
+        if pulleys {
+            for (i, pulley) in &ends.pulleys {
+                let (anchor, attachment) = (ends.anchor(*i), ends.attachment(*i));
+                k.set(*i, &CableKinematics::round(pulley, anchor, attachment, pose, rotation, twist));
+            }
         }
         k
     }

@@ -58,8 +58,9 @@ impl<S: Real> Evaluation<S> {
         }
     }
 
-    /// Takes up another instant of a plant with as many cables, and writes no more than these have.
-    fn take_up<const LANES: usize>(&mut self, e: &Instant<S, LANES>, slack: &PerCable<bool>) {
+    /// Takes up another instant of a plant with as many cables, and writes no more than these have; `states` says whether effects
+    /// have any.
+    fn take_up<const LANES: usize>(&mut self, e: &Instant<S, LANES>, slack: &PerCable<bool>, states: bool) {
         for i in 0..slack.len() {
             self.kinematics[i] = e.kinematics.cable(i);
             self.tension[i] = e.tension[i];
@@ -68,7 +69,11 @@ impl<S: Real> Evaluation<S> {
             self.unstretched[i] = e.unstretched[i];
             self.unstretched_rate[i] = e.unstretched_rate[i];
             self.unstretched_acceleration[i] = e.unstretched_acceleration[i];
-            self.effect_rate[i] = e.effect_rate[i];
+        }
+        if states {
+            for i in 0..slack.len() {
+                self.effect_rate[i] = e.effect_rate[i];
+            }
         }
         self.acceleration = e.acceleration;
         self.slack = *slack;
@@ -93,7 +98,7 @@ impl Margins {
     /// and 0.20 in the implicit one.
     const BETWEEN_STAGES: f64 = 0.3;
 
-    #[inline]
+    #[inline(always)]
     fn note<const LANES: usize>(&mut self, tension: &[f64; LANES], slack: &PerCable<bool>) {
         let slack = slack.padded::<LANES>();
         for i in 0..LANES {
@@ -124,7 +129,8 @@ impl Plant {
     /// As [`Plant::evaluate`], in place of an evaluation of a plant with as many cables.
     pub(crate) fn evaluate_into(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>, out: &mut Evaluation) {
         with_lanes!(self, LANES => {
-            out.take_up(&self.at(time).instant::<f64, LANES>(time, y, u, slack), slack);
+            let plant = self.at(time);
+            out.take_up(&plant.instant::<f64, LANES>(time, y, u, slack), slack, plant.has.states);
         });
     }
 
@@ -135,8 +141,7 @@ impl Plant {
     #[inline]
     pub fn rates<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: &PerCable<bool>, rates: &mut [S]) {
         with_lanes!(self, LANES => {
-            let e = self.at(time.re()).instant::<S, LANES>(time, y, u, slack);
-            self.write_instant(y, &e, rates);
+            self.at(time.re()).rates_here::<S, LANES>(time, y, u, slack, rates);
         });
     }
 
@@ -153,9 +158,8 @@ impl Plant {
         margins: &mut Margins,
     ) {
         with_lanes!(self, LANES => {
-            let e = self.instant_here::<f64, LANES>(time, y, u, slack);
-            self.write_instant(y, &e, rates);
-            margins.note(&e.tension_uncut, slack);
+            let tension = self.rates_here::<f64, LANES>(time, y, u, slack, rates);
+            margins.note(&tension, slack);
         });
     }
 

@@ -8,7 +8,7 @@ use crate::effect::{PlatformContext, WinchContext};
 use crate::kinematics::CableArrays;
 use crate::parameters::CableModel;
 use crate::per_cable::PerCable;
-use crate::plant::Plant;
+use crate::plant::{Has, Plant};
 use crate::scalar::Real;
 
 use super::matrix3::Symmetric3;
@@ -80,13 +80,58 @@ impl Plant {
         u: &Inputs<S>,
         slack: &PerCable<bool>,
     ) -> Instant<S, LANES> {
-        self.instant_here(time, y, u, slack)
+        self.instant_here(self.has, time, y, u, slack)
     }
 
-    /// [`Plant::instant`] made part of the caller, who then computes only what he reads.
+    /// Writes the rates of all states. What only others read of the instant is not computed, and a plant without effects is
+    /// evaluated as such: the compiler then keeps what is left in registers.
+    ///
+    /// Returns the tensions before they are cut off at zero.
     #[inline(always)]
-    pub(crate) fn instant_here<S: Real, const LANES: usize>(
+    pub(crate) fn rates_here<S: Real, const LANES: usize>(
         &self,
+        time: S,
+        y: &[S],
+        u: &Inputs<S>,
+        slack: &PerCable<bool>,
+        rates: &mut [S],
+    ) -> [S; LANES] {
+        if self.plain {
+            self.rates_having(Has::default(), time, y, u, slack, rates)
+        } else {
+            self.rates_having(self.has, time, y, u, slack, rates)
+        }
+    }
+
+    #[inline(always)]
+    fn rates_having<S: Real, const LANES: usize>(
+        &self,
+        has: Has,
+        time: S,
+        y: &[S],
+        u: &Inputs<S>,
+        slack: &PerCable<bool>,
+        rates: &mut [S],
+    ) -> [S; LANES] {
+        let e = self.instant_here::<S, LANES>(has, time, y, u, slack);
+        if has.only_pairs()
+            && let Some(pairs) = rates[6..].as_chunks_mut().0.first_chunk_mut::<LANES>()
+        {
+            *pairs = std::array::from_fn(|i| [e.unstretched_rate[i], e.unstretched_acceleration[i]]);
+            rates[..3].copy_from_slice(&y[3..6]);
+            rates[3..6].copy_from_slice(&e.acceleration);
+            return e.tension_uncut;
+        }
+        let cables = (&e.unstretched_rate[..], &e.unstretched_acceleration[..], &e.effect_rate[..]);
+        self.write(has, y, &e.acceleration, cables, rates);
+        e.tension_uncut
+    }
+
+    /// [`Plant::instant`] made part of the caller, with what there is to compute.
+    #[inline(always)]
+    fn instant_here<S: Real, const LANES: usize>(
+        &self,
+        has: Has,
         time: S,
         y: &[S],
         u: &Inputs<S>,
@@ -102,19 +147,25 @@ impl Plant {
         let data = &self.data;
         let constants = &self.constants;
         let cables = data.cables.len();
-        let any_slack = slack.iter().any(|slack| *slack);
         let slack = slack.padded::<LANES>();
-        let k = CableArrays::<S, LANES>::new(&self.ends, &pose, rotation, &twist);
+        let any_slack = slack != [false; LANES];
+        let k = CableArrays::<S, LANES>::new(&self.ends, has.pulley, &pose, rotation, &twist);
         let (mut unstretched, mut unstretched_rate) = (k.length, k.speed);
-        for (i, &at) in self.offset.iter().enumerate().take(LANES) {
-            if !self.has.platform_side {
-                (unstretched[i], unstretched_rate[i]) = (y[at], y[at + 1]);
-                continue;
-            }
-            match data.cables[i].model {
-                CableModel::Rigid => {}
-                CableModel::MasslessSpring => unstretched[i] = y[at],
-                CableModel::LumpedMass => (unstretched[i], unstretched_rate[i]) = (y[at], y[at + 1]),
+        if has.only_pairs()
+            && let Some(pairs) = y[6..].as_chunks::<2>().0.first_chunk::<LANES>()
+        {
+            (unstretched, unstretched_rate) = (pairs.map(|[l, _]| l), pairs.map(|[_, rate]| rate));
+        } else {
+            for (i, &at) in self.offset.iter().enumerate().take(LANES) {
+                if !has.platform_side {
+                    (unstretched[i], unstretched_rate[i]) = (y[at], y[at + 1]);
+                    continue;
+                }
+                match data.cables[i].model {
+                    CableModel::Rigid => {}
+                    CableModel::MasslessSpring => unstretched[i] = y[at],
+                    CableModel::LumpedMass => (unstretched[i], unstretched_rate[i]) = (y[at], y[at + 1]),
+                }
             }
         }
 
@@ -122,7 +173,7 @@ impl Plant {
         let mut force = u.disturbance;
         let mut pull = u.winch_force.padded::<LANES>();
         let mut effect_rate = [[zero; MAX_EFFECT_STATES]; LANES];
-        if self.has.force {
+        if has.force {
             let context = PlatformContext {
                 time,
                 geometry: &data.geometry,
@@ -139,7 +190,7 @@ impl Plant {
                 let (cable, states) = (self.chain(i), self.effect_states_in(i, y));
                 let winch = WinchContext { time, speed: unstretched_rate[i] };
                 let mut command = u.winch_force[i];
-                if self.has.servo {
+                if has.servo {
                     command = cable.drive(
                         command,
                         &Held::of(
@@ -162,7 +213,7 @@ impl Plant {
         for i in 0..LANES {
             spring[i] = (k.length[i] - unstretched[i]) * inverse_unstretched[i] * constants.axial_stiffness[i];
         }
-        if self.has.law {
+        if has.law {
             for i in (0..cables).filter(|i| data.cables[*i].model != CableModel::Rigid) {
                 spring[i] = self.chain(i).spring(time, k.length[i], unstretched[i], self.effect_states_in(i, y));
             }
@@ -175,7 +226,7 @@ impl Plant {
         }
 
         let mut across_added = zeros;
-        if self.has.across {
+        if has.across {
             for i in 0..cables {
                 let held =
                     Held::of(&k, i, time, [unstretched[i], unstretched_rate[i]], slack[i], self.effect_states_in(i, y));
@@ -200,7 +251,7 @@ impl Plant {
             across[i] = k.span[i] * constants.straight_density[i];
             normal_force[i] = across_added[i] - across[i] * bias;
         }
-        if self.has.pulley {
+        if has.pulley {
             for i in 0..cables {
                 // The straight part changes by its own rate, not by that of the whole length.
                 let given_off = k.angular_rate[i] * k.angular_rate[i] * (2.0 * k.pulley_radius[i]);
@@ -219,13 +270,13 @@ impl Plant {
         // Where tension depends on the platform's acceleration, the cable's axial mass moves with the platform.
         let mut length_bias = zeros;
         let mut platform_axial_mass = zeros;
-        if self.has.platform_side || self.has.end_mass {
+        if has.platform_side || has.end_mass {
             for i in 0..LANES {
                 let turning = k.span[i] * k.angular_rate[i];
                 length_bias[i] = turning * k.angular_rate[i] - omega_square * k.arm_dot_direction[i];
             }
         }
-        if self.has.platform_side {
+        if has.platform_side {
             for i in 0..cables {
                 let turning = k.length[i] * k.angular_rate[i];
                 if data.cables[i].model != CableModel::LumpedMass {
@@ -242,7 +293,7 @@ impl Plant {
             if any_slack { std::array::from_fn(|i| if slack[i] { zero } else { tension[i] }) } else { tension }
         };
         let mut pulled = let_go(tension_uncut);
-        if self.has.end_mass {
+        if has.end_mass {
             for i in 0..cables {
                 let end = k.length[i] * data.cables[i].end_density;
                 mass.add_square(&[k.direction_x[i], k.direction_y[i], k.arm_cross_direction[i]], end);
@@ -255,7 +306,7 @@ impl Plant {
         let acceleration = mass.solve(&force);
 
         // What follows from the accelerations: tensions, and the cables' own.
-        if self.has.platform_side {
+        if has.platform_side {
             for i in 0..LANES {
                 let along =
                     sx[i] * acceleration[0] + sy[i] * acceleration[1] + k.arm_cross_direction[i] * acceleration[2];
@@ -270,7 +321,7 @@ impl Plant {
             let bias = constants.axial_bias(i, unstretched_rate[i], unstretched[i] * k.angular_rate[i]);
             unstretched_acceleration[i] = (tension[i] - pull[i] - bias) / moving;
         }
-        if self.has.platform_side {
+        if has.platform_side {
             for i in 0..cables {
                 if data.cables[i].model != CableModel::LumpedMass {
                     unstretched_acceleration[i] = length_bias[i];
@@ -282,14 +333,16 @@ impl Plant {
             }
         }
         // A damper does not pull on a cable without strain: it stays slack until it is taut.
-        if spring.iter().any(|s| s.re() < 0.0) {
+        let lower = |least: f64, s: &S| if s.re() < least { s.re() } else { least };
+        let least = spring.iter().fold(f64::INFINITY, lower);
+        if least < 0.0 {
             for i in (0..cables).filter(|i| data.cables[*i].model == CableModel::LumpedMass) {
                 if spring[i].re() < 0.0 && tension_uncut[i].re() > spring[i].re() {
                     tension_uncut[i] = spring[i];
                 }
             }
         }
-        if self.has.law {
+        if has.law {
             for i in 0..cables {
                 let held =
                     Held::of(&k, i, time, [unstretched[i], unstretched_rate[i]], slack[i], self.effect_states_in(i, y));
@@ -350,23 +403,17 @@ impl Plant {
         [cos * x - sin * y, sin * x + cos * y]
     }
 
-    /// Writes the rates of all states out of an instant.
-    #[inline(always)]
-    pub(crate) fn write_instant<S: Real, const LANES: usize>(&self, y: &[S], e: &Instant<S, LANES>, rates: &mut [S]) {
-        let cables = (&e.unstretched_rate[..], &e.unstretched_acceleration[..], &e.effect_rate[..]);
-        self.write(y, &e.acceleration, cables, rates);
-    }
-
     /// Writes the rates of all states out of an evaluation.
     #[inline]
     pub(crate) fn write_rates<S: Real>(&self, y: &[S], e: &Evaluation<S>, rates: &mut [S]) {
         let cables = (&e.unstretched_rate[..], &e.unstretched_acceleration[..], &e.effect_rate[..]);
-        self.write(y, &e.acceleration, cables, rates);
+        self.write(self.has, y, &e.acceleration, cables, rates);
     }
 
     #[inline(always)]
     fn write<S: Real>(
         &self,
+        has: Has,
         y: &[S],
         acceleration: &[S; 3],
         (first, second, effect): (&[S], &[S], &[[S; MAX_EFFECT_STATES]]),
@@ -375,13 +422,13 @@ impl Plant {
         rates[..3].copy_from_slice(&y[3..6]);
         rates[3..6].copy_from_slice(acceleration);
         for (i, &at) in self.offset.iter().enumerate().take(first.len()) {
-            let model = if self.has.platform_side { self.data.cables[i].model } else { CableModel::LumpedMass };
+            let model = if has.platform_side { self.data.cables[i].model } else { CableModel::LumpedMass };
             match model {
                 CableModel::Rigid => {}
                 CableModel::MasslessSpring => rates[at] = first[i],
                 CableModel::LumpedMass => rates[at..at + 2].copy_from_slice(&[first[i], second[i]]),
             }
-            if self.has.states {
+            if has.states {
                 let range = self.effect_states(i);
                 let n = range.len();
                 rates[range].copy_from_slice(&effect[i][..n]);

@@ -118,6 +118,8 @@ pub struct Plant {
     pub(crate) ends: CableEnds,
     clearance: Clearance,
     pub(crate) has: Has,
+    /// It has nothing of that.
+    pub(crate) plain: bool,
     /// The plant between the times at which effects begin or end: each from when on (s), the first before all time. Empty where
     /// none does; then this plant is the one there is.
     phases: Vec<(f64, Self)>,
@@ -125,7 +127,7 @@ pub struct Plant {
 }
 
 /// What there is to compute, so that an evaluation passes over the rest.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Has {
     /// Effects that add a wrench on the platform or a force along a cable.
     pub(crate) force: bool,
@@ -145,6 +147,14 @@ pub(crate) struct Has {
     pub(crate) platform_side: bool,
     /// Effects with states of their own.
     pub(crate) states: bool,
+}
+
+impl Has {
+    /// Whether every cable has its length and rate for states and no others, so that they follow each other.
+    #[inline(always)]
+    pub(crate) fn only_pairs(self) -> bool {
+        !(self.platform_side || self.states)
+    }
 }
 
 #[cfg(test)]
@@ -272,6 +282,7 @@ impl Plant {
             ends,
             clearance,
             has,
+            plain: has == Has::default(),
             phases: Vec::new(),
             fingerprint: OnceLock::new(),
         })
