@@ -1,99 +1,180 @@
-//! Right-hand sides of Newton's systems, real or complex, and one cable's part of them. Complex ones keep their real parts together
-//! and their imaginary parts, so that the processor works on several states in one instruction.
+//! Right-hand sides of Newton's systems, real or complex, and the parts of four cables in them, a lane for each, or of the platform's
+//! three axes, so that the processor works on several of them in one instruction. Complex numbers keep their real parts together and their imaginary parts.
 
 use std::array::from_fn;
+use std::ops::{Add, Mul, Sub};
 
 use num_complex::Complex64;
+use wide::f64x4;
 
 use super::matrix3::Field;
 
-/// Real numbers of one cable's states.
-pub(super) type Reals<const N: usize> = [f64; N];
+/// Cables in a group.
+pub(super) const LANES: usize = 4;
 
-/// Complex numbers of one cable's states.
+/// A real number of each of four cables; or of the platform's three axes, and a zero.
+pub(super) type Reals = f64x4;
+
+/// A complex number of each.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pairs<const N: usize> {
-    re: Reals<N>,
-    im: Reals<N>,
+pub(super) struct Pairs {
+    re: Reals,
+    im: Reals,
 }
 
-impl<const N: usize> Pairs<N> {
-    pub(super) const ZERO: Self = Self { re: [0.0; N], im: [0.0; N] };
+/// An `F` of each of four cables.
+pub(super) trait Lanes<F>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    const ZERO: Self;
+
+    /// The same in all lanes.
+    fn spread(value: F) -> Self;
+
+    /// Times a real number in each lane.
+    fn scale(self, factor: Reals) -> Self;
+
+    /// Over all lanes.
+    fn sum(self) -> F;
+
+    fn get(self, lane: usize) -> F;
+
+    fn set(&mut self, lane: usize, value: F);
 }
 
-/// Numbers of one cable's `N` states, each an `F`.
-pub(super) trait Part<F: Field, const N: usize>: Copy {
-    /// What `value` gives for each state.
-    fn from_fn(value: impl FnMut(usize) -> F) -> Self;
+impl Lanes<f64> for Reals {
+    const ZERO: Self = Self::ZERO;
 
-    /// `self + matrix v`, of a real matrix by columns.
-    fn plus<const M: usize>(self, matrix: &[Reals<N>; M], v: &[F; M]) -> Self;
-
-    /// `matrix self`, by columns.
-    fn under(self, matrix: &[Self; N]) -> Self;
-
-    /// The row `self` times a column.
-    fn dot(&self, column: &Self) -> F;
-}
-
-impl<const N: usize> Part<f64, N> for Reals<N> {
     #[inline(always)]
-    fn from_fn(value: impl FnMut(usize) -> f64) -> Self {
-        from_fn(value)
+    fn spread(value: f64) -> Self {
+        Self::splat(value)
     }
 
     #[inline(always)]
-    fn plus<const M: usize>(self, matrix: &[Reals<N>; M], v: &[f64; M]) -> Self {
-        let mut sum = matrix[0].map(|entry| entry * v[0]);
-        for (column, v) in matrix.iter().zip(v).skip(1) {
-            sum = from_fn(|c| sum[c] + column[c] * v);
+    fn scale(self, factor: Reals) -> Self {
+        self * factor
+    }
+
+    #[inline(always)]
+    fn sum(self) -> f64 {
+        let [a, b, c, d] = self.to_array();
+        (a + c) + (b + d)
+    }
+
+    #[inline(always)]
+    fn get(self, lane: usize) -> f64 {
+        self.to_array()[lane]
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, value: f64) {
+        self.as_mut_array()[lane] = value;
+    }
+}
+
+impl Add for Pairs {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { re: self.re + other.re, im: self.im + other.im }
+    }
+}
+
+impl Sub for Pairs {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { re: self.re - other.re, im: self.im - other.im }
+    }
+}
+
+impl Mul for Pairs {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
+    }
+}
+
+impl Lanes<Complex64> for Pairs {
+    const ZERO: Self = Self { re: Reals::ZERO, im: Reals::ZERO };
+
+    #[inline(always)]
+    fn spread(value: Complex64) -> Self {
+        Self { re: Reals::spread(value.re), im: Reals::spread(value.im) }
+    }
+
+    #[inline(always)]
+    fn scale(self, factor: Reals) -> Self {
+        Self { re: self.re * factor, im: self.im * factor }
+    }
+
+    #[inline(always)]
+    fn sum(self) -> Complex64 {
+        Complex64::new(self.re.sum(), self.im.sum())
+    }
+
+    #[inline(always)]
+    fn get(self, lane: usize) -> Complex64 {
+        Complex64::new(self.re.get(lane), self.im.get(lane))
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, value: Complex64) {
+        self.re.set(lane, value.re);
+        self.im.set(lane, value.im);
+    }
+}
+
+/// Where the states of four cables are, or of fewer.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    first: [usize; LANES],
+    count: [usize; LANES],
+    /// There are four, and each begins where the last one ended.
+    in_a_row: bool,
+}
+
+impl Place {
+    /// Of cables with up to `room` states.
+    pub(super) fn new(states: &[std::ops::Range<usize>], room: usize) -> Self {
+        let of = |i: usize| states.get(i).map_or(0..0, Clone::clone);
+        let place = Self { first: from_fn(|i| of(i).start), count: from_fn(|i| of(i).len()), in_a_row: false };
+        let in_a_row = (0..LANES).all(|i| place.count[i] == room && place.first[i] == place.first[0] + i * room);
+        Self { in_a_row, ..place }
+    }
+
+    /// Their states, and zeros.
+    #[inline(always)]
+    fn gather<const N: usize>(&self, values: &[f64]) -> [Reals; N] {
+        if self.in_a_row {
+            let values = &values[self.first[0]..self.first[0] + LANES * N];
+            from_fn(|c| Reals::new(from_fn(|i| values[i * N + c])))
+        } else {
+            let value = |i: usize, c: usize| if c < self.count[i] { values[self.first[i] + c] } else { 0.0 };
+            from_fn(|c| Reals::new(from_fn(|i| value(i, c))))
         }
-        from_fn(|c| self[c] + sum[c])
     }
 
+    /// Puts them back.
     #[inline(always)]
-    fn under(self, matrix: &[Self; N]) -> Self {
-        let mut sum = [0.0; N];
-        for (column, v) in matrix.iter().zip(self) {
-            sum = from_fn(|r| sum[r] + column[r] * v);
+    fn scatter<const N: usize>(&self, values: &mut [f64], part: &[Reals; N]) {
+        let part = part.map(Reals::to_array);
+        if self.in_a_row {
+            let values = &mut values[self.first[0]..self.first[0] + LANES * N];
+            for i in 0..LANES {
+                for c in 0..N {
+                    values[i * N + c] = part[c][i];
+                }
+            }
+        } else {
+            for i in 0..LANES {
+                for c in 0..self.count[i].min(N) {
+                    values[self.first[i] + c] = part[c][i];
+                }
+            }
         }
-        sum
-    }
-
-    #[inline(always)]
-    fn dot(&self, column: &Self) -> f64 {
-        self.iter().zip(column).fold(0.0, |sum, (a, b)| sum + a * b)
-    }
-}
-
-impl<const N: usize> Part<Complex64, N> for Pairs<N> {
-    #[inline(always)]
-    fn from_fn(value: impl FnMut(usize) -> Complex64) -> Self {
-        let values: [Complex64; N] = from_fn(value);
-        Self { re: values.map(|v| v.re), im: values.map(|v| v.im) }
-    }
-
-    #[inline(always)]
-    fn plus<const M: usize>(self, matrix: &[Reals<N>; M], v: &[Complex64; M]) -> Self {
-        Self { re: self.re.plus(matrix, &v.map(|v| v.re)), im: self.im.plus(matrix, &v.map(|v| v.im)) }
-    }
-
-    #[inline(always)]
-    fn under(self, matrix: &[Self; N]) -> Self {
-        let mut sum = Self::ZERO;
-        for (c, column) in matrix.iter().enumerate() {
-            let (re, im) = (self.re[c], self.im[c]);
-            sum.re = from_fn(|r| sum.re[r] + (column.re[r] * re - column.im[r] * im));
-            sum.im = from_fn(|r| sum.im[r] + (column.re[r] * im + column.im[r] * re));
-        }
-        sum
-    }
-
-    #[inline(always)]
-    fn dot(&self, column: &Self) -> Complex64 {
-        (0..N).fold(Complex64::ZERO, |sum, c| {
-            sum + Complex64::new(self.re[c], self.im[c]) * Complex64::new(column.re[c], column.im[c])
-        })
     }
 }
 
@@ -103,68 +184,85 @@ pub(super) struct Split<'a> {
     pub(super) im: &'a mut [f64],
 }
 
+/// A row times a column.
+#[inline(always)]
+pub(super) fn dot<F, L: Lanes<F>, const N: usize>(row: &[L; N], column: &[L; N]) -> L {
+    let mut products = row.iter().zip(column).map(|(a, b)| *a * *b);
+    products.next().map_or(L::ZERO, |first| products.fold(first, |sum, product| sum + product))
+}
+
+/// A matrix, by columns, times a vector of the platform's three axes.
+#[inline(always)]
+pub(super) fn times<F, L: Lanes<F>>(matrix: &[L; 3], vector: L) -> L {
+    dot(matrix, &from_fn(|k| L::spread(vector.get(k))))
+}
+
 /// A right-hand side, in whose place the solution goes.
 pub(super) trait Column<F: Field> {
-    /// One cable's part.
-    type Part<const N: usize>: Part<F, N>;
+    /// One number of each of four cables.
+    type Lanes: Lanes<F>;
 
-    fn get(&self, at: usize) -> F;
-
-    fn set(&mut self, at: usize, value: F);
-
-    /// The `count` states from `first` on, and zeros.
-    fn take<const N: usize>(&self, first: usize, count: usize) -> Self::Part<N>;
+    /// The platform's three states from `first` on, and a zero.
+    fn three(&self, first: usize) -> Self::Lanes;
 
     /// Puts them back.
-    fn put<const N: usize>(&mut self, first: usize, count: usize, part: &Self::Part<N>);
+    fn set_three(&mut self, first: usize, values: Self::Lanes);
+
+    /// The states of four cables.
+    fn gather<const N: usize>(&self, place: &Place) -> [Self::Lanes; N];
+
+    /// Puts them back.
+    fn scatter<const N: usize>(&mut self, place: &Place, part: &[Self::Lanes; N]);
 }
 
 impl Column<f64> for [f64] {
-    type Part<const N: usize> = Reals<N>;
+    type Lanes = Reals;
 
     #[inline(always)]
-    fn get(&self, at: usize) -> f64 {
-        self[at]
+    fn three(&self, first: usize) -> Reals {
+        let values = &self[first..first + 3];
+        Reals::new([values[0], values[1], values[2], 0.0])
     }
 
     #[inline(always)]
-    fn set(&mut self, at: usize, value: f64) {
-        self[at] = value;
+    fn set_three(&mut self, first: usize, values: Reals) {
+        self[first..first + 3].copy_from_slice(&values.to_array()[..3]);
     }
 
     #[inline(always)]
-    fn take<const N: usize>(&self, first: usize, count: usize) -> Reals<N> {
-        let states = &self[first..first + count];
-        from_fn(|c| if c < count { states[c] } else { 0.0 })
+    fn gather<const N: usize>(&self, place: &Place) -> [Reals; N] {
+        place.gather(self)
     }
 
     #[inline(always)]
-    fn put<const N: usize>(&mut self, first: usize, count: usize, part: &Reals<N>) {
-        self[first..first + count].copy_from_slice(&part[..count]);
+    fn scatter<const N: usize>(&mut self, place: &Place, part: &[Reals; N]) {
+        place.scatter(self, part);
     }
 }
 
 impl Column<Complex64> for Split<'_> {
-    type Part<const N: usize> = Pairs<N>;
+    type Lanes = Pairs;
 
     #[inline(always)]
-    fn get(&self, at: usize) -> Complex64 {
-        Complex64::new(self.re[at], self.im[at])
+    fn three(&self, first: usize) -> Pairs {
+        Pairs { re: self.re.three(first), im: self.im.three(first) }
     }
 
     #[inline(always)]
-    fn set(&mut self, at: usize, value: Complex64) {
-        (self.re[at], self.im[at]) = (value.re, value.im);
+    fn set_three(&mut self, first: usize, values: Pairs) {
+        self.re.set_three(first, values.re);
+        self.im.set_three(first, values.im);
     }
 
     #[inline(always)]
-    fn take<const N: usize>(&self, first: usize, count: usize) -> Pairs<N> {
-        Pairs { re: self.re.take(first, count), im: self.im.take(first, count) }
+    fn gather<const N: usize>(&self, place: &Place) -> [Pairs; N] {
+        let (re, im) = (place.gather::<N>(self.re), place.gather::<N>(self.im));
+        from_fn(|c| Pairs { re: re[c], im: im[c] })
     }
 
     #[inline(always)]
-    fn put<const N: usize>(&mut self, first: usize, count: usize, part: &Pairs<N>) {
-        self.re.put(first, count, &part.re);
-        self.im.put(first, count, &part.im);
+    fn scatter<const N: usize>(&mut self, place: &Place, part: &[Pairs; N]) {
+        place.scatter(self.re, &part.map(|pair| pair.re));
+        place.scatter(self.im, &part.map(|pair| pair.im));
     }
 }

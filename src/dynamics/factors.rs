@@ -3,70 +3,68 @@
 //! Velocities are eliminated first (`Δq = (r_q + Δv)/σ`), then each cable's own block; what remains is one 3×3 system
 //! in `Δv`. Nothing but the factors is read in a solution, and they lie together: they are most of what an instance keeps warm.
 
+use std::array::from_fn;
 use std::ops::Range;
 
 use num_complex::Complex64;
 
-use super::columns::{Column, Pairs, Part, Reals, Split};
+use super::columns::{Column, LANES, Lanes, Pairs, Place, Reals, Split, dot, times};
 use super::linearisation::{BLOCK, CableBlock, Linearisation, StateBlock};
 use super::matrix3::{self, Field, Matrix3};
 
-/// The platform's part for one `σ`.
+/// The platform's part for one `σ`; matrices by columns.
 #[derive(Clone, Debug)]
-struct Platform<F> {
+struct Platform<F, L> {
     sigma: F,
     inverse_sigma: F,
-    schur_inverse: Matrix3<F>,
+    schur_inverse: [L; 3],
     /// `∂(forces)/∂q` with the cables' answer, over `σ`, negative.
-    pose_coupling: Matrix3<F>,
+    pose_coupling: [L; 3],
 }
 
-/// One cable's part for one `σ`. With `D = σ I - ∂f_c/∂c` over its own states `c`:
+/// Four cables' part for one `σ`, a lane for each. With `D = σ I - ∂f_c/∂c` over a cable's own states `c`:
 #[derive(Clone, Copy, Debug)]
-struct Own<F, P, const N: usize> {
-    /// `D⁻¹`, by columns.
-    inverse: [P; N],
+struct Own<L, const N: usize> {
+    /// `D⁻¹`, by rows.
+    inverse: [[L; N]; N],
     /// Row `∂T/∂c D⁻¹`.
-    tension: P,
+    tension: [L; N],
     /// That times what the platform's acceleration along the cable does to the rates of `c`.
-    tension_by_acceleration: F,
+    tension_by_acceleration: L,
 }
 
-/// One cable with up to `N` states; zero beyond its last.
-#[derive(Clone, Copy, Debug)]
-struct Cable<const N: usize> {
-    row: [f64; 3],
-    /// By columns.
-    rates_by_pose: [Reals<N>; 3],
-    rates_by_twist: [Reals<N>; 3],
-    real: Own<f64, Reals<N>, N>,
-    complex: Own<Complex64, Pairs<N>, N>,
-    rates_by_acceleration: Reals<N>,
+/// Four cables with up to `N` states; zero in lanes beyond the last one, and beyond a cable's last state.
+#[derive(Clone, Debug)]
+struct Group<const N: usize> {
+    place: Place,
+    row: [Reals; 3],
+    rates_by_pose: [[Reals; N]; 3],
+    rates_by_twist: [[Reals; N]; 3],
+    real: Own<Reals, N>,
+    complex: Own<Pairs, N>,
+    rates_by_acceleration: [Reals; N],
 }
 
 /// The cables, with room for the most states that one of them has.
 #[derive(Clone, Debug)]
 enum Cables {
-    None(Vec<Cable<0>>),
-    One(Vec<Cable<1>>),
-    Two(Vec<Cable<2>>),
-    Three(Vec<Cable<3>>),
-    Four(Vec<Cable<4>>),
-    Most(Vec<Cable<BLOCK>>),
+    None(Vec<Group<0>>),
+    One(Vec<Group<1>>),
+    Two(Vec<Group<2>>),
+    Three(Vec<Group<3>>),
+    Four(Vec<Group<4>>),
+    Most(Vec<Group<BLOCK>>),
 }
 
 /// What all cables have in common.
 #[derive(Clone, Debug)]
 struct Common {
-    mass: Matrix3<f64>,
-    real: Platform<f64>,
-    complex: Platform<Complex64>,
+    /// By columns.
+    mass: [Reals; 3],
+    real: Platform<f64, Reals>,
+    complex: Platform<Complex64, Pairs>,
     /// Whether the platform's acceleration acts on states of the cables directly.
     by_acceleration: bool,
-    /// All cables have as many states as there is room for.
-    alike: bool,
-    /// Each cable's states.
-    states: Vec<Range<usize>>,
 }
 
 /// `(σ I - ∂f/∂y)⁻¹` for a real and a complex `σ`.
@@ -92,24 +90,20 @@ macro_rules! with_cables {
 
 impl Factors {
     /// Room for the factors of cables that have these `states`.
-    pub(crate) fn new(states: Vec<Range<usize>>) -> Self {
-        let count = states.len();
-        let (cables, room) = match states.iter().map(Range::len).max().unwrap_or(0) {
-            0 => (Cables::None(vec![Cable::ZERO; count]), 0),
-            1 => (Cables::One(vec![Cable::ZERO; count]), 1),
-            2 => (Cables::Two(vec![Cable::ZERO; count]), 2),
-            3 => (Cables::Three(vec![Cable::ZERO; count]), 3),
-            4 => (Cables::Four(vec![Cable::ZERO; count]), 4),
-            _ => (Cables::Most(vec![Cable::ZERO; count]), BLOCK),
+    pub(crate) fn new(states: &[Range<usize>]) -> Self {
+        let cables = match states.iter().map(Range::len).max().unwrap_or(0) {
+            0 => Cables::None(Group::all(states)),
+            1 => Cables::One(Group::all(states)),
+            2 => Cables::Two(Group::all(states)),
+            3 => Cables::Three(Group::all(states)),
+            4 => Cables::Four(Group::all(states)),
+            _ => Cables::Most(Group::all(states)),
         };
-        let alike = states.iter().enumerate().all(|(i, states)| *states == (6 + i * room..6 + (i + 1) * room));
         let common = Common {
-            mass: [[0.0; 3]; 3],
+            mass: [Reals::ZERO; 3],
             real: Platform::empty(),
             complex: Platform::empty(),
             by_acceleration: false,
-            alike,
-            states,
         };
         Self { common, cables }
     }
@@ -118,13 +112,13 @@ impl Factors {
     pub(crate) fn update(&mut self, linearisation: &Linearisation, real: f64, complex: Complex64) {
         let acts = |block: &CableBlock| block.states.iter().any(|state| state.rate_by_acceleration != 0.0);
         self.common.by_acceleration = linearisation.cables.iter().any(acts);
-        self.common.mass = linearisation.mass;
+        self.common.mass = columns(&linearisation.mass);
         with_cables!(&mut self.cables, cables => {
-            for (cable, block) in cables.iter_mut().zip(&linearisation.cables) {
-                cable.take_up(block);
+            for (i, block) in linearisation.cables.iter().enumerate() {
+                cables[i / LANES].take_up(i % LANES, block);
             }
-            self.common.real = factor(linearisation, real, cables, |cable| &mut cable.real);
-            self.common.complex = factor(linearisation, complex, cables, |cable| &mut cable.complex);
+            self.common.real = factor(linearisation, real, cables, |group| &mut group.real);
+            self.common.complex = factor(linearisation, complex, cables, |group| &mut group.complex);
         });
     }
 
@@ -132,14 +126,14 @@ impl Factors {
     #[inline]
     pub(crate) fn solve_real(&self, b: &mut [f64]) {
         let common = &self.common;
-        with_cables!(&self.cables, cables => common.solve(&common.real, cables, |cable| &cable.real, b));
+        with_cables!(&self.cables, cables => common.solve(&common.real, cables, |group| &group.real, b));
     }
 
     /// The same for the complex `σ`, of real and imaginary parts.
     #[inline]
     pub(crate) fn solve_complex(&self, re: &mut [f64], im: &mut [f64]) {
         let (common, b) = (&self.common, &mut Split { re, im });
-        with_cables!(&self.cables, cables => common.solve(&common.complex, cables, |cable| &cable.complex, b));
+        with_cables!(&self.cables, cables => common.solve(&common.complex, cables, |group| &group.complex, b));
     }
 }
 
@@ -147,116 +141,121 @@ impl Common {
     #[inline]
     fn solve<F: Field, C: Column<F> + ?Sized, const N: usize>(
         &self,
-        platform: &Platform<F>,
-        cables: &[Cable<N>],
-        own: impl Fn(&Cable<N>) -> &Own<F, C::Part<N>, N>,
+        platform: &Platform<F, C::Lanes>,
+        groups: &[Group<N>],
+        own: impl Fn(&Group<N>) -> &Own<C::Lanes, N>,
         b: &mut C,
     ) {
-        if self.alike {
-            self.solve_with(platform, cables, own, |i| (6 + i * N, N), b);
-        } else {
-            self.solve_with(platform, cables, own, |i| (self.states[i].start, self.states[i].len()), b);
-        }
-    }
-
-    /// `states` says where a cable's states begin and how many there are.
-    #[inline(always)]
-    fn solve_with<F: Field, C: Column<F> + ?Sized, const N: usize>(
-        &self,
-        platform: &Platform<F>,
-        cables: &[Cable<N>],
-        own: impl Fn(&Cable<N>) -> &Own<F, C::Part<N>, N>,
-        states: impl Fn(usize) -> (usize, usize),
-        b: &mut C,
-    ) {
-        let (rq, rv) = ([b.get(0), b.get(1), b.get(2)], [b.get(3), b.get(4), b.get(5)]);
-        let mut rhs = platform.side(&self.mass, &rq, &rv);
-        for (i, cable) in cables.iter().enumerate() {
-            let (first, count) = states(i);
-            let own = own(cable);
-            let mut tension = own.tension.dot(&b.take(first, count));
+        let spread = |vector: C::Lanes| from_fn(|k| C::Lanes::spread(vector.get(k)));
+        let (rq, rv) = (b.three(0), b.three(3));
+        let twist: [C::Lanes; 3] = spread(rv);
+        let mut wrench = [C::Lanes::ZERO; 3];
+        for group in groups {
+            let own = own(group);
+            let mut tension = dot(&own.tension, &b.gather(&group.place));
             if self.by_acceleration {
-                tension -= own.tension_by_acceleration * along(&cable.row, &rv);
+                tension = tension - own.tension_by_acceleration * group.along(&twist);
             }
-            for c in 0..3 {
-                rhs[c] -= tension.scale(cable.row[c]);
-            }
+            wrench = from_fn(|k| wrench[k] + tension.scale(group.row[k]));
         }
-        let dv = matrix3::product(&platform.schur_inverse, &rhs);
-        let dq: [F; 3] = std::array::from_fn(|k| (rq[k] + dv[k]) * platform.inverse_sigma);
-        for (i, cable) in cables.iter().enumerate() {
-            let (first, count) = states(i);
-            let mut right: C::Part<N> = b.take(first, count);
+        let mut pulled = C::Lanes::ZERO;
+        for k in 0..3 {
+            pulled.set(k, wrench[k].sum());
+        }
+        let inertial = twist[0].scale(self.mass[0]) + twist[1].scale(self.mass[1]) + twist[2].scale(self.mass[2]);
+        let dv = times(&platform.schur_inverse, inertial - times(&platform.pose_coupling, rq) - pulled);
+        let dq = (rq + dv) * C::Lanes::spread(platform.inverse_sigma);
+        let (pose, twist) = (spread(dq), spread(dv));
+        for group in groups {
+            let mut right: [C::Lanes; N] = b.gather(&group.place);
             if self.by_acceleration {
                 // The acceleration's own change is σ Δv less its right-hand side.
-                let change = along(&cable.row, &dv) * platform.sigma - along(&cable.row, &rv);
-                right = right.plus(&[cable.rates_by_acceleration], &[change]);
+                let along: C::Lanes = group.along(&spread(dv * C::Lanes::spread(platform.sigma) - rv));
+                right = from_fn(|c| right[c] + along.scale(group.rates_by_acceleration[c]));
             }
-            let right = right.plus(&cable.rates_by_pose, &dq).plus(&cable.rates_by_twist, &dv);
-            b.put(first, count, &right.under(&own(cable).inverse));
+            for k in 0..3 {
+                let (by_pose, by_twist) = (&group.rates_by_pose[k], &group.rates_by_twist[k]);
+                right = from_fn(|c| right[c] + (pose[k].scale(by_pose[c]) + twist[k].scale(by_twist[c])));
+            }
+            let inverse = &own(group).inverse;
+            b.scatter(&group.place, &from_fn::<_, N, _>(|r| dot(&inverse[r], &right)));
         }
-        for k in 0..3 {
-            b.set(k, dq[k]);
-            b.set(3 + k, dv[k]);
-        }
+        b.set_three(0, dq);
+        b.set_three(3, dv);
     }
 }
 
-/// A real row times a vector.
-#[inline(always)]
-fn along<F: Field>(row: &[f64; 3], v: &[F; 3]) -> F {
-    v[0].scale(row[0]) + v[1].scale(row[1]) + v[2].scale(row[2])
+/// The columns of a matrix over the platform's three axes.
+fn columns<F: Copy, L: Lanes<F>>(matrix: &Matrix3<F>) -> [L; 3] {
+    from_fn(|c| {
+        let mut column = L::ZERO;
+        (0..3).for_each(|r| column.set(r, matrix[r][c]));
+        column
+    })
 }
 
-impl<F: Field> Platform<F> {
+impl<F: Field, L: Lanes<F>> Platform<F, L> {
     fn empty() -> Self {
-        let zeros = [[F::zero(); 3]; 3];
-        Self { sigma: F::zero(), inverse_sigma: F::zero(), schur_inverse: zeros, pose_coupling: zeros }
-    }
-
-    /// The right-hand side of the platform's three equations, the cables' answers aside.
-    #[inline(always)]
-    fn side(&self, mass: &Matrix3<f64>, rq: &[F; 3], rv: &[F; 3]) -> [F; 3] {
-        let coupled = matrix3::product(&self.pose_coupling, rq);
-        std::array::from_fn(|r| along(&mass[r], rv) - coupled[r])
+        Self { sigma: F::zero(), inverse_sigma: F::zero(), schur_inverse: [L::ZERO; 3], pose_coupling: [L::ZERO; 3] }
     }
 }
 
-impl<const N: usize> Cable<N> {
-    const ZERO: Self = Self {
-        row: [0.0; 3],
-        rates_by_pose: [[0.0; N]; 3],
-        rates_by_twist: [[0.0; N]; 3],
-        real: Own { inverse: [[0.0; N]; N], tension: [0.0; N], tension_by_acceleration: 0.0 },
-        complex: Own { inverse: [Pairs::ZERO; N], tension: Pairs::ZERO, tension_by_acceleration: Complex64::ZERO },
-        rates_by_acceleration: [0.0; N],
-    };
+impl<L, const N: usize> Own<L, N> {
+    fn zero<F>() -> Self
+    where
+        L: Lanes<F>,
+    {
+        Self { inverse: [[L::ZERO; N]; N], tension: [L::ZERO; N], tension_by_acceleration: L::ZERO }
+    }
+}
 
-    /// What does not depend on `σ`.
-    fn take_up(&mut self, block: &CableBlock) {
-        self.row = block.row;
+impl<const N: usize> Group<N> {
+    /// Groups of all cables, which have these states.
+    fn all(states: &[Range<usize>]) -> Vec<Self> {
+        let group = |states| Self {
+            place: Place::new(states, N),
+            row: [Reals::ZERO; 3],
+            rates_by_pose: [[Reals::ZERO; N]; 3],
+            rates_by_twist: [[Reals::ZERO; N]; 3],
+            real: Own::zero(),
+            complex: Own::zero(),
+            rates_by_acceleration: [Reals::ZERO; N],
+        };
+        states.chunks(LANES).map(group).collect()
+    }
+
+    /// What does not depend on `σ`, of the cable in `lane`.
+    fn take_up(&mut self, lane: usize, block: &CableBlock) {
+        for k in 0..3 {
+            self.row[k].set(lane, block.row[k]);
+        }
         for (c, state) in block.states.iter().enumerate().take(N) {
             for k in 0..3 {
-                self.rates_by_pose[k][c] = state.rate_by_pose[k];
-                self.rates_by_twist[k][c] = state.rate_by_twist[k];
+                self.rates_by_pose[k][c].set(lane, state.rate_by_pose[k]);
+                self.rates_by_twist[k][c].set(lane, state.rate_by_twist[k]);
             }
-            self.rates_by_acceleration[c] = state.rate_by_acceleration;
+            self.rates_by_acceleration[c].set(lane, state.rate_by_acceleration);
         }
+    }
+
+    /// The cables' rows times a vector.
+    #[inline(always)]
+    fn along<F, L: Lanes<F>>(&self, vector: &[L; 3]) -> L {
+        vector[0].scale(self.row[0]) + vector[1].scale(self.row[1]) + vector[2].scale(self.row[2])
     }
 }
 
 /// Factors the linearisation at `sigma`: the cables' parts into `cables`, and the platform's.
-fn factor<F: Field, P: Part<F, N>, const N: usize>(
+fn factor<F: Field, L: Lanes<F>, const N: usize>(
     linearisation: &Linearisation,
     sigma: F,
-    cables: &mut [Cable<N>],
-    own: impl Fn(&mut Cable<N>) -> &mut Own<F, P, N>,
-) -> Platform<F> {
-    let mut schur: Matrix3<F> = std::array::from_fn(|r| {
-        std::array::from_fn(|c| sigma.scale(linearisation.mass[r][c]) - F::from(linearisation.force_by_twist[r][c]))
-    });
+    groups: &mut [Group<N>],
+    own: impl Fn(&mut Group<N>) -> &mut Own<L, N>,
+) -> Platform<F, L> {
+    let mut schur: Matrix3<F> =
+        from_fn(|r| from_fn(|c| sigma.scale(linearisation.mass[r][c]) - F::from(linearisation.force_by_twist[r][c])));
     let mut pose_coupling = linearisation.force_by_pose.map(|row| row.map(|v| F::from(-v)));
-    for (cable, block) in cables.iter_mut().zip(&linearisation.cables) {
+    for (i, block) in linearisation.cables.iter().enumerate() {
         let states = &block.states[..block.states.len().min(N)];
         let inverse: [[F; N]; N] = invert(states, sigma);
         // The tension's answer to own states, pose, twist, and acceleration along the cable.
@@ -275,11 +274,14 @@ fn factor<F: Field, P: Part<F, N>, const N: usize>(
             }
             by_acceleration += sum.scale(state.rate_by_acceleration);
         }
-        *own(cable) = Own {
-            inverse: std::array::from_fn(|c| P::from_fn(|r| inverse[r][c])),
-            tension: P::from_fn(|c| tension[c]),
-            tension_by_acceleration: by_acceleration,
-        };
+        let (own, lane) = (own(&mut groups[i / LANES]), i % LANES);
+        for c in 0..N {
+            own.tension[c].set(lane, tension[c]);
+            for r in 0..N {
+                own.inverse[r][c].set(lane, inverse[r][c]);
+            }
+        }
+        own.tension_by_acceleration.set(lane, by_acceleration);
         let row = block.row.map(F::from);
         for k in 0..3 {
             by_twist[k] += sigma * by_acceleration * row[k];
@@ -294,7 +296,8 @@ fn factor<F: Field, P: Part<F, N>, const N: usize>(
             schur[r][c] += pose_coupling[r][c];
         }
     }
-    Platform { sigma, inverse_sigma, schur_inverse: matrix3::inverse(&schur), pose_coupling }
+    let (schur_inverse, pose_coupling) = (columns(&matrix3::inverse(&schur)), columns(&pose_coupling));
+    Platform { sigma, inverse_sigma, schur_inverse, pose_coupling }
 }
 
 /// Inverse of `σ I - C` over a cable's states by Gauss-Jordan, two states in closed form. No pivoting: the diagonal is `σ`

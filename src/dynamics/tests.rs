@@ -106,7 +106,7 @@ fn deviation(random: &mut Random, plant: &Plant, speed: f64, slack: &PerCable<bo
     linearisation.update(plant, 3.0, &y, &u, slack);
     let dense = jacobian(plant, 3.0, &y, &u, slack);
     let (sigma, pair) = (360.0, Complex64::new(270.0, 300.0));
-    let mut factors = Factors::new(plant.states_of_cables());
+    let mut factors = Factors::new(&plant.states_of_cables());
     factors.update(&linearisation, sigma, pair);
     let real_dense = (DMatrix::identity(n, n) * sigma - &dense).lu();
     let complex_dense = (DMatrix::identity(n, n) * pair - dense.map(Complex64::from)).lu();

@@ -60,7 +60,7 @@ impl Workspace {
             linearisation: Linearisation::new(plant),
             linearised_inputs: Inputs::none(plant.cables()),
             linearised_slack: PerCable::filled(plant.cables(), false),
-            factors: Factors::new(plant.states_of_cables()),
+            factors: Factors::new(&plant.states_of_cables()),
             cost: plant.cost(),
         }
     }
