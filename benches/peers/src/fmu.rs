@@ -4,6 +4,7 @@ use std::ffi::{CString, c_char, c_int, c_void};
 use std::fmt::Write as _;
 use std::ptr;
 
+use cdpr::dynamics::Inputs;
 use cdpr::fmi2::CablePlatform;
 use cdpr::integrator::Solver;
 use cdpr::parameters::Parameters;
@@ -121,10 +122,14 @@ impl Drop for Instance {
     }
 }
 
-/// The plant of the FMU without it.
+/// The plant of the FMU without it, from the same start.
 fn bare() -> Simulation {
     let plant = Plant::new(Parameters::default(), Vec::new()).expect("the default plant").into();
-    Simulation::new(plant, &Start::default(), DEFAULT_TOLERANCE).expect("a start").with_solver(Solver::Radau)
+    let [a, b, c, d, ..] = commands(0);
+    let inputs = Inputs { winch_force: [a, b, c, d].into(), disturbance: [0.0; 3] };
+    Simulation::new(plant, &Start { inputs, ..Start::default() }, DEFAULT_TOLERANCE)
+        .expect("a start")
+        .with_solver(Solver::Radau)
 }
 
 /// What calls cost, in turns of 1000 steps.

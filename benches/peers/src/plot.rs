@@ -12,13 +12,14 @@ const PANEL: (u32, u32) = (430, 320);
 const COLUMNS: usize = 2;
 /// Height of the row with the methods' names.
 const NAMES: u32 = 44;
-const COLOURS: [RGBColor; 7] = [
+const COLOURS: [RGBColor; 8] = [
     RGBColor(200, 30, 30),
     RGBColor(240, 140, 0),
     RGBColor(30, 90, 200),
     RGBColor(90, 170, 230),
     RGBColor(40, 140, 60),
     RGBColor(130, 130, 130),
+    RGBColor(60, 60, 60),
     RGBColor(120, 60, 160),
 ];
 

@@ -1,4 +1,5 @@
-//! SUNDIALS in C: ARKODE's Dormand and Prince, CVODE's Adams and BDF, IDA, each started anew at every communication step.
+//! SUNDIALS in C: ARKODE's Dormand and Prince, CVODE's Adams and BDF, IDA by itself and with a Jacobian by hand, each started anew
+//! at every communication step.
 
 use std::ffi::{c_int, c_long, c_void};
 use std::ptr;
@@ -6,10 +7,11 @@ use std::ptr;
 use sundials_sys::{
     CV_ADAMS, CV_BDF, CV_NORMAL, CVode, CVodeCreate, CVodeFree, CVodeInit, CVodeReInit, CVodeSVtolerances,
     CVodeSetLinearSolver, CVodeSetMaxNumSteps, CVodeSetNonlinearSolver, CVodeSetStopTime, CVodeSetUserData, IDA_NORMAL,
-    IDACreate, IDAFree, IDAInit, IDAReInit, IDASVtolerances, IDASetLinearSolver, IDASetMaxNumSteps, IDASetStopTime,
-    IDASetUserData, IDASolve, N_VDestroy, N_VGetArrayPointer, N_VNew_Serial, N_Vector, SUN_COMM_NULL, SUNContext,
-    SUNContext_Create, SUNContext_Free, SUNDenseMatrix, SUNLinSol_Dense, SUNLinSolFree, SUNLinearSolver, SUNMatDestroy,
-    SUNMatrix, SUNNonlinSol_FixedPoint, SUNNonlinSolFree, SUNNonlinearSolver,
+    IDACreate, IDAFree, IDAInit, IDAReInit, IDASVtolerances, IDASetJacFn, IDASetLinearSolver, IDASetMaxNumSteps,
+    IDASetStopTime, IDASetUserData, IDASolve, N_VDestroy, N_VGetArrayPointer, N_VNew_Serial, N_Vector, SUN_COMM_NULL,
+    SUNContext, SUNContext_Create, SUNContext_Free, SUNDenseMatrix, SUNDenseMatrix_Data, SUNLinSol_Dense,
+    SUNLinSolFree, SUNLinearSolver, SUNMatDestroy, SUNMatrix, SUNNonlinSol_FixedPoint, SUNNonlinSolFree,
+    SUNNonlinearSolver,
 };
 
 use crate::case::Case;
@@ -43,7 +45,16 @@ enum Kind {
     DormandPrince,
     Adams,
     Bdf,
+    /// Its Jacobian by differences.
     Ida,
+    /// The plant's own derivatives for a Jacobian.
+    IdaByHand,
+}
+
+impl Kind {
+    fn is_ida(self) -> bool {
+        matches!(self, Self::Ida | Self::IdaByHand)
+    }
 }
 
 struct Peer {
@@ -77,7 +88,7 @@ unsafe fn values<'a>(vector: N_Vector, count: usize) -> &'a mut [f64] {
 unsafe extern "C" fn rates(t: f64, y: N_Vector, out: N_Vector, data: *mut c_void) -> c_int {
     // SAFETY: `data` is what was handed in: the rates, which outlive the solver. The vectors have as many values as the plant states.
     unsafe {
-        let rates = &*data.cast::<Rates>();
+        let rates = &mut *data.cast::<Rates>();
         let count = sundials_sys::N_VGetLength(y) as usize;
         rates.at(t, values(y, count), values(out, count));
     }
@@ -97,13 +108,41 @@ unsafe extern "C" fn residual(t: f64, y: N_Vector, slopes: N_Vector, out: N_Vect
     0
 }
 
+/// `c I - ∂f/∂y`, by columns.
+unsafe extern "C" fn jacobian(
+    t: f64,
+    c: f64,
+    y: N_Vector,
+    _slopes: N_Vector,
+    _residual: N_Vector,
+    matrix: SUNMatrix,
+    data: *mut c_void,
+    _: N_Vector,
+    _: N_Vector,
+    _: N_Vector,
+) -> c_int {
+    // SAFETY: as above; the matrix is dense, with a row and a column for each state, and nobody else looks at it meanwhile.
+    unsafe {
+        let rates = &mut *data.cast::<Rates>();
+        let count = sundials_sys::N_VGetLength(y) as usize;
+        let derivatives = rates.derivatives(t, values(y, count));
+        let entries = std::slice::from_raw_parts_mut(SUNDenseMatrix_Data(matrix), count * count);
+        for (column, entries) in entries.chunks_exact_mut(count).enumerate() {
+            for (row, entry) in entries.iter_mut().enumerate() {
+                *entry = if row == column { c } else { 0.0 } - derivatives[row * count + column];
+            }
+        }
+    }
+    0
+}
+
 fn done(what: &str, flag: c_int) -> Result<(), String> {
     if flag >= 0 { Ok(()) } else { Err(format!("{what} failed ({flag})")) }
 }
 
 impl Memory {
     fn new(case: &Case, kind: Kind, tolerance: f64) -> Result<Self, String> {
-        let rates_of = Box::new(Rates::new(case));
+        let mut rates_of = Box::new(Rates::new(case));
         let count = case.states().len();
         let mut context = ptr::null_mut();
         // SAFETY: SUNDIALS' own calls in the order of its manual, on vectors of the plant's size.
@@ -115,8 +154,8 @@ impl Memory {
             for (weight, size) in values(weights, count).iter_mut().zip(case.nominal()) {
                 *weight = size * tolerance;
             }
-            let data = ptr::from_ref(&*rates_of).cast_mut().cast();
-            let dense = matches!(kind, Kind::Bdf | Kind::Ida);
+            let data = ptr::from_mut(&mut *rates_of).cast();
+            let dense = kind == Kind::Bdf || kind.is_ida();
             let matrix = if dense { SUNDenseMatrix(count as _, count as _, context) } else { ptr::null_mut() };
             let linear = if dense { SUNLinSol_Dense(y, matrix, context) } else { ptr::null_mut() };
             let mut nonlinear = ptr::null_mut();
@@ -143,7 +182,7 @@ impl Memory {
                     }
                     solver
                 }
-                Kind::Ida => {
+                Kind::Ida | Kind::IdaByHand => {
                     let solver = IDACreate(context);
                     rates_of.at(0.0, case.states(), values(slopes, count));
                     done("IDAInit", IDAInit(solver, Some(residual), 0.0, y, slopes))?;
@@ -151,6 +190,9 @@ impl Memory {
                     IDASetUserData(solver, data);
                     IDASetMaxNumSteps(solver, STEPS);
                     done("linear solver", IDASetLinearSolver(solver, linear, matrix))?;
+                    if kind == Kind::IdaByHand {
+                        done("Jacobian", IDASetJacFn(solver, Some(jacobian)))?;
+                    }
                     solver
                 }
             };
@@ -187,7 +229,7 @@ impl Memory {
                     done("stop time", CVodeSetStopTime(solver, end))?;
                     done("CVode", CVode(solver, end, y, &raw mut reached, CV_NORMAL))
                 }
-                Kind::Ida => {
+                Kind::Ida | Kind::IdaByHand => {
                     self.rates.at(time, values(y, count), values(slopes, count));
                     done("IDAReInit", IDAReInit(solver, time, y, slopes))?;
                     done("stop time", IDASetStopTime(solver, end))?;
@@ -205,7 +247,7 @@ impl Drop for Memory {
             match self.kind {
                 Kind::DormandPrince => ARKodeFree(&raw mut self.solver),
                 Kind::Adams | Kind::Bdf => CVodeFree(&raw mut self.solver),
-                Kind::Ida => IDAFree(&raw mut self.solver),
+                Kind::Ida | Kind::IdaByHand => IDAFree(&raw mut self.solver),
             }
             if !self.linear.is_null() {
                 SUNLinSolFree(self.linear);
@@ -236,11 +278,12 @@ impl Method for Peer {
 }
 
 pub(crate) fn entrants(_case: &Case) -> Vec<Entrant<'_>> {
-    let kinds: [(&str, Kind, &[f64]); 4] = [
+    let kinds: [(&str, Kind, &[f64]); 5] = [
         ("ARKODE Dormand-Prince", Kind::DormandPrince, &[1e-6, 1e-8, 1e-10, 1e-12]),
         ("CVODE Adams", Kind::Adams, &[1e-6, 1e-8, 1e-10]),
         ("CVODE BDF", Kind::Bdf, &[1e-6, 1e-8, 1e-10]),
         ("IDA", Kind::Ida, &[1e-6, 1e-8, 1e-10]),
+        ("IDA, Jacobian by hand", Kind::IdaByHand, &[1e-6, 1e-8, 1e-10, 1e-12]),
     ];
     let entrant = |name: &str, kind, tolerance| Entrant {
         name: name.to_owned(),
