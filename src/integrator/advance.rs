@@ -4,9 +4,8 @@ use super::allowance::Allowance;
 use super::choice::{Choice, Prices};
 use super::dormand_prince::Stiffness;
 use super::radau::Outcome;
-use super::radau_coefficients::END_RATES;
 use super::switching::Looks;
-use super::vector::{FEW, MORE, MOST, MOST_STATES, Vector, Work, each};
+use super::vector::{FEW, MORE, MOST, MOST_STATES, Work};
 use super::{IntegrationError, Solver, Statistics, System};
 
 /// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with this,
@@ -32,6 +31,12 @@ pub struct Memory {
     pub jacobian_least: u32,
     /// Iterations beyond that, of all steps with it.
     pub jacobian_excess: u32,
+    /// What Newton's method added to its guess in the last step, three values for each state; empty where that says nothing of the
+    /// next.
+    pub lead: Vec<f64>,
+    /// How much the defect contracted, over how much the correction did, in the last step that began without a lead; 0 where that is
+    /// not known.
+    pub settling: f64,
     /// Last step size and error, for predictive control.
     pub last: (f64, f64),
     /// Rates at the end of the last explicit step, with which the next begins; empty where the equations have changed since.
@@ -58,6 +63,10 @@ pub struct Integrator {
     /// As in [`Memory`].
     pub(super) jacobian_least: u32,
     pub(super) jacobian_excess: u32,
+    /// As in [`Memory`], with whether it is there.
+    lead: Vec<f64>,
+    pub(super) has_lead: bool,
+    pub(super) settling: f64,
     pub(super) last: (f64, f64),
     /// What an error in each state weighs: one over its scale and the tolerance.
     weight: Vec<f64>,
@@ -97,6 +106,9 @@ impl Integrator {
             has_jacobian: false,
             jacobian_least: 0,
             jacobian_excess: 0,
+            lead: vec![0.0; 3 * dimension],
+            has_lead: false,
+            settling: 0.0,
             last: (0.0, 0.0),
             weight: vec![0.0; dimension],
             weighed: false,
@@ -190,6 +202,8 @@ impl Integrator {
             jacobian_state: if self.has_jacobian { self.jacobian_state.clone() } else { Vec::new() },
             jacobian_least: self.jacobian_least,
             jacobian_excess: self.jacobian_excess,
+            lead: if self.has_lead { self.lead.clone() } else { Vec::new() },
+            settling: self.settling,
             last: self.last,
             rates: if self.rates_known { self.rates.to_vec() } else { Vec::new() },
             stiff_since: self.stiff_since,
@@ -206,6 +220,11 @@ impl Integrator {
         if self.rates_known {
             self.rates.copy_from_slice(&memory.rates);
         }
+        self.has_lead = memory.lead.len() == 3 * n && n > 0;
+        if self.has_lead {
+            self.lead.copy_from_slice(&memory.lead);
+        }
+        self.settling = memory.settling;
         self.stiff_since = memory.stiff_since;
         self.choice = memory.choice;
         self.hold_to_tolerance();
@@ -283,6 +302,11 @@ impl Integrator {
         let mut rates_known = std::mem::take(&mut self.rates_known);
         if rates_known {
             work.rates.copy_from_slice(&self.rates);
+        }
+        if self.has_lead {
+            for (vector, values) in work.lead.iter_mut().zip(self.lead.chunks_exact(y.len())) {
+                vector.copy_from_slice(values);
+            }
         }
         let prices = Prices::of(system.cost(), y.len());
         let mut rejected = false;
@@ -406,6 +430,11 @@ impl Integrator {
         if rates_known {
             self.rates.copy_from_slice(&work.rates);
         }
+        if self.has_lead {
+            for (vector, values) in work.lead.iter().zip(self.lead.chunks_exact_mut(y.len())) {
+                values.copy_from_slice(vector);
+            }
+        }
         Ok(())
     }
 
@@ -426,6 +455,7 @@ impl Integrator {
     /// too long passes the implicit method's coarse estimate where inputs have jumped.
     fn begin_with_the_other(&mut self) {
         self.last = (0.0, 0.0);
+        self.has_lead = false;
         self.hold_to_tolerance();
     }
 
@@ -453,17 +483,6 @@ impl Integrator {
         let guess = if speed > 0.0 { 0.1 * self.tolerance.sqrt().sqrt() / speed } else { remaining };
         // The first error estimate corrects a guess that is too long at the price of one step.
         guess.max(0.01).min(remaining)
-    }
-}
-
-impl<const GROUPS: usize> Work<GROUPS> {
-    /// Rates at the end of the step: the collocation polynomial's slope there, which is what Newton's method made of them.
-    fn end_rates(&mut self, h: f64) {
-        let weights = END_RATES.map(|w| w / h);
-        let [z0, z1, z2] = self.z.each_ref().map(Vector::groups);
-        for (((rates, z0), z1), z2) in self.rates.groups_mut().iter_mut().zip(z0).zip(z1).zip(z2) {
-            *rates = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
-        }
     }
 }
 

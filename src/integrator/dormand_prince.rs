@@ -4,7 +4,7 @@
 //! Differential Equations I*, 2nd ed., 1993, sections II.4 to II.6, and *II*, 1996, section IV.2.
 
 use super::radau::Outcome;
-use super::vector::{Vector, Work, each, root_mean};
+use super::vector::{Group, Vector, Work, root_mean};
 use super::{Integrator, System};
 
 /// Places of the stages in the step; those of the sixth and the seventh are both its end.
@@ -96,7 +96,7 @@ fn along<const GROUPS: usize, const N: usize>(
     for g in 0..count {
         let mut sum = start[g];
         for s in 0..N {
-            sum = each(|l| sum[l] + weights[s] * k[s][g][l]);
+            sum += k[s][g] * weights[s];
         }
         to[g] = sum;
     }
@@ -171,15 +171,13 @@ impl<const GROUPS: usize> Work<GROUPS> {
         let weights = E.map(|e| e * h);
         let [_, k3, k4, k5, k6, k7] = self.f.each_ref().map(Vector::groups);
         let k1 = self.rates.groups();
-        let mut sum = [0.0; 4];
+        let mut sum = Group::ZERO;
         for ((((((k1, k3), k4), k5), k6), k7), weight) in
             k1.iter().zip(k3).zip(k4).zip(k5).zip(k6).zip(k7).zip(self.weight.groups())
         {
-            let error = each(|l| {
-                let early = weights[0] * k1[l] + weights[2] * k3[l] + weights[3] * k4[l];
-                (early + weights[4] * k5[l] + weights[5] * k6[l] + weights[6] * k7[l]) * weight[l]
-            });
-            sum = each(|l| sum[l] + error[l] * error[l]);
+            let early = *k1 * weights[0] + *k3 * weights[2] + *k4 * weights[3];
+            let error = (early + *k5 * weights[4] + *k6 * weights[5] + *k7 * weights[6]) * *weight;
+            sum += error * error;
         }
         root_mean(sum, self.start.len())
     }
@@ -189,12 +187,12 @@ impl<const GROUPS: usize> Work<GROUPS> {
     pub(super) fn is_at_end_of_stability(&self, h: f64) -> bool {
         let [.., k6, k7] = self.f.each_ref().map(Vector::groups);
         let (sixth, end) = (self.stage.groups(), self.full[2].groups());
-        let (mut rates, mut states) = ([0.0; 4], [0.0; 4]);
+        let (mut rates, mut states) = (Group::ZERO, Group::ZERO);
         for ((((k6, k7), sixth), end), weight) in k6.iter().zip(k7).zip(sixth).zip(end).zip(self.weight.groups()) {
-            let rate = each(|l| (k7[l] - k6[l]) * weight[l]);
-            rates = each(|l| rates[l] + rate[l] * rate[l]);
-            let state = each(|l| (end[l] - sixth[l]) * weight[l]);
-            states = each(|l| states[l] + state[l] * state[l]);
+            let rate = (*k7 - *k6) * *weight;
+            rates += rate * rate;
+            let state = (*end - *sixth) * *weight;
+            states += state * state;
         }
         let count = self.start.len();
         h * root_mean(rates, count) > END_OF_STABILITY * root_mean(states, count)

@@ -1,7 +1,9 @@
 //! One step: simplified Newton in the transformed stages, error estimate, step size.
 
-use super::radau_coefficients::{ALPHA, BETA, C, E, GAMMA, T, T_INVERSE, T_INVERSE_C, T_INVERSE_SUM};
-use super::vector::{Vector, Work, each, root_mean};
+use super::radau_coefficients::{
+    ALPHA, BETA, C, E, END_RATES, GAMMA, T, T_INVERSE, T_INVERSE_C, T_INVERSE_SUM, transformed,
+};
+use super::vector::{Group, Vector, Work, root_mean};
 use super::{Complex64, Integrator, System};
 
 /// Most Newton iterations of one step.
@@ -57,6 +59,7 @@ impl Integrator {
             factor(system, h);
             self.statistics.factorisations += 1;
             self.factored_step = h;
+            self.has_lead = false;
         }
     }
 
@@ -72,6 +75,10 @@ impl Integrator {
     ) -> Outcome {
         self.prepare(system, t, y, h);
         work.start.copy_from_slice(y);
+        let led = std::mem::take(&mut self.has_lead);
+        if !led {
+            work.lead.iter_mut().for_each(|lead| lead.groups_mut().fill(Group::ZERO));
+        }
         let mut last_change = work.guess(system, h);
         let mut last_defect = f64::NAN;
         let mut iterations = 0;
@@ -81,22 +88,32 @@ impl Integrator {
             }
             let defect = work.correct(system, t, h);
             self.count_evaluations(3);
-            let change = work.apply_correction([0.0; 3]);
+            let [change, lead] = work.apply_correction();
             iterations += 1;
             self.statistics.newton_iterations += 1;
             if !change.is_finite() {
                 return Outcome::NotConverged;
             }
-            let mut theta = if last_change > 0.0 { change / last_change } else { 0.0 };
-            if iterations == 1 {
-                // Large parts of the motion that the guess has right may hide a small part that converges slowly.
-                theta = theta.max(LEAST_CONTRACTION);
-            }
+            // The first iteration is told by all that the guess lacked, what is known from the last step included.
+            let corrected = if iterations == 1 { lead } else { change };
+            let contraction = if last_change > 0.0 { corrected / last_change } else { 0.0 };
+            // Large parts of the motion that the guess has right may hide a small part that converges slowly.
+            let theta = if iterations == 1 { contraction.max(LEAST_CONTRACTION) } else { contraction };
             last_change = change;
             let small = change == 0.0 || theta < 0.99 && theta / (1.0 - theta) * change <= self.newton_tolerance;
-            let solved = defect <= DEFECT
-                || settles(defect, if iterations == 1 { work.first_defect(h) } else { last_defect })
-                || iterations > 1 && defect <= DEFECT_CONTRACTION * last_defect;
+            // A lead makes the defect smaller and says nothing of the Jacobian: then what the last step without one has shown counts.
+            let before = match iterations {
+                1 if led => defect / (self.settling * contraction),
+                1 => work.first_defect(h),
+                _ => last_defect,
+            };
+            let settled = settles(defect, before);
+            let solved = defect <= DEFECT || settled || iterations > 1 && defect <= DEFECT_CONTRACTION * last_defect;
+            if iterations == 1 && !led {
+                let settling = defect / before / contraction;
+                self.settling = if settling.is_finite() { settling } else { 0.0 };
+            }
+            self.has_lead = iterations == 1 && settled && self.settling > 0.0;
             last_defect = defect;
             if small && solved {
                 break;
@@ -137,26 +154,22 @@ impl Integrator {
         h: f64,
         rejected: bool,
     ) -> f64 {
-        let weights = E.map(|e| e / h);
-        let [z0, z1, z2] = work.z.each_ref().map(Vector::groups);
-        let rates = work.rates.groups();
-        // `w[0]` is done with; it keeps the difference for a second pass.
-        let out = work.error.groups_mut().iter_mut().zip(work.w[0].groups_mut());
-        for ((((error, kept), rates), z0), (z1, z2)) in out.zip(rates).zip(z0).zip(z1.iter().zip(z2)) {
-            *kept = each(|l| weights[0] * z0[l] + weights[1] * z1[l] + weights[2] * z2[l]);
-            *error = each(|l| kept[l] + rates[l]);
-        }
+        let weights = const { transformed(E) }.map(|e| e / h);
+        // The stage holds the difference for a second pass.
+        let Work { stage, error, rates, w, .. } = work;
+        let (error, rates) = (error.groups_mut(), rates.groups());
+        weighed(stage, weights, w, |k, difference| {
+            error[k] = difference + rates[k];
+            difference
+        });
         system.solve_real(&mut work.error);
         let mut error = work.norm(&work.error);
         if error >= 1.0 && (rejected || self.last.0 == 0.0) {
-            for ((stage, start), error) in work.stage.iter_mut().zip(&*work.start).zip(&*work.error) {
-                *stage = start + error;
-            }
-            system.rates(t, &work.stage, &mut work.error);
+            let moved = work.f[0].iter_mut().zip(&*work.start).zip(&*work.error);
+            moved.for_each(|((moved, start), error)| *moved = start + error);
+            system.rates(t, &work.f[0], &mut work.error);
             self.count_evaluations(1);
-            for (error, kept) in work.error.iter_mut().zip(&*work.w[0]) {
-                *error += kept;
-            }
+            work.error.iter_mut().zip(&*work.stage).for_each(|(error, difference)| *error += difference);
             system.solve_real(&mut work.error);
             error = work.norm(&work.error);
         }
@@ -197,26 +210,34 @@ impl Integrator {
 }
 
 impl<const GROUPS: usize> Work<GROUPS> {
-    /// The correction of stages that all stand at the start of the step, where the rates are known: the answer, were the
-    /// system linear. Nothing older than this step is used, since the inputs may have jumped.
+    /// Places the stages by the answer from the start of the step, where the rates are known, were the system linear; and by what
+    /// that answer lacked in the last step, as far as this is known. Inputs may have jumped since: then that is no more than a guess,
+    /// and Newton's method has that much more to correct.
     ///
-    /// Returns its size beside steady rates: the part of it that the Jacobian made, by which its error is to be judged. A large
-    /// steady motion would hide how slowly a small rest converges.
+    /// Returns the size of the answer beside steady rates: the part of it that the Jacobian made, by which its error is to be judged.
+    /// A large steady motion would hide how slowly a small rest converges.
     fn guess(&mut self, system: &mut impl System, h: f64) -> f64 {
         let [re, im] = self.complex.each_mut().map(Vector::groups_mut);
         for (rates, (real, (re, im))) in
             self.rates.groups().iter().zip(self.error.groups_mut().iter_mut().zip(re.iter_mut().zip(im)))
         {
-            *real = rates.map(|rate| T_INVERSE_SUM[0] * rate);
-            *re = rates.map(|rate| T_INVERSE_SUM[1] * rate);
-            *im = rates.map(|rate| T_INVERSE_SUM[2] * rate);
+            *real = *rates * T_INVERSE_SUM[0];
+            *re = *rates * T_INVERSE_SUM[1];
+            *im = *rates * T_INVERSE_SUM[2];
         }
         system.solve_real(&mut self.error);
         self.solve_complex(system);
-        for w in &mut self.w {
-            w.groups_mut().fill([0.0; 4]);
+        let steady = T_INVERSE_C.map(|c| c * h);
+        let mut sum = Group::ZERO;
+        for k in 0..self.start.groups().len() {
+            let [a, b, c] = self.correction(k);
+            let rates = self.rates.groups()[k];
+            let beside = [a - rates * steady[0], b - rates * steady[1], c - rates * steady[2]];
+            sum += self.squares(k, beside);
+            let lead = self.lead.each_ref().map(|lead| lead.groups()[k]);
+            self.place_stages(k, [a + lead[0], b + lead[1], c + lead[2]]);
         }
-        self.apply_correction(T_INVERSE_C.map(|c| c * h))
+        root_mean(sum, 3 * self.error.len())
     }
 
     fn solve_complex(&mut self, system: &mut impl System) {
@@ -241,16 +262,16 @@ impl<const GROUPS: usize> Work<GROUPS> {
         let weights = self.weight.groups();
         let [re, im] = self.complex.each_mut().map(Vector::groups_mut);
         let right = self.error.groups_mut().iter_mut().zip(re.iter_mut().zip(im));
-        let mut sum = [0.0; 4];
+        let mut sum = Group::ZERO;
         for (((((((real, (re, im)), f0), f1), f2), w0), w1), (w2, weight)) in
             right.zip(f0).zip(f1).zip(f2).zip(w0).zip(w1).zip(w2.iter().zip(weights))
         {
-            let g = |s: usize| each(|l| T_INVERSE[s][0] * f0[l] + T_INVERSE[s][1] * f1[l] + T_INVERSE[s][2] * f2[l]);
-            let [g0, g1, g2] = [g(0), g(1), g(2)];
-            *real = each(|l| g0[l] - gamma * w0[l]);
-            *re = each(|l| g1[l] - alpha * w1[l] + beta * w2[l]);
-            *im = each(|l| g2[l] - alpha * w2[l] - beta * w1[l]);
-            sum = each(|l| sum[l] + (real[l] * weight[l]) * (real[l] * weight[l]));
+            let g = |s: usize| *f0 * T_INVERSE[s][0] + *f1 * T_INVERSE[s][1] + *f2 * T_INVERSE[s][2];
+            *real = g(0) - *w0 * gamma;
+            *re = g(1) - *w1 * alpha + *w2 * beta;
+            *im = g(2) - *w2 * alpha - *w1 * beta;
+            let weighed = *real * *weight;
+            sum += weighed * weighed;
         }
         system.solve_real(&mut self.error);
         self.solve_complex(system);
@@ -258,33 +279,77 @@ impl<const GROUPS: usize> Work<GROUPS> {
         root_mean(sum, self.error.len()) * h / GAMMA
     }
 
-    /// Adds the correction to the transformed stages and places the stages anew, `Z = T W`. Returns the size of the correction
-    /// less `steady` times the rates, in units of the tolerance.
-    fn apply_correction(&mut self, steady: [f64; 3]) -> f64 {
-        let [w0, w1, w2] = self.w.each_mut().map(Vector::groups_mut);
-        let [z0, z1, z2] = self.z.each_mut().map(Vector::groups_mut);
-        let [full0, full1, full2] = self.full.each_mut().map(Vector::groups_mut);
-        let (real, [re, im]) = (self.error.groups(), self.complex.each_ref().map(Vector::groups));
-        let (start, rates, weight) = (self.start.groups(), self.rates.groups(), self.weight.groups());
-        let mut sum = [0.0; 4];
-        for k in 0..start.len() {
-            let (real, re, im) = (real[k], re[k], im[k]);
-            let part = |correction: [f64; 4], s: usize| each(|l| correction[l] - steady[s] * rates[k][l]);
-            let (a, b, c) = (part(real, 0), part(re, 1), part(im, 2));
-            let square = each(|l| a[l] * a[l] + b[l] * b[l] + c[l] * c[l]);
-            sum = each(|l| sum[l] + square[l] * (weight[k][l] * weight[k][l]));
-            let (a, b, c) = (each(|l| w0[k][l] + real[l]), each(|l| w1[k][l] + re[l]), each(|l| w2[k][l] + im[l]));
-            (w0[k], w1[k], w2[k]) = (a, b, c);
-            let (za, zb, zc) = (
-                each(|l| T[0][0] * a[l] + T[0][1] * b[l] + T[0][2] * c[l]),
-                each(|l| T[1][0] * a[l] + T[1][1] * b[l] + T[1][2] * c[l]),
-                each(|l| T[2][0] * a[l] + T[2][1] * b[l]),
-            );
-            (z0[k], z1[k], z2[k]) = (za, zb, zc);
-            full0[k] = each(|l| start[k][l] + za[l]);
-            full1[k] = each(|l| start[k][l] + zb[l]);
-            full2[k] = each(|l| start[k][l] + zc[l]);
+    /// Adds the correction to the transformed stages and places the stages anew. Returns the sizes of the correction and of all
+    /// corrections, in units of the tolerance.
+    fn apply_correction(&mut self) -> [f64; 2] {
+        let (mut of_this, mut of_all) = (Group::ZERO, Group::ZERO);
+        for k in 0..self.start.groups().len() {
+            let correction = self.correction(k);
+            let (mut w, mut all) = ([Group::ZERO; 3], [Group::ZERO; 3]);
+            for s in 0..3 {
+                w[s] = self.w[s].groups()[k] + correction[s];
+                all[s] = self.lead[s].groups()[k] + correction[s];
+                self.lead[s].groups_mut()[k] = all[s];
+            }
+            of_this += self.squares(k, correction);
+            of_all += self.squares(k, all);
+            self.place_stages(k, w);
         }
-        root_mean(sum, 3 * self.error.len())
+        [of_this, of_all].map(|sum| root_mean(sum, 3 * self.error.len()))
+    }
+
+    /// Group `k` of the correction.
+    #[inline(always)]
+    fn correction(&self, k: usize) -> [Group; 3] {
+        [self.error.groups()[k], self.complex[0].groups()[k], self.complex[1].groups()[k]]
+    }
+
+    /// The squares of values of group `k` in the transformed stages, in units of the tolerance, summed over the stages.
+    #[inline(always)]
+    fn squares(&self, k: usize, [a, b, c]: [Group; 3]) -> Group {
+        let weight = self.weight.groups()[k];
+        (a * a + b * b + c * c) * (weight * weight)
+    }
+
+    /// Takes up group `k` of the transformed increments and places the stages there, `Z = T W`.
+    #[inline(always)]
+    fn place_stages(&mut self, k: usize, w: [Group; 3]) {
+        let start = self.start.groups()[k];
+        let stages = [
+            start + (w[0] * T[0][0] + w[1] * T[0][1] + w[2] * T[0][2]),
+            start + (w[0] * T[1][0] + w[1] * T[1][1] + w[2] * T[1][2]),
+            start + (w[0] * T[2][0] + w[1] * T[2][1]),
+        ];
+        for s in 0..3 {
+            self.w[s].groups_mut()[k] = w[s];
+            self.full[s].groups_mut()[k] = stages[s];
+        }
+    }
+
+    /// Rates at the end of the step: the collocation polynomial's slope there, which is what Newton's method made of them.
+    pub(super) fn end_rates(&mut self, h: f64) {
+        let weights = const { transformed(END_RATES) }.map(|w| w / h);
+        let Self { rates, w, .. } = self;
+        weighed(rates, weights, w, |_, sum| sum);
+    }
+
+    /// The state on the collocation polynomial at these weights of the transformed increments, into `stage`.
+    pub(super) fn place(&mut self, weights: [f64; 3]) {
+        let Self { stage, start, w, .. } = self;
+        weighed(stage, weights, w, |k, sum| start.groups()[k] + sum);
+    }
+}
+
+/// Writes what `value` makes of each group's place and its sum of the transformed increments `w`, weighed.
+#[inline(always)]
+fn weighed<const GROUPS: usize>(
+    to: &mut Vector<GROUPS>,
+    weights: [f64; 3],
+    w: &[Vector<GROUPS>; 3],
+    mut value: impl FnMut(usize, Group) -> Group,
+) {
+    let [w0, w1, w2] = w.each_ref().map(Vector::groups);
+    for (k, to) in to.groups_mut().iter_mut().enumerate() {
+        *to = value(k, w0[k] * weights[0] + w1[k] * weights[1] + w2[k] * weights[2]);
     }
 }

@@ -35,6 +35,16 @@ pub(super) const T_INVERSE: [[f64; 3]; 3] = [
     [-0.502_872_634_945_787, 2.571_926_949_855_605, -0.596_039_204_828_224_9],
 ];
 
+/// What `weights` of the stage increments are as weights of the transformed ones.
+pub(super) const fn transformed(weights: [f64; 3]) -> [f64; 3] {
+    let [a, b, c] = weights;
+    [
+        a * T[0][0] + b * T[1][0] + c * T[2][0],
+        a * T[0][1] + b * T[1][1] + c * T[2][1],
+        a * T[0][2] + b * T[1][2] + c * T[2][2],
+    ]
+}
+
 /// `T⁻¹ [1, 1, 1]`: what the same value in all stages becomes.
 pub(super) const T_INVERSE_SUM: [f64; 3] = [
     T_INVERSE[0][0] + T_INVERSE[0][1] + T_INVERSE[0][2],

@@ -1,6 +1,6 @@
 //! Where the equations switch: the first crossing on the polynomial through a step.
 
-use super::radau_coefficients::C;
+use super::radau_coefficients::{C, transformed};
 use super::vector::Work;
 use super::{Integrator, System};
 
@@ -62,10 +62,7 @@ impl Integrator {
             }
             weight[s] = product;
         }
-        let Work { stage, start, z: [z0, z1, z2], .. } = work;
-        for k in 0..start.len() {
-            stage[k] = start[k] + weight[0] * z0[k] + weight[1] * z1[k] + weight[2] * z2[k];
-        }
+        work.place(transformed(weight));
     }
 
     /// Fraction of the step at which a switching function first turns negative, to rounding.

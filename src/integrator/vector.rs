@@ -2,8 +2,11 @@
 
 use std::ops::{Deref, DerefMut};
 
+use bytemuck::{cast_slice, cast_slice_mut};
+use wide::f64x4;
+
 /// Values of one group.
-pub(super) type Group<T = f64> = [T; 4];
+pub(super) type Group = f64x4;
 
 /// Groups that a call works with, by the number of states: as few as suffice for the plant of four cables without effects, twice
 /// as many, or as many as the largest plant has ([`MOST_STATES`]).
@@ -16,16 +19,16 @@ pub const MOST_STATES: usize = 4 * MOST;
 
 /// A value for each state, room for `GROUPS` groups. It reads as a slice; the loops that a step spends its time in go over the
 /// groups, the last one filled up with zeros, so that the compiler can work on several states at once.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Vector<const GROUPS: usize> {
     groups: [Group; GROUPS],
     len: usize,
 }
 
 impl<const GROUPS: usize> Vector<GROUPS> {
-    #[inline]
+    #[inline(always)]
     pub(super) fn zeros(len: usize) -> Self {
-        Self { groups: [[0.0; 4]; GROUPS], len }
+        Self { groups: [Group::ZERO; GROUPS], len }
     }
 
     /// Groups that the loops go over: those in use, or all where these are few, so that the compiler can unroll them.
@@ -51,14 +54,14 @@ impl<const GROUPS: usize> Deref for Vector<GROUPS> {
 
     #[inline]
     fn deref(&self) -> &[f64] {
-        &self.groups.as_flattened()[..self.len]
+        &cast_slice(&self.groups)[..self.len]
     }
 }
 
 impl<const GROUPS: usize> DerefMut for Vector<GROUPS> {
     #[inline]
     fn deref_mut(&mut self) -> &mut [f64] {
-        &mut self.groups.as_flattened_mut()[..self.len]
+        &mut cast_slice_mut(&mut self.groups)[..self.len]
     }
 }
 
@@ -69,9 +72,10 @@ pub(super) struct Work<const GROUPS: usize> {
     pub(super) weight: Vector<GROUPS>,
     /// Rates at the start of the step.
     pub(super) rates: Vector<GROUPS>,
-    /// Stage increments `Y_s - y` of an implicit step, and the same transformed.
-    pub(super) z: [Vector<GROUPS>; 3],
+    /// Stage increments `Y_s - y` of an implicit step, transformed.
     pub(super) w: [Vector<GROUPS>; 3],
+    /// What the corrections of Newton's method have added to the guess.
+    pub(super) lead: [Vector<GROUPS>; 3],
     /// Rates at the three stages of an implicit step, or at the second to the seventh of an explicit one.
     pub(super) f: [Vector<GROUPS>; 6],
     pub(super) error: Vector<GROUPS>,
@@ -87,40 +91,37 @@ pub(super) struct Work<const GROUPS: usize> {
 impl<const GROUPS: usize> Work<GROUPS> {
     #[inline]
     pub(super) fn new(dimension: usize) -> Self {
+        // Each made in its place: none is copied there.
         let zeros = || Vector::zeros(dimension);
         Self {
             weight: zeros(),
             rates: zeros(),
-            z: std::array::from_fn(|_| zeros()),
-            w: std::array::from_fn(|_| zeros()),
-            f: std::array::from_fn(|_| zeros()),
+            w: [zeros(), zeros(), zeros()],
+            lead: [zeros(), zeros(), zeros()],
+            f: [zeros(), zeros(), zeros(), zeros(), zeros(), zeros()],
             error: zeros(),
             complex: [zeros(), zeros()],
             stage: zeros(),
             start: zeros(),
-            full: std::array::from_fn(|_| zeros()),
+            full: [zeros(), zeros(), zeros()],
         }
     }
 
     /// Root mean square of `values`, weighed.
     #[inline]
     pub(super) fn norm(&self, values: &Vector<GROUPS>) -> f64 {
-        let mut sum = [0.0; 4];
-        for (v, w) in values.groups().iter().zip(self.weight.groups()) {
-            sum = each(|l| sum[l] + (v[l] * w[l]) * (v[l] * w[l]));
+        let mut sum = Group::ZERO;
+        for (value, weight) in values.groups().iter().zip(self.weight.groups()) {
+            let weighed = *value * *weight;
+            sum += weighed * weighed;
         }
         root_mean(sum, values.len())
     }
 }
 
-/// `f` of the values in each place of a group.
-#[inline(always)]
-pub(super) fn each<T>(f: impl FnMut(usize) -> T) -> Group<T> {
-    std::array::from_fn(f)
-}
-
 /// Root mean square over `count` values of a sum of squares by groups.
 #[inline]
 pub(super) fn root_mean(sum: Group, count: usize) -> f64 {
-    (((sum[0] + sum[2]) + (sum[1] + sum[3])) / count as f64).sqrt()
+    let [a, b, c, d] = sum.to_array();
+    (((a + c) + (b + d)) / count as f64).sqrt()
 }

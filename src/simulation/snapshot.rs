@@ -163,6 +163,9 @@ impl Simulation {
         out.extend(count(memory.jacobian_state.len()));
         put(out, &memory.jacobian_state);
         put(out, &[memory.jacobian_least, memory.jacobian_excess].map(f64::from));
+        out.extend(count(memory.lead.len()));
+        put(out, &memory.lead);
+        put(out, &[memory.settling]);
         out.extend(count(memory.rates.len()));
         put(out, &memory.rates);
         out.extend(count(memory.stiff_since.iter().len()));
@@ -214,6 +217,9 @@ impl Simulation {
         let jacobian_count = reader.count(8)?;
         reader.list(jacobian_count, &mut memory.jacobian_state)?;
         let jacobian_use: [f64; 2] = reader.numbers()?;
+        let lead_count = reader.count(8)?;
+        reader.list(lead_count, &mut memory.lead)?;
+        memory.settling = reader.number()?;
         let rates_count = reader.count(8)?;
         reader.list(rates_count, &mut memory.rates)?;
         let stiff_since = match reader.count(8)? {
@@ -241,8 +247,9 @@ impl Simulation {
         if self.plant.wound_in(y) || jacobian_count > 0 && self.plant.wound_in(&memory.jacobian_state) {
             return Err(SnapshotError("an unstretched length is not positive"));
         }
-        let sizes = [next_step, factored_step, last_step, last_error];
+        let sizes = [next_step, factored_step, last_step, last_error, memory.settling];
         if ![0, n].contains(&jacobian_count)
+            || ![0, 3 * n].contains(&lead_count)
             || ![0, n].contains(&rates_count)
             || sizes.iter().any(|size| *size < 0.0)
             || !jacobian_use.iter().all(is_whole)
@@ -269,7 +276,7 @@ impl Simulation {
         self.work.linearised_slack = linearised_slack;
         let segment = InputSegment::new(jacobian_time, linearised_inputs, Inputs::none(cables));
         let plant = self.plant.at(jacobian_time);
-        let mut system = PlantSystem::new(plant, segment, &mut linearised_slack, &mut self.work);
+        let mut system = PlantSystem::new(plant, &segment, &mut linearised_slack, &mut self.work);
         self.integrator.restore(memory, &mut system);
         Ok(())
     }
