@@ -326,10 +326,10 @@ impl Integrator {
                 self.next_step = self.first_step(work, remaining);
             }
             let planned = self.next_step;
-            let h = step_size(planned, remaining).min(limit);
+            let explicit = self.is_explicit();
+            let h = step_size(planned, remaining, explicit).min(limit);
             let left = if h == remaining { 0.0 } else { remaining - h };
             let arrival = if left == 0.0 { end } else { end - left };
-            let explicit = self.is_explicit();
             let before = self.statistics;
             let outcome = if explicit {
                 self.explicit_step(work, system, [t, arrival], y, h, rejected)
@@ -486,10 +486,14 @@ impl Integrator {
     }
 }
 
-/// The step to take where the error estimate asks for `next` and `remaining` is left: no tiny step at the end.
-fn step_size(next: f64, remaining: f64) -> f64 {
+/// The step to take where the error estimate asks for `next` and `remaining` is left: no tiny one at the end. Implicit steps are
+/// parts of the same size, so that factors serve for several.
+fn step_size(next: f64, remaining: f64, explicit: bool) -> f64 {
     if next >= 0.9 * remaining {
         remaining
+    } else if !explicit {
+        // What rounding has left of parts before is none by itself.
+        remaining / (remaining / next - 1e-6).ceil()
     } else if next > 0.5 * remaining {
         0.5 * remaining
     } else {
