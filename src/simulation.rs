@@ -168,7 +168,7 @@ impl Simulation {
     /// Sets the inputs from now on, held constant.
     pub fn set_inputs(&mut self, inputs: Inputs) {
         if !self.held || inputs != self.inputs {
-            self.set_inputs_with_slopes(inputs, Inputs::none(self.plant.cables()));
+            self.take_inputs(inputs, Inputs::none(self.plant.cables()));
         }
     }
 
@@ -177,6 +177,10 @@ impl Simulation {
         if inputs == self.inputs() && slopes == self.input_slopes {
             return;
         }
+        self.take_inputs(inputs, slopes);
+    }
+
+    fn take_inputs(&mut self, inputs: Inputs, slopes: Inputs) {
         self.integrator.equations_changed();
         self.inputs = inputs;
         self.input_slopes = slopes;
@@ -276,7 +280,7 @@ impl Simulation {
             self.slack = self.plant.slack_cables(self.time, &self.y, &inputs.at(self.time));
         }
         let plant = self.plant.at(self.time);
-        let mut system = PlantSystem::new(plant, inputs, &mut self.slack, &mut self.work);
+        let mut system = PlantSystem::new(plant, &inputs, &mut self.slack, &mut self.work);
         let result = self.integrator.advance_part(&mut system, self.time, &mut self.y, duration);
         self.time = match &result {
             Ok(()) => stop,

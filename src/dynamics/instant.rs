@@ -80,7 +80,11 @@ impl Plant {
         u: &Inputs<S>,
         slack: &PerCable<bool>,
     ) -> Instant<S, LANES> {
-        self.instant_here(self.has, time, y, u, slack)
+        if self.plain {
+            self.instant_here(Has::default(), time, y, u, slack)
+        } else {
+            self.instant_here(self.has, time, y, u, slack)
+        }
     }
 
     /// Writes the rates of all states. What only others read of the instant is not computed, and a plant without effects is

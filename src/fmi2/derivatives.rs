@@ -62,7 +62,6 @@ impl CablePlatform {
         let instant = Instant {
             shown: tangent.shown(plant),
             states: &tangent.states,
-            rates: &tangent.rates,
             acceleration: Some(&tangent.unstretched_acceleration),
             plant,
         };

@@ -8,7 +8,7 @@
 use fmi2_export::description::Kind;
 use fmi2_export::{Experiment, ModelError};
 
-use super::values::{evaluated, input_field, no_real_variable, read, start_field};
+use super::values::{input_field, no_real_variable, read, start_field};
 use super::{CablePlatform, Role};
 use crate::model_file::Model;
 use crate::parameter::REALS;
@@ -72,10 +72,9 @@ impl CablePlatform {
         let plant = self.checked(&model)?;
         let simulation = model.simulation_of(plant).map_err(|e| ModelError::new(e.to_string()))?;
         self.same_states(&simulation)?;
-        let mut rates = Vec::new();
-        let evaluation = evaluated(&simulation, &mut rates);
+        let evaluation = simulation.evaluate();
         let mut values = vec![0.0; unknowns.len()];
-        match read(&simulation, &evaluation, &rates, unknowns.iter().copied(), &mut values) {
+        match read(&simulation, &evaluation, unknowns.iter().copied(), &mut values) {
             None => Ok(values),
             Some(_) => Err(no_real_variable()),
         }

@@ -77,8 +77,6 @@ pub struct CablePlatform {
     is_of_now: bool,
     /// Derivatives at this instant, along the direction last asked for.
     tangent: Option<Tangent>,
-    /// Rates of the states at that instant.
-    rates: Vec<f64>,
     log: Vec<LogEntry>,
     steps: u32,
     events: u32,
@@ -133,7 +131,6 @@ impl CablePlatform {
             now: None,
             is_of_now: false,
             tangent: None,
-            rates: Vec::new(),
             log: Vec::new(),
             steps: 0,
             events: 0,

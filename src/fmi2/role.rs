@@ -94,7 +94,6 @@ pub(super) enum Choice {
 pub(super) struct Instant<'a, S> {
     pub(super) shown: Shown<'a, S>,
     pub(super) states: &'a [S],
-    pub(super) rates: &'a [S],
     /// Of the true unstretched lengths; `None` where nobody asks for them.
     pub(super) acceleration: Option<&'a PerCable<S>>,
     pub(super) plant: &'a Plant,
@@ -122,15 +121,15 @@ impl<S: Real> Instant<'_, S> {
             }
             Role::State(State::Effect(i, k)) => self.states[self.plant.effect_states(i).start + k],
             Role::Rate(State::Pose(k)) => {
-                let of = |values: &[S]| [values[0], values[1], values[2]];
-                self.plant.pose_sensor.shown_rate(&of(self.states), &of(self.rates))[k]
+                let (pose, twist) = ([0, 1, 2].map(|k| self.states[k]), [3, 4, 5].map(|k| self.states[k]));
+                self.plant.pose_sensor.shown_rate(&pose, &twist)[k]
             }
-            Role::Rate(State::Twist(k)) => self.rates[3 + k],
+            Role::Rate(State::Twist(k)) => shown.acceleration(k),
             Role::Rate(State::UnstretchedRate(i)) => {
                 let now = (shown.unstretched_length(i), shown.unstretched_length_rate(i));
                 self.plant.cable[i].unstretched_sensor.shown_acceleration(now.0, now.1, self.acceleration?[i])
             }
-            Role::Rate(State::Effect(i, k)) => self.rates[self.plant.effect_states(i).start + k],
+            Role::Rate(State::Effect(i, k)) => shown.effect_rate(i, k),
             Role::Time
             | Role::WinchForce(_)
             | Role::Disturbance(_)

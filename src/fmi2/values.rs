@@ -35,7 +35,7 @@ impl CablePlatform {
                 Value::Real(input_field(&mut inputs, role).map_or(0.0, |value| *value))
             }
             Role::Slack(i) => {
-                let (simulation, evaluation, _) = self.now()?;
+                let (simulation, evaluation) = self.now()?;
                 Value::Boolean(simulation.shown(evaluation).slack(i))
             }
             Role::Time => Value::Real(self.present()?.time()),
@@ -43,8 +43,8 @@ impl CablePlatform {
         })
     }
 
-    /// The simulation, everything evaluated at the present instant, and the rates of the states.
-    fn now(&mut self) -> Result<(&Simulation, &Evaluation, &[f64]), ModelError> {
+    /// The simulation, and everything evaluated at the present instant.
+    fn now(&mut self) -> Result<(&Simulation, &Evaluation), ModelError> {
         if !self.is_of_now {
             self.present()?;
             if let Some(simulation) = &self.simulation {
@@ -52,22 +52,19 @@ impl CablePlatform {
                     Some(evaluation) => simulation.evaluate_into(evaluation),
                     None => self.now = Some(simulation.evaluate()),
                 }
-                if let Some(evaluation) = &self.now {
-                    write_rates(simulation, evaluation, &mut self.rates);
-                }
             }
             self.is_of_now = true;
         }
         match (&self.simulation, &self.now) {
-            (Some(simulation), Some(evaluation)) => Ok((simulation, evaluation, &self.rates)),
+            (Some(simulation), Some(evaluation)) => Ok((simulation, evaluation)),
             _ => Err(ModelError::new("there is no simulation")),
         }
     }
 
     fn computed(&mut self, role: Role) -> Result<f64, ModelError> {
-        let (simulation, evaluation, rates) = self.now()?;
+        let (simulation, evaluation) = self.now()?;
         let mut value = [0.0];
-        match read(simulation, evaluation, rates, [role], &mut value) {
+        match read(simulation, evaluation, [role], &mut value) {
             None => Ok(value[0]),
             Some(_) => Err(no_real_variable()),
         }
@@ -79,7 +76,7 @@ impl CablePlatform {
             self.now().map_err(|error| (0, error))?;
             if let (Some(simulation), Some(evaluation)) = (&self.simulation, &self.now) {
                 let roles = indices.iter().map(|index| self.shared.roles[*index]);
-                if read(simulation, evaluation, &self.rates, roles, values).is_none() {
+                if read(simulation, evaluation, roles, values).is_none() {
                     return Ok(());
                 }
             }
@@ -97,12 +94,22 @@ impl CablePlatform {
     /// Sets real variables. While the simulation runs, they are inputs, and change together.
     pub(super) fn set_real_values(&mut self, assignments: &[(usize, f64)]) -> Result<(), (usize, ModelError)> {
         if let (Phase::Running { .. }, Some(simulation)) = (self.phase, &mut self.simulation) {
+            if simulation.holds_inputs() {
+                let mut inputs = simulation.inputs();
+                for (place, (index, value)) in assignments.iter().enumerate() {
+                    let field = input_field(&mut inputs, self.shared.roles[*index]);
+                    *field.ok_or_else(|| (place, no_input()))? = *value;
+                }
+                simulation.set_inputs(inputs);
+                self.changed();
+                return Ok(());
+            }
             let (mut inputs, mut slopes) = (simulation.inputs(), simulation.input_slopes());
             for (place, (index, value)) in assignments.iter().enumerate() {
                 let role = self.shared.roles[*index];
                 match (input_field(&mut inputs, role), input_field(&mut slopes, role)) {
                     (Some(input), Some(slope)) => (*input, *slope) = (*value, 0.0),
-                    _ => return Err((place, ModelError::new("only inputs can be set while the simulation runs"))),
+                    _ => return Err((place, no_input())),
                 }
             }
             simulation.set_inputs_with_slopes(inputs, slopes);
@@ -120,7 +127,7 @@ impl CablePlatform {
         let running = matches!(self.phase, Phase::Running { .. });
         match (role, value) {
             (Role::WinchForce(_) | Role::Disturbance(_), Value::Real(value)) => self.set_input(role, *value, 0.0),
-            _ if running => return Err(ModelError::new("only inputs can be set while the simulation runs")),
+            _ if running => return Err(no_input()),
             (Role::Parameter(place, i), Value::Real(value)) => {
                 match (REALS[place].field)(&mut self.settings.model, i) {
                     Some(field) => *field = *value,
@@ -188,23 +195,10 @@ impl CablePlatform {
     }
 }
 
-/// The present instant of `simulation`, and the rates of its states.
-pub(super) fn evaluated(simulation: &Simulation, rates: &mut Vec<f64>) -> Evaluation {
-    let evaluation = simulation.evaluate();
-    write_rates(simulation, &evaluation, rates);
-    evaluation
-}
-
-fn write_rates(simulation: &Simulation, evaluation: &Evaluation, rates: &mut Vec<f64>) {
-    rates.resize(simulation.states().len(), 0.0);
-    simulation.plant().write_rates(simulation.states(), evaluation, rates);
-}
-
 /// Real variables that follow from the states, into `values`. Returns the first role that does not.
 pub(super) fn read(
     simulation: &Simulation,
     evaluation: &Evaluation,
-    rates: &[f64],
     roles: impl IntoIterator<Item = Role, IntoIter: Clone>,
     values: &mut [f64],
 ) -> Option<Role> {
@@ -215,7 +209,7 @@ pub(super) fn read(
     let asked = plant.has.platform_side && roles.clone().any(Role::is_unstretched_acceleration);
     let along_motion = asked.then(|| simulation.unstretched_accelerations(evaluation));
     let acceleration = Some(along_motion.as_ref().unwrap_or(&evaluation.unstretched_acceleration));
-    let instant = Instant { shown, states, rates, acceleration, plant };
+    let instant = Instant { shown, states, acceleration, plant };
     for (role, value) in roles.zip(values) {
         match instant.real(role) {
             Some(real) => *value = real,
@@ -223,6 +217,10 @@ pub(super) fn read(
         }
     }
     None
+}
+
+fn no_input() -> ModelError {
+    ModelError::new("only inputs can be set while the simulation runs")
 }
 
 pub(super) fn no_real_variable() -> ModelError {

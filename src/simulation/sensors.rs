@@ -78,6 +78,12 @@ impl<S: Real> Shown<'_, S> {
         self.e.acceleration[axis]
     }
 
+    /// Rate of one of the states that effects have on a cable.
+    #[inline]
+    pub(crate) fn effect_rate(&self, cable: usize, state: usize) -> S {
+        self.e.effect_rate[cable][state]
+    }
+
     #[inline]
     pub(crate) fn cable_length(&self, i: usize) -> S {
         let (factor, bias) = self.plant.cable[i].length_sensor;

@@ -69,7 +69,7 @@ impl Workspace {
 /// What the integrator sees: a plant under given inputs, with its cables slack or taut.
 pub(super) struct PlantSystem<'a> {
     pub(super) plant: &'a Plant,
-    pub(super) inputs: InputSegment,
+    pub(super) inputs: &'a InputSegment,
     pub(super) slack: &'a mut PerCable<bool>,
     pub(super) work: &'a mut Workspace,
     margins: Margins,
@@ -78,7 +78,7 @@ pub(super) struct PlantSystem<'a> {
 impl<'a> PlantSystem<'a> {
     pub(super) fn new(
         plant: &'a Plant,
-        inputs: InputSegment,
+        inputs: &'a InputSegment,
         slack: &'a mut PerCable<bool>,
         work: &'a mut Workspace,
     ) -> Self {
@@ -138,7 +138,9 @@ impl System for PlantSystem<'_> {
     }
 
     fn suspects_switch(&mut self) -> bool {
-        std::mem::replace(&mut self.margins, Margins::NONE).may_be_negative(self.plant.cables())
+        let suspects = self.margins.may_be_negative(self.plant.cables());
+        self.margins = Margins::NONE;
+        suspects
     }
 
     fn switching_functions(&mut self, time: f64, y: &[f64], values: &mut [f64]) {
