@@ -24,6 +24,8 @@ pub(crate) struct Case {
     pub(crate) slackens: bool,
     start: Simulation,
     feed: Feed,
+    /// Name of its motion by another program, if there is one.
+    pub(crate) stored: Option<&'static str>,
 }
 
 /// Where the inputs of a step come from.
@@ -68,16 +70,10 @@ impl Case {
         nominal
     }
 
-    /// Largest difference of pose and unstretched lengths (m), angles times the platform's radius.
-    pub(crate) fn difference(&self, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
-        let nominal = self.nominal();
+    /// The states by which errors are judged: pose and unstretched lengths.
+    pub(crate) fn looked_at(&self) -> Vec<usize> {
         let lengths = (0..self.plant().cables()).filter_map(|cable| self.plant().unstretched_index(cable));
-        let looked_at: Vec<usize> = (0..3).chain(lengths).collect();
-        let of = |(a, b): (&Vec<f64>, &Vec<f64>)| {
-            let worst = |worst: f64, error: f64| if error.is_nan() { f64::INFINITY } else { worst.max(error) };
-            looked_at.iter().map(|at| (a[*at] - b[*at]).abs() / nominal[*at]).fold(0.0, worst)
-        };
-        a.iter().zip(b).map(of).fold(0.0, f64::max)
+        (0..3).chain(lengths).collect()
     }
 
     pub(crate) fn inputting(&self) -> Inputting<'_> {
@@ -101,21 +97,21 @@ impl Inputting<'_> {
 }
 
 /// The robot on its circle, with `effects`.
-fn on_the_circle(key: &'static str, title: &str, effects: Vec<EffectSpec>) -> Case {
+fn on_the_circle(key: &'static str, title: &str, effects: Vec<EffectSpec>, stored: Option<&'static str>) -> Case {
     let plant = Arc::new(Plant::new(Parameters::default(), effects).expect("a plant of the defaults"));
     let pose = circle::start_pose();
     let control = || Control::new(Geometry::new(&Parameters::default()));
     let inputs = control().inputs(0, &[pose, [0.0; 3]].concat());
     let start = Simulation::new(plant, &Start { pose, inputs, ..Start::default() }, 1e-8).expect("a start");
     let (step, steps) = (circle::STEP, circle::STEPS);
-    Case { key, title: title.to_owned(), step, steps, slackens: false, start, feed: Feed::Loop }
+    Case { key, title: title.to_owned(), step, steps, slackens: false, start, feed: Feed::Loop, stored }
 }
 
-fn scenario(key: &'static str, title: &str, scenario: &Scenario, step: f64) -> Case {
+fn scenario(key: &'static str, title: &str, scenario: &Scenario, step: f64, stored: &'static str) -> Case {
     let steps = (scenario.duration / step).round() as usize;
     let feed = Feed::Forces { hold: scenario.hold, force: scenario.force };
     let start = scenario.begin(Solver::Radau, 1e-8);
-    Case { key, title: title.to_owned(), step, steps, slackens: key == "S4", start, feed }
+    Case { key, title: title.to_owned(), step, steps, slackens: key == "S4", start, feed, stored: Some(stored) }
 }
 
 /// Ten effects at sizes of practice.
@@ -141,15 +137,15 @@ pub(crate) fn all() -> Vec<Case> {
     let named = |name: &str| list.iter().find(|scenario| scenario.name == name).expect("a scenario of the tests");
     let [release, let_go, jumps, short, six] = ["release", "let go", "jumps", "short cables", "six effects"].map(named);
     vec![
-        scenario("S1-1", "S1, release, steps of 1 ms", release, 1e-3),
-        scenario("S1-10", "S1, release, steps of 10 ms", release, 1e-2),
-        scenario("S1-100", "S1, release, steps of 100 ms", release, 1e-1),
-        on_the_circle("S3", "S3, closed loop on a circle, 10 ms", Vec::new()),
-        scenario("S4", "S4, two cables let go and pulled, 10 ms", let_go, 1e-2),
-        scenario("S5-10", "S5, massless springs, forces that jump, 10 ms", jumps, 1e-2),
-        scenario("S5-100", "S5, massless springs, forces that jump, 100 ms", jumps, 1e-1),
-        scenario("S6", "S6, short cables, 10 ms", short, 1e-2),
-        scenario("S7", "S7, six effects, 10 ms", six, 1e-2),
-        on_the_circle("ten", "ten effects on the circle, 10 ms", ten_effects()),
+        scenario("S1-1", "S1, release, steps of 1 ms", release, 1e-3, "release"),
+        scenario("S1-10", "S1, release, steps of 10 ms", release, 1e-2, "release"),
+        scenario("S1-100", "S1, release, steps of 100 ms", release, 1e-1, "release"),
+        on_the_circle("S3", "S3, closed loop on a circle, 10 ms", Vec::new(), Some("circle")),
+        scenario("S4", "S4, two cables let go and pulled, 10 ms", let_go, 1e-2, "let_go"),
+        scenario("S5-10", "S5, massless springs, forces that jump, 10 ms", jumps, 1e-2, "jumps"),
+        scenario("S5-100", "S5, massless springs, forces that jump, 100 ms", jumps, 1e-1, "jumps"),
+        scenario("S6", "S6, short cables, 10 ms", short, 1e-2, "short_cables"),
+        scenario("S7", "S7, six effects, 10 ms", six, 1e-2, "six_effects"),
+        on_the_circle("ten", "ten effects on the circle, 10 ms", ten_effects(), None),
     ]
 }

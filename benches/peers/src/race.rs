@@ -1,10 +1,9 @@
 //! Methods that take turns.
 
 use cdpr::dynamics::Inputs;
-use cdpr::integrator::Solver;
 
 use crate::case::Case;
-use crate::ours::Ours;
+use crate::reference::Reference;
 
 /// Longest that one entrant may take in all rounds together (s), once it has three.
 const BUDGET: f64 = 6.0;
@@ -49,19 +48,19 @@ pub(crate) struct Outcome {
 pub(crate) struct Outcomes {
     pub(crate) title: String,
     pub(crate) outcomes: Vec<Outcome>,
-    /// By how much others differ from the reference at their tightest (m).
-    pub(crate) doubt: Vec<(String, f64)>,
+    /// What errors are counted against.
+    pub(crate) reference: String,
 }
 
 /// A case, gone through once by each with its own inputs: these are replayed when it is timed.
 pub(crate) struct Race<'a> {
     case: &'a Case,
     entrants: Vec<(Entrant<'a>, Vec<Inputs>, Result<f64, String>)>,
-    doubt: Vec<(String, f64)>,
+    reference: String,
 }
 
-/// The inputs that a method was given, and the states that came of them.
-fn turn(case: &Case, method: &dyn Method) -> Result<(Vec<Inputs>, Vec<Vec<f64>>), String> {
+/// The inputs that a method was given, and the states that came of them, those at the start first.
+pub(crate) fn turn(case: &Case, method: &dyn Method) -> Result<(Vec<Inputs>, Vec<Vec<f64>>), String> {
     let (mut inputs, mut states) = (Vec::new(), Vec::new());
     let mut inputting = case.inputting();
     method.run(case, &mut |k, y| {
@@ -77,27 +76,17 @@ fn turn(case: &Case, method: &dyn Method) -> Result<(Vec<Inputs>, Vec<Vec<f64>>)
 
 impl<'a> Race<'a> {
     pub(crate) fn new(case: &'a Case, entrants: Vec<Entrant<'a>>) -> Self {
-        let (_, exact) = turn(case, &Ours { solver: Solver::Radau, tolerance: 1e-13 }).expect("the reference");
-        let mut tightest: Vec<(String, f64, f64)> = Vec::new();
+        let exact = Reference::of(case);
         let mut entered = Vec::new();
         for entrant in entrants {
-            let turn = turn(case, &*entrant.method);
-            let (inputs, error) = match turn {
-                Ok((inputs, states)) => (inputs, Ok(case.difference(&states, &exact))),
+            let (inputs, error) = match turn(case, &*entrant.method) {
+                Ok((inputs, states)) => (inputs, Ok(exact.difference(case, &states))),
                 Err(reason) => (Vec::new(), Err(reason)),
             };
-            if let Ok(error) = error {
-                tightest.retain(|(name, tolerance, _)| *name != entrant.name || *tolerance < entrant.tolerance);
-                if !tightest.iter().any(|(name, ..)| *name == entrant.name) {
-                    tightest.push((entrant.name.clone(), entrant.tolerance, error));
-                }
-            }
             let error = error.and_then(|error| if error < 1.0 { Ok(error) } else { Err("unstable".to_owned()) });
             entered.push((entrant, inputs, error));
         }
-        tightest.sort_by(|a, b| a.2.total_cmp(&b.2));
-        let doubt = tightest.into_iter().map(|(name, _, error)| (name, error)).take(3).collect();
-        Self { case, entrants: entered, doubt }
+        Self { case, entrants: entered, reference: exact.words(case) }
     }
 
     /// Times everybody in `rounds` rounds.
@@ -118,7 +107,7 @@ impl<'a> Race<'a> {
             Outcome { name: entrant.name, tolerance: entrant.tolerance, error, time, rounds: times.len() }
         };
         let outcomes = self.entrants.into_iter().zip(times).map(finish).collect();
-        Outcomes { title: self.case.title.clone(), outcomes, doubt: self.doubt }
+        Outcomes { title: self.case.title.clone(), outcomes, reference: self.reference }
     }
 }
 
