@@ -43,6 +43,8 @@ struct Group<const N: usize> {
     real: Own<Reals, N>,
     complex: Own<Pairs, N>,
     rates_by_acceleration: [Reals; N],
+    /// Whether the platform reaches the rates of these states directly; that of a length is a state itself.
+    reached: [bool; N],
 }
 
 /// The cables, with room for the most states that one of them has.
@@ -114,6 +116,7 @@ impl Factors {
         self.common.by_acceleration = linearisation.cables.iter().any(acts);
         self.common.mass = columns(&linearisation.mass);
         with_cables!(&mut self.cables, cables => {
+            cables.iter_mut().for_each(|group| group.reached.fill(false));
             for (i, block) in linearisation.cables.iter().enumerate() {
                 cables[i / LANES].take_up(i % LANES, block);
             }
@@ -173,9 +176,10 @@ impl Common {
                 let along: C::Lanes = group.along(&spread(dv * C::Lanes::spread(platform.sigma) - rv));
                 right = from_fn(|c| right[c] + along.scale(group.rates_by_acceleration[c]));
             }
-            for k in 0..3 {
-                let (by_pose, by_twist) = (&group.rates_by_pose[k], &group.rates_by_twist[k]);
-                right = from_fn(|c| right[c] + (pose[k].scale(by_pose[c]) + twist[k].scale(by_twist[c])));
+            for c in (0..N).filter(|c| group.reached[*c]) {
+                let by =
+                    |k: usize| pose[k].scale(group.rates_by_pose[k][c]) + twist[k].scale(group.rates_by_twist[k][c]);
+                right[c] = right[c] + (by(0) + by(1) + by(2));
             }
             let inverse = &own(group).inverse;
             b.scatter(&group.place, &from_fn::<_, N, _>(|r| dot(&inverse[r], &right)));
@@ -220,6 +224,7 @@ impl<const N: usize> Group<N> {
             real: Own::zero(),
             complex: Own::zero(),
             rates_by_acceleration: [Reals::ZERO; N],
+            reached: [false; N],
         };
         states.chunks(LANES).map(group).collect()
     }
@@ -235,6 +240,8 @@ impl<const N: usize> Group<N> {
                 self.rates_by_twist[k][c].set(lane, state.rate_by_twist[k]);
             }
             self.rates_by_acceleration[c].set(lane, state.rate_by_acceleration);
+            let by_platform = state.rate_by_pose.iter().chain(&state.rate_by_twist);
+            self.reached[c] |= by_platform.into_iter().any(|by| *by != 0.0);
         }
     }
 
