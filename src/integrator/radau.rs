@@ -101,12 +101,11 @@ impl Integrator {
             let theta = if iterations == 1 { contraction.max(LEAST_CONTRACTION) } else { contraction };
             last_change = change;
             let small = change == 0.0 || theta < 0.99 && theta / (1.0 - theta) * change <= self.newton_tolerance;
-            // A lead makes the defect smaller and says nothing of the Jacobian: then what the last step without one has shown counts.
-            let before = match iterations {
-                1 if led => defect / (self.settling * contraction),
-                1 => work.first_defect(h),
-                _ => last_defect,
-            };
+            let mut before = if iterations == 1 { work.first_defect(h) } else { last_defect };
+            if iterations == 1 && led {
+                // A lead makes the defect smaller and says nothing of the Jacobian: what the last step without one has shown counts too.
+                before = before.min(defect / (self.settling * contraction));
+            }
             let settled = settles(defect, before);
             let solved = defect <= DEFECT || settled || iterations > 1 && defect <= DEFECT_CONTRACTION * last_defect;
             if iterations == 1 && !led {
