@@ -103,8 +103,21 @@ impl Plant {
         if self.plain {
             self.rates_having(Has::default(), time, y, u, slack, rates)
         } else {
-            self.rates_having(self.has, time, y, u, slack, rates)
+            self.rates_with_effects(time, y, u, slack, rates)
         }
+    }
+
+    /// Apart, so that what it keeps on the stack is not in the way of the plain plant, nor the other way round.
+    #[inline(never)]
+    fn rates_with_effects<S: Real, const LANES: usize>(
+        &self,
+        time: S,
+        y: &[S],
+        u: &Inputs<S>,
+        slack: &PerCable<bool>,
+        rates: &mut [S],
+    ) -> [S; LANES] {
+        self.rates_having(self.has, time, y, u, slack, rates)
     }
 
     #[inline(always)]
