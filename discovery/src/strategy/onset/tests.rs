@@ -4,13 +4,14 @@ use cdpr::model_file::Model;
 use super::locate::{switched, time_errors, vertex};
 use super::look;
 use super::segments::{self, Kind, Segments};
-use super::times::in_time;
+use super::times::{in_time, settle_times};
 use crate::data::recording::{fitted, record};
 use crate::filter::estimate::noise_of_data;
 use crate::hypothesis::extension::count_times;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Evidence;
+use crate::strategy::fixture::{begun, evidence, with};
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::regression::{ladder, rank};
@@ -153,4 +154,19 @@ fn what_is_sudden_is_an_edge() {
     assert_eq!(quiet.0, quiet.1);
     let nearest = slipped.1.iter().map(|edge| (edge - 17.31).abs()).fold(f64::INFINITY, f64::min);
     assert!(nearest <= 2.0 * record(&[], 1.0, 36).interval(), "{:?}", slipped.1);
+}
+
+/// Beside a geometry that was off, friction of 180 N was two laws, one until 18.3 s and one from then on, of 180 N each.
+#[test]
+fn a_law_that_does_not_change_is_one_again() {
+    let gain = effect("winch_force_gain", Some(2), &[0.01]);
+    let other = effect("platform_linear_drag", None, &[60.0]);
+    let evidence = evidence(&[gain.clone(), other.clone()], 85);
+    let (context, standing) = begun(&evidence, &Model::default());
+    let entries = [during(&gain, Some(17.0), None), other.clone(), during(&gain, None, Some(17.0))];
+    let found = entries.into_iter().map(|effect| (effect, Vec::new())).collect();
+    let standing = settle_times(&context, with(&context, standing, found));
+    let [one, drag] = standing.found(&context) else { panic!("{:?}", standing.found(&context)) };
+    assert!(!one.is_switched() && (one.values[0] - 0.01).abs() < 1e-3, "{one:?}");
+    assert_eq!((&drag.id, standing.accepted.len()), (&other.id, 2));
 }

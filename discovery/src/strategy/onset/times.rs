@@ -124,14 +124,14 @@ pub(super) fn located(context: &Context<'_>, mut fitted: Fitted, group: &[usize]
     Ok(fitted)
 }
 
-/// What stands with its effects always at work again where that is as good, and else with their times located beside all
-/// that was found since.
+/// What stands with its effects always at work again where that is as good, those that change their size with one size; and
+/// else with their times located beside all that was found since.
 pub(crate) fn settle_times(context: &Context<'_>, mut standing: Standing) -> Standing {
-    for group in switched(&standing.fit.train.model, context.given) {
-        if let [only] = group[..]
-            && let Some(always) = always_at_work(context, &standing.fit, only)
-        {
-            standing = standing.changed(always);
+    let mut settled = 0;
+    while let Some(group) = switched(&standing.fit.train.model, context.given).into_iter().nth(settled) {
+        if let Some(always) = always_at_work(context, &standing.fit, &group) {
+            // It is in no group any more.
+            standing = with_one_of(context, standing.changed(always), &group);
             continue;
         }
         match located(context, standing.fit.clone(), &group) {
@@ -140,22 +140,35 @@ pub(crate) fn settle_times(context: &Context<'_>, mut standing: Standing) -> Sta
                 context.journal.failed(&standing.effects()[group[0]], "its times cannot be located", &error);
             }
         }
+        settled += 1;
     }
     standing.begin_in_force(context);
     standing
 }
 
-/// `fitted` with effect `at` always at work, if that is as good.
-fn always_at_work(context: &Context<'_>, fitted: &Fitted, at: usize) -> Option<Fitted> {
+/// What is known of the effects, of the first alone of those that were a `group`.
+fn with_one_of(context: &Context<'_>, mut standing: Standing, group: &[usize]) -> Standing {
+    let known = std::mem::take(&mut standing.accepted).into_iter().enumerate();
+    standing.accepted = known.filter(|(k, _)| !group[1..].contains(&context.at(*k))).map(|(_, known)| known).collect();
+    standing
+}
+
+/// `fitted` with the first of the effects `group`, which are one law at different times, always at work in the place of all, if
+/// that is as good.
+fn always_at_work(context: &Context<'_>, fitted: &Fitted, group: &[usize]) -> Option<Fitted> {
     let mut model = fitted.train.model.clone();
-    (model.effects[at].from, model.effects[at].until) = (None, None);
+    (model.effects[group[0]].from, model.effects[group[0]].until) = (None, None);
+    for at in group[1..].iter().rev() {
+        model.effects.remove(*at);
+    }
+    let effect = &model.effects[group[0]];
     let always = context.fit_without(&model, fitted, context.policy.rounds);
-    let always = context.journal.tried(&model.effects[at], "always at work", always)?;
+    let always = context.journal.tried(effect, "always at work", always)?;
     let as_good = always.score < fitted.score + EVIDENCE;
     if !as_good {
         return None;
     }
     let change = always.score - fitted.score;
-    context.journal.note(&always.train.model.effects[at], Outcome::Simplified, change, "always at work");
+    context.journal.note(&always.train.model.effects[group[0]], Outcome::Simplified, change, "always at work");
     Some(always)
 }
