@@ -60,7 +60,8 @@ def test_one_effect(pack, name, model):
     t = case.grid(41 if name == "pose_sensor_delay" else 9)
     fmu = pack(case.parameters)
     with fmu.instance(start=False) as instance:
-        found = fmu_run(case, instance, t, through_fmi=False)
+        # Equations are compared: at a kink, as of a power limit, a solver errs by more than told.
+        found = fmu_run(case, instance, t, through_fmi=False, relative_tolerance=1e-11)
     expected = reference_run(case, t, creep_at_the_start(fmu, case))
     assert_close(found, expected)
     if model == LUMPED_MASS:  # the effect is not too small to be seen here
