@@ -35,7 +35,8 @@ pub(crate) fn for_a_while(
     }
     (context.progress)("looking for what begins or ends", 0.2);
     let mut proposed = weighed_in_time(context, &fitted.train, library, ranked);
-    proposed.retain(|(score, _)| *score < fitted.score - gain - EVIDENCE);
+    // What begins within a segment promises less than it explains once its time is known.
+    proposed.retain(|(score, _)| *score < fitted.score - context.policy.rival * gain - EVIDENCE);
     let mut fits = Vec::new();
     for (number, (_, effect)) in proposed.iter().enumerate() {
         let at = fitted.train.model.effects.len();
