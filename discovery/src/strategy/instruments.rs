@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::instruments::{self, Sizing};
+use crate::journal::Outcome;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Evidence, Fitted, Trained, instruments_of};
 use crate::strategy::standing::Standing;
@@ -80,6 +81,35 @@ pub(crate) fn instruments_anew(context: &Context<'_>, standing: Standing) -> Res
     }
     let Some(anew) = with_instruments_anew(context, &standing.fit)? else { return Ok(standing) };
     Ok(standing.changed(context.counted(anew)))
+}
+
+/// What stands without effects in whose place the instruments explain more: an effect may have come in for what they do before
+/// they were asked. A very certain one leaves a gap whatever they do.
+pub(crate) fn instruments_instead(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
+    let mut kept = 0;
+    while kept < standing.accepted.len() {
+        let certainty = standing.fit.estimate.as_ref().map_or(f64::NAN, |estimate| estimate.wald[context.at(kept)]);
+        if certainty >= context.policy.certain {
+            kept += 1;
+            continue;
+        }
+        let (model, effect) = standing.without(context, kept);
+        let without = context.fit_without(&model, &standing.fit, context.policy.rounds);
+        let without = context.journal.tried(&effect, "instruments in its place", without);
+        let instead = without.map(|without| with_instruments_anew(context, &without)).transpose()?.flatten();
+        let Some(instead) = instead.filter(|instead| instead.score < standing.fit.score) else {
+            kept += 1;
+            continue;
+        };
+        let change = standing.fit.score - instead.score;
+        context.journal.note(&effect, Outcome::Removed, change, "what the instruments add explains more");
+        standing.accepted.remove(kept);
+        standing = standing.changed(context.counted(instead));
+        if standing.accepted.is_empty() {
+            standing.base = Arc::new(standing.fit.clone());
+        }
+    }
+    Ok(standing)
 }
 
 /// The model of `fitted` with the instruments that are found from plain ones on, if that is likelier.
@@ -221,6 +251,38 @@ mod tests {
         let fit = without_idle_instruments(&context, standing).expect("a fit").fit;
         let standing = fit.train.randomness.memory.len();
         (standing, fit.instruments.map_or(0, |randomness| randomness.memory.len()))
+    }
+
+    /// Ids that stand where `hidden` acts and x wanders, for which `effect` came in.
+    fn left_beside_a_wander(hidden: &[EffectSpec], effect: EffectSpec) -> Vec<String> {
+        let recorded = |seed: u64| {
+            let mut trial = record(hidden, 40.0, seed);
+            let last = trial.time[trial.len() - 1];
+            for (row, time) in trial.measured.iter_mut().zip(&trial.time) {
+                row[0] += 0.05 * (std::f64::consts::PI * time / last).sin();
+            }
+            trial
+        };
+        let (train, holdout) = (vec![recorded(51), recorded(52)], vec![recorded(53)]);
+        let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
+        let fit = context.fit(&Model { effects: vec![effect], ..Model::default() }, &base).expect("a fit");
+        let accepted = vec![Accepted::new(Vec::new(), fit.score - base.score, None)];
+        let standing = Standing { fit, accepted, ..Standing::new(&context, base) };
+        let standing = instruments_instead(&context, standing).expect("a fit");
+        assert_eq!(standing.accepted.len(), standing.effects().len());
+        standing.effects().iter().map(|effect| effect.id.clone()).collect()
+    }
+
+    /// Stiff damping of all cables was named for stamps that jitter.
+    #[test]
+    fn an_effect_does_not_stand_for_what_instruments_do() {
+        let bias = EffectSpec::new("winch_force_bias", Some(2), &[3.0]).expect("an effect");
+        assert!(left_beside_a_wander(&[], bias).is_empty());
+        let gain = EffectSpec::new("winch_force_gain", Some(1), &[0.01]).expect("an effect");
+        assert_eq!(left_beside_a_wander(std::slice::from_ref(&gain), gain.clone()), [gain.id]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use crate::strategy::elasticity::elasticity;
 use crate::strategy::evident_delay::evident_delay;
 use crate::strategy::form::{form, form_if, settle_extensions};
 use crate::strategy::instruments::{
-    beside_instruments, better_instruments, instruments_anew, without_idle_instruments,
+    beside_instruments, better_instruments, instruments_anew, instruments_instead, without_idle_instruments,
 };
 use crate::strategy::onset::onset;
 use crate::strategy::pair::pair;
@@ -23,9 +23,10 @@ use crate::weigh::signatures::Source;
 /// A step of the search.
 type Step = fn(&Context<'_>, Standing) -> Result<Standing, FitError>;
 
-/// What is done once effects of the catalogue were looked for: their instruments, and whether a drift stood for some; then
-/// they are settled.
-const ONCE_FOUND: [Step; 4] = [instruments_anew, instead_of_drift, without_idle_instruments, settle];
+/// What is done once effects of the catalogue were looked for: their instruments, whether one stood for those, and whether a
+/// drift stood for some; then they are settled.
+const ONCE_FOUND: [Step; 5] =
+    [instruments_anew, instruments_instead, instead_of_drift, without_idle_instruments, settle];
 
 /// Looks for effects of the catalogue and settles what was found; terms outside the catalogue are not looked for yet. Where
 /// the recorded forces have an error it ends as soon as that is known.
