@@ -268,7 +268,7 @@ fn normals(fit: &Fit, open: &Open, columns: &Columns, trial: &Trial) -> Result<V
     };
     let free = varied_models(&fit.model, &free_parameters(&fit.model, open.given));
     through_rates.extend(free.into_iter().flatten());
-    let others = forcing(along, (&others, &alone));
+    let others = forcing(&along, (&others, &alone));
     let all = others.beside(&sensitivities(&along, &through_rates));
     let of_laws = columns.combinations.iter().map(|sum| sum.iter().map(|(at, weight)| (place(*at), *weight)).collect());
     let sums: Vec<Combination> =

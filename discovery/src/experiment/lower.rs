@@ -54,7 +54,7 @@ impl Lower<'_> {
         let free: Vec<Varied> = free.into_iter().flatten().collect();
         let linear = fit.linear(std::slice::from_ref(&trial));
         let along = Along::new(&fit, &linear, std::slice::from_ref(&trial), 0);
-        let signatures = forcing(along, (&own.variations, &own.columns));
+        let signatures = forcing(&along, (&own.variations, &own.columns));
         let all = signatures.beside(&sensitivities(&along, &free));
         let randomness = for_trial(&fit.randomness, &trial);
         let normal = whiten(along.linear, &randomness, &all);

@@ -28,7 +28,7 @@ pub(crate) struct Filtered {
     stride: usize,
     /// Gain of each measurement.
     gain: Vec<f64>,
-    /// Predicted deviation before each sample's measurements.
+    /// Deviation before each sample's measurements.
     predicted: Vec<f64>,
     /// Deviation after each sample's measurements.
     updated: Vec<f64>,
@@ -42,6 +42,11 @@ impl Filtered {
     /// Gain of a measurement, by its place among those of the samples: states, latents, zeros.
     pub(crate) fn gain(&self, at: usize) -> &[f64] {
         &self.gain[at * self.stride..(at + 1) * self.stride]
+    }
+
+    /// Deviation before the measurements of sample `k`: states, latents and other processes, zeros.
+    pub(crate) fn predicted(&self, k: usize) -> &[f64] {
+        &self.predicted[k * self.stride..(k + 1) * self.stride]
     }
 
     /// Deviation after the measurements of sample `k`: states, latents, zeros.
@@ -106,6 +111,15 @@ pub(crate) fn filter(linear: &LinearTrial, randomness: &Randomness, keep: Keep) 
     Run::new(linear, randomness).advance(linear.len, keep)
 }
 
+/// Runs the filter over one trial from the trajectory's first states on, as if they were known.
+pub(crate) fn filter_from_start(linear: &LinearTrial, randomness: &Randomness, keep: Keep) -> Filtered {
+    let mut run = Run::new(linear, randomness);
+    let (n, w) = (linear.states, linear.states + randomness.processes());
+    run.standing.x[..n].fill(0.0);
+    run.standing.p[..n * w].fill(0.0);
+    run.advance(linear.len, keep)
+}
+
 /// The covariance before the measurements of some samples, in their order: rows of states and processes.
 pub(crate) fn covariances(
     linear: &LinearTrial,
@@ -153,6 +167,10 @@ impl Standing {
         }
         for l in 0..randomness.processes() {
             p[(n + l) * w + n + l] = randomness.deviation(l).powi(2);
+        }
+        for (a, b) in randomness.correlated() {
+            p[(n + a) * w + n + b] = randomness.force_error_covariance();
+            p[(n + b) * w + n + a] = randomness.force_error_covariance();
         }
         // What is shown of no sample counts as if there were nothing but its noise.
         let outside = linear.outside.iter().zip(&randomness.noise).filter(|(count, _)| **count > 0);
@@ -234,7 +252,7 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
         deviation: vec![f64::NAN; innovations * m],
         stride: W,
         gain: vec![0.0; gains * m * W],
-        predicted: vec![0.0; rows(Keep::Covariance) * W],
+        predicted: vec![0.0; innovations * W],
         updated: vec![0.0; innovations * W],
         covariance: vec![0.0; rows(Keep::Covariance) * w * W],
         noise_moment: standing.noise_moment.clone(),
@@ -247,8 +265,10 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
     let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new());
     for k in first..end {
         let kept = k - first;
-        if keep >= Keep::Covariance {
+        if keep >= Keep::Innovations {
             out.predicted.as_chunks_mut().0[kept] = x;
+        }
+        if keep >= Keep::Covariance {
             out.covariance.as_chunks_mut().0[kept * w..(kept + 1) * w].copy_from_slice(&p[..w]);
         }
         // One measurement after the other, and the covariance once for all of them.
@@ -388,13 +408,14 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     let columns = &columns[..acting];
     randomness.decays(linear.interval[k], &mut decay[n..w]);
     // Errors of forces move the states as the latent forces at their winches do.
-    let (winches, errors) = (n + WRENCH, w - randomness.force_errors()..w);
+    let winches = if randomness.force_errors() > 0 { n + WRENCH..acting } else { acting..acting };
+    let errors = || winches.clone().cycle().zip(w - randomness.force_errors()..w);
     let mut acts = *x;
-    errors.clone().enumerate().for_each(|(i, at)| acts[winches + i] += x[at]);
-    for (i, at) in errors.clone().enumerate() {
+    errors().for_each(|(winch, at)| acts[winch] += x[at]);
+    alone[..winches.len()].copy_from_slice(&p[winches.clone()]);
+    for (winch, at) in errors() {
         let error = p[at];
-        alone[i] = p[winches + i];
-        add::<FUSED>(&mut p[winches + i], 1.0, &error);
+        add::<FUSED>(&mut p[winch], 1.0, &error);
     }
     let mut next = [0.0; N];
     next[..n].copy_from_slice(&linear.defect[k * n..(k + 1) * n]);
@@ -417,14 +438,12 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
         }
         *half = sum;
     }
-    for (i, _) in errors.clone().enumerate() {
-        p[winches + i] = alone[i];
-    }
+    p[winches.clone()].copy_from_slice(&alone[..winches.len()]);
     for (at, half) in half.as_chunks::<BLOCK>().0[..n.div_ceil(BLOCK)].iter().enumerate() {
         let first = at * BLOCK;
         let mut acting = *half;
         for row in &mut acting {
-            errors.clone().enumerate().for_each(|(i, at)| row[winches + i] += row[at]);
+            errors().for_each(|(winch, at)| row[winch] += row[at]);
         }
         for chunk in 0..=first / FULL {
             let mut sum = [[0.0; FULL]; BLOCK];
@@ -441,7 +460,7 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     let input = randomness.white_input();
     if input > 0.0 {
         // A force that is not quite the one recorded, held over the interval.
-        for column in &columns[winches..] {
+        for column in &columns[n + WRENCH..] {
             for (row, by) in p[..n].iter_mut().zip(column) {
                 add::<FUSED>(&mut row[..n], input * input * by, column);
             }
@@ -462,6 +481,12 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     }
     for l in n..w {
         p[l][l] += randomness.deviation(l - n).powi(2) * (1.0 - decay[l] * decay[l]);
+    }
+    let together = randomness.force_error_covariance();
+    for (a, b) in randomness.correlated().map(|(a, b)| (n + a, n + b)) {
+        let forgotten = together * (1.0 - decay[a] * decay[b]);
+        p[a][b] += forgotten;
+        p[b][a] += forgotten;
     }
 }
 
@@ -536,7 +561,7 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
                 *slot = dot::<FUSED>(column, &lambda[..N]);
             }
             let errors = w - randomness.force_errors()..w;
-            errors.enumerate().for_each(|(i, at)| back[at] = back[n + WRENCH + i]);
+            (n + WRENCH..acting).cycle().zip(errors).for_each(|(winch, at)| back[at] = back[winch]);
             randomness.decays(linear.interval[k - 1], &mut decay[n..w]);
             for l in n..w {
                 back[l] += decay[l] * lambda[l];
@@ -553,7 +578,8 @@ mod tests {
 
     use super::*;
     use crate::data::recording::{Bench, fitted, fitted_on, record, record_on};
-    use crate::model::randomness::{Expected, Memory};
+    use crate::instruments::expected::with_memory;
+    use crate::model::randomness::Memory;
 
     /// The textbook's filter and smoother (H. E. Rauch, F. Tung and C. T. Striebel, 1965) with full matrices: `-2 log L`, the
     /// smoothed deviations of states and latents, and the covariance before each sample's measurements.
@@ -565,6 +591,13 @@ mod tests {
         (0..n).for_each(|c| (x[c], p[(c, c)]) = (linear.prior[c], linear.prior_deviation[c].powi(2)));
         (0..linear.disturbances).for_each(|l| x[n + l] = -linear.latents(0)[l]);
         (0..w - n).for_each(|l| p[(n + l, n + l)] = randomness.deviation(l).powi(2));
+        let together = |p: &mut DMatrix<f64>, by: &dyn Fn(usize, usize) -> f64| {
+            for (a, b) in randomness.correlated() {
+                p[(n + a, n + b)] = by(a, b) * randomness.force_error_covariance();
+                p[(n + b, n + a)] = p[(n + a, n + b)];
+            }
+        };
+        together(&mut p, &|_, _| 1.0);
         let (mut value, mut past) = (0.0, Vec::new());
         for k in 0..linear.len {
             let (before, covariance) = (x.clone(), p.clone());
@@ -590,7 +623,10 @@ mod tests {
                     (n + WRENCH..linear.width()).map(|c| f.column(c).clone_owned()).collect();
                 match randomness.expected {
                     None => winches.iter().for_each(|c| q += randomness.input.powi(2) * c * c.transpose()),
-                    Some(_) => winches.iter().rev().enumerate().for_each(|(i, c)| f.set_column(w - 1 - i, c)),
+                    Some(_) => {
+                        let errors = [&winches[..], &winches[..]].concat();
+                        errors.iter().rev().enumerate().for_each(|(i, c)| f.set_column(w - 1 - i, c));
+                    }
                 }
                 for l in 0..w - n {
                     let decay = randomness.decay(l, linear.interval[k]);
@@ -600,6 +636,8 @@ mod tests {
                         add[n + l] = decay * linear.latents(k)[l] - linear.latents(k + 1)[l];
                     }
                 }
+                let decay = |l: usize| randomness.decay(l, linear.interval[k]);
+                together(&mut q, &|a, b| 1.0 - decay(a) * decay(b));
             }
             past.push((before, covariance, x.clone(), p.clone(), f.clone()));
             x = &f * &x + add;
@@ -648,8 +686,7 @@ mod tests {
             .with_memory(memory(4, 0.7, false))
             .with_memory(memory(0, 0.3, false))
             .with_memory(memory(0, 40.0, true));
-        let expected =
-            Randomness { expected: Some(Expected { share: 0.6, time: 0.3, unrecorded: 0.0 }), ..rich.clone() };
+        let expected = Randomness { expected: Some(with_memory(0.05, 0.02)), ..rich.clone() };
         let mut linear = fit.linear(&trials)[0].clone();
         // Along a trajectory that has settled next to nothing is left to smooth, and rounding would be compared.
         linear.residual.iter_mut().enumerate().for_each(|(at, slot)| *slot += 5e-3 * (0.01 * at as f64).sin());
@@ -686,7 +723,7 @@ mod tests {
         let memory = Memory { channel: 1, deviation: 3e-3, time: 0.5, drift: false };
         let randomness = Randomness { input: 40.0, jitter: 3e-3, ..plain }.with_memory(memory);
         whitening_is_that_difference(&fit.linear(&trials)[0], &randomness);
-        let expected = Some(Expected { share: 0.6, time: 0.3, unrecorded: 0.0 });
+        let expected = Some(with_memory(0.05, 0.02));
         whitening_is_that_difference(&fit.linear(&trials)[0], &Randomness { expected, ..randomness });
     }
 

@@ -137,13 +137,9 @@ impl LinearTrial {
         self.shows.iter().map(Vec::len).sum()
     }
 
-    /// Step `k` of the model from a trajectory with these `states` at its beginning; writes to `end` where it goes from there,
-    /// given the trajectory's states at its end.
-    pub(crate) fn step<'a>(&self, k: usize, time: f64, from: &'a [f64], to: &[f64], end: &'a mut [f64]) -> Step<'a> {
-        for ((slot, state), defect) in end.iter_mut().zip(to).zip(&self.defect[k * self.states..]) {
-            *slot = state + defect;
-        }
-        Step { time, interval: self.interval[k], from, to: end, felt: self.felt[k], slack: self.slack[k] }
+    /// The same where the latents are what the trajectory has, and no part of a deviation.
+    pub(crate) fn with_latents_given(&self) -> Self {
+        Self { latents: vec![0.0; self.latents.len()], ..self.clone() }
     }
 
     /// The first samples of it.

@@ -339,8 +339,9 @@ impl<'a> Whitening<'a> {
         let (acting, w) = (linear.width(), n + randomness.processes());
         let remembered = randomness.shown_by_channel(m);
         // Errors of forces move the states as the latent forces at their winches do.
-        let errors = randomness.force_errors();
-        let mut alone = vec![[0.0; PANEL]; errors];
+        let errors = w - randomness.force_errors()..w;
+        let winches = if errors.is_empty() { acting..acting } else { n + WRENCH..acting };
+        let mut alone = vec![[0.0; PANEL]; winches.len()];
         let mut decay = vec![0.0; w - n];
         let panels = begun.len();
         let mut next = vec![[0.0; PANEL]; linear.padded];
@@ -402,10 +403,10 @@ impl<'a> Whitening<'a> {
                 if k + 1 == len {
                     continue;
                 }
-                alone.copy_from_slice(&s[n + WRENCH..n + WRENCH + errors]);
-                for i in 0..errors {
-                    let error = s[w - errors + i];
-                    add::<FUSED>(&mut s[n + WRENCH + i], 1.0, &error);
+                alone.copy_from_slice(&s[winches.clone()]);
+                for (winch, at) in winches.clone().cycle().zip(errors.clone()) {
+                    let error = s[at];
+                    add::<FUSED>(&mut s[winch], 1.0, &error);
                 }
                 for first in (0..n).step_by(BLOCK) {
                     let mut sum = [[0.0; PANEL]; BLOCK];
@@ -417,7 +418,7 @@ impl<'a> Whitening<'a> {
                     }
                     next[first..first + BLOCK].copy_from_slice(&sum);
                 }
-                s[n + WRENCH..n + WRENCH + errors].copy_from_slice(&alone);
+                s[winches.clone()].copy_from_slice(&alone);
                 let (states, processes) = s.split_at_mut(n);
                 states.copy_from_slice(&next[..n]);
                 for (row, decay) in processes.iter_mut().zip(&decay) {

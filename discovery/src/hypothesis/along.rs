@@ -1,22 +1,84 @@
-//! What signatures are formed along.
+//! What signatures are formed along: what the filter knows of the states before it has seen what comes next.
+//!
+//! The slope of the likelihood is a sum of innovations, each with what a parameter would have made of it, and where nothing is
+//! missing its mean is zero if no innovation has a part in its own factor: the factors must be known before it, as in the
+//! filter of the sensitivities (N. K. Gupta and R. K. Mehra, IEEE Trans. Autom. Control 19 (1974), 774). Along the smoothed
+//! trajectory they are not. It is closer to the truth, but it has seen all innovations; where forces are random, a law that
+//! acts by rates or accelerations seems to be missing then, and is not.
+//!
+//! First states and latent forces are taken as the trajectory has them: the states are few, and what is missing makes the
+//! filter's guess of a latent force late. So where the recorded forces have no error it is the trajectory itself.
 
 use std::ops::Range;
 
+use cdpr::dynamics::Inputs;
 use cdpr::model_file::Model;
 
 use crate::data::Trial;
-use crate::filter::estimate::Fit;
+use crate::filter::estimate::{Fit, for_trial};
+use crate::filter::kalman::{Keep, filter_from_start};
 use crate::filter::path::{LinearTrial, Trajectory};
-use crate::model::examined::Examined;
+use crate::filter::variation::Step;
+use crate::model::examined::{Examined, Moment, WRENCH};
 
 /// A model's trajectory in one trial, along which signatures are formed.
-#[derive(Clone, Copy)]
 pub(crate) struct Along<'a> {
     pub(crate) model: &'a Model,
     pub(crate) base: &'a Examined,
     pub(crate) linear: &'a LinearTrial,
     pub(crate) trial: &'a Trial,
-    pub(crate) trajectory: &'a Trajectory,
+    known: Known,
+}
+
+/// What is known at each sample before it is measured.
+struct Known {
+    /// States, and latents with the errors of the winch forces.
+    trajectory: Trajectory,
+    /// Inputs as the plant feels them then.
+    felt: Vec<Inputs>,
+    /// Where each step of the model goes from there, a number a state.
+    ends: Vec<f64>,
+    /// What the sensors show there, a number a channel.
+    shown: Vec<f64>,
+}
+
+impl Known {
+    fn new(fit: &Fit, linear: &LinearTrial, trial: &Trial, smoothed: &Trajectory) -> Self {
+        let (n, w) = (linear.states, linear.width());
+        let mut ends = vec![0.0; (linear.len - 1) * n];
+        for (k, (end, defect)) in ends.chunks_exact_mut(n).zip(linear.defect.chunks_exact(n)).enumerate() {
+            let next = smoothed.states(k + 1).iter().zip(defect);
+            end.iter_mut().zip(next).for_each(|(slot, (state, defect))| *slot = state + defect);
+        }
+        let (felt, shown) = (linear.felt.clone(), linear.shown.clone());
+        let mut known = Self { trajectory: smoothed.clone(), felt, ends, shown };
+        let randomness = for_trial(&fit.randomness, trial).without_latents();
+        if randomness.input == 0.0 {
+            return known;
+        }
+        let filtered = filter_from_start(&linear.with_latents_given(), &randomness, Keep::Innovations);
+        let errors = randomness.processes() - randomness.force_errors()..randomness.processes();
+        let simulation = fit.examined.simulation(trial, 0, smoothed.states(0));
+        let mut shown = Vec::new();
+        for (k, row) in known.trajectory.values.chunks_exact_mut(w).enumerate() {
+            let deviation = filtered.predicted(k);
+            let mut acts = deviation[..w].to_vec();
+            (n + WRENCH..w).cycle().zip(errors.clone()).for_each(|(winch, at)| acts[winch] += deviation[n + at]);
+            row.iter_mut().zip(&acts).for_each(|(slot, by)| *slot += by);
+            let Inputs { disturbance, winch_force, .. } = &mut known.felt[k];
+            disturbance.iter_mut().chain(winch_force.iter_mut()).zip(&acts[n..]).for_each(|(slot, by)| *slot += by);
+            if k + 1 < linear.len {
+                let end = &mut known.ends[k * n..(k + 1) * n];
+                for (c, by) in acts.iter().enumerate() {
+                    end.iter_mut().zip(linear.column(k, c)).for_each(|(slot, slope)| *slot += by * slope);
+                }
+            }
+            let moment = Moment { time: trial.time[k], y: &row[..n], felt: &known.felt[k], slack: linear.slack[k] };
+            fit.examined.measure_at(&simulation, &moment, &trial.channels, &mut shown);
+            known.shown[k * linear.channels..][..linear.channels].copy_from_slice(&shown);
+        }
+        known
+    }
 }
 
 impl<'a> Along<'a> {
@@ -24,7 +86,38 @@ impl<'a> Along<'a> {
     pub(crate) fn new(fit: &'a Fit, linear: &'a [LinearTrial], trials: &'a [Trial], t: usize) -> Self {
         let Fit { model, examined, trajectories, .. } = fit;
         debug_assert_eq!(trajectories[t].width, examined.states() + examined.latents());
-        Self { model, base: examined, linear: &linear[t], trial: &trials[t], trajectory: &trajectories[t] }
+        let (linear, trial) = (&linear[t], &trials[t]);
+        let known = Known::new(fit, linear, trial, &trajectories[t]);
+        Self { model, base: examined, linear, trial, known }
+    }
+
+    /// The states at sample `k`.
+    pub(crate) fn states(&self, k: usize) -> &[f64] {
+        self.known.trajectory.states(k)
+    }
+
+    /// The latents at sample `k`.
+    pub(crate) fn latents(&self, k: usize) -> &[f64] {
+        self.known.trajectory.latents(k)
+    }
+
+    /// The inputs as the plant feels them over step `k`.
+    pub(crate) fn felt(&self, k: usize) -> &Inputs {
+        &self.known.felt[k]
+    }
+
+    /// Where step `k` of the base model goes from the states at its beginning, to first order in how far these are off the
+    /// trajectory.
+    pub(crate) fn end(&self, k: usize) -> &[f64] {
+        let n = self.base.states();
+        &self.known.ends[k * n..(k + 1) * n]
+    }
+
+    /// Step `k` of the base model.
+    pub(crate) fn step(&self, k: usize) -> Step<'_> {
+        let (from, to) = (self.states(k), self.end(k));
+        let (interval, felt, slack) = (self.linear.interval[k], *self.felt(k), self.linear.slack[k]);
+        Step { time: self.trial.time[k], interval, from, to, felt, slack }
     }
 
     /// The steps that begin at some samples.
@@ -34,26 +127,51 @@ impl<'a> Along<'a> {
 
     /// What `varied` shows more at sample `k` than the base, given what it has `shown`; what it shows later is what it was.
     pub(super) fn shows_more(&self, varied: &Examined, k: usize, shown: &[f64]) -> impl Iterator<Item = f64> {
-        let Self { base, linear, trial, .. } = self;
+        let Self { base, linear, trial, known, .. } = self;
         shown.iter().zip(&trial.channels).enumerate().map(move |(j, (shown, channel))| {
             let at = k * linear.channels + j;
             let later = varied.late(*channel) - base.late(*channel);
-            shown - linear.shown[at] - later * linear.rate[at]
+            shown - known.shown[at] - later * linear.rate[at]
         })
     }
 
     /// Rates of the base plant at both ends of each step.
     pub(crate) fn end_rates(&self, samples: &Range<usize>) -> [Vec<f64>; 2] {
-        let Self { base, linear, trial, trajectory, .. } = self;
-        let n = base.states();
+        let n = self.base.states();
         [0, 1].map(|end| {
             let mut rates = vec![0.0; self.steps(samples) * n];
             for (at, rates) in rates.chunks_exact_mut(n).enumerate() {
                 let k = samples.start + at;
-                let (time, y) = (trial.time[k + end], trajectory.states(k + end));
-                base.plant.rates(time, y, &linear.felt[k], &linear.slack[k], rates);
+                let (time, y) = (self.trial.time[k + end], self.states(k + end));
+                self.base.plant.rates(time, y, self.felt(k), &self.linear.slack[k], rates);
             }
             rates
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::{fitted, noise, record};
+
+    #[test]
+    fn only_where_forces_have_an_error_is_it_another_path_than_the_trajectory() {
+        let mut trial = record(&[], 20.0, 5);
+        let mut errors = noise(4 * trial.len(), 6);
+        for force in trial.inputs.iter_mut().flat_map(|inputs| inputs.winch_force.iter_mut()) {
+            *force += 50.0 * errors.next().unwrap_or(0.0);
+        }
+        let trials = [trial];
+        let mut fit = fitted(&[], &trials);
+        for error in [0.0, 50.0] {
+            fit.randomness.input = error;
+            fit.smooth(&trials).expect("a trajectory");
+            let linear = fit.linear(&trials);
+            let along = Along::new(&fit, &linear, &trials, 0);
+            let off = |k: usize| along.states(k).iter().zip(fit.trajectories[0].states(k)).any(|(a, b)| a != b);
+            assert_eq!((0..trials[0].len()).any(off), error > 0.0, "{error}");
+            assert!(!off(0), "the first states are given");
+        }
     }
 }

@@ -55,11 +55,11 @@ impl LateForces {
 
 /// The force at a winch as the plant feels it, with the latent one.
 fn felt(along: &Along<'_>, k: usize, cable: usize) -> f64 {
-    along.linear.felt[k].winch_force[cable]
+    along.felt(k).winch_force[cable]
 }
 
 fn latent(along: &Along<'_>, k: usize, cable: usize) -> f64 {
-    along.trajectory.latents(k)[WRENCH + cable]
+    along.latents(k)[WRENCH + cable]
 }
 
 fn command(along: &Along<'_>, k: usize, cable: usize) -> f64 {

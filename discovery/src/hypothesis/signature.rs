@@ -102,6 +102,8 @@ pub(crate) struct Simulated {
     map: Vec<usize>,
     y: Vec<f64>,
     simulation: Simulation,
+    /// Of the base plant, along the same points.
+    base: Simulation,
     shown: Vec<f64>,
 }
 
@@ -110,35 +112,40 @@ impl Simulated {
     fn new(along: &Along<'_>, varied: Examined) -> Result<Self, FitError> {
         let y = varied.first_states(along.trial);
         let simulation = varied.simulation(along.trial, 0, &y);
-        Ok(Self { map: state_map(along.base, &varied)?, y, simulation, shown: Vec::new(), varied })
+        let base = along.base.simulation(along.trial, 0, along.states(0));
+        Ok(Self { map: state_map(along.base, &varied)?, y, simulation, base, shown: Vec::new(), varied })
     }
 
     fn advance(&mut self, along: &Along<'_>, samples: &Range<usize>) -> Result<Single, FitError> {
-        let Along { base, linear, trial, trajectory, .. } = along;
-        let Self { varied, map, y, simulation, shown } = self;
-        let (n, m) = (base.states(), trial.channels.len());
+        let trial = along.trial;
+        let Self { varied, map, y, simulation, base, shown } = self;
+        let (n, m) = (along.base.states(), trial.channels.len());
         let mut out = Single::nothing(along, samples);
         for k in samples.clone() {
             let at = k - samples.start;
-            let x = trajectory.states(k);
+            let x = along.states(k);
             y.copy_from_slice(simulation.states());
             for (value, at) in x.iter().zip(&*map) {
                 y[*at] = *value;
             }
             if k == 0 {
-                start_effect_states(varied, trial, y, base);
+                start_effect_states(varied, trial, y, along.base);
             }
             simulation.nudge_states(y);
-            disturb(simulation, &trial.inputs[k], trajectory.latents(k));
+            disturb(simulation, &trial.inputs[k], along.latents(k));
             varied.measure(simulation, &trial.channels, shown);
             for (slot, more) in out.sensor[at * m..].iter_mut().zip(along.shows_more(varied, k, shown)) {
                 *slot = more as f32;
             }
             if k + 1 < trial.len() {
-                let aim = trajectory.states(k + 1);
-                simulation.advance(trial.time[k + 1] - trial.time[k]).map_err(FitError::Simulation)?;
+                base.nudge_states(x);
+                disturb(base, &trial.inputs[k], along.latents(k));
+                for simulation in [&mut *simulation, &mut *base] {
+                    simulation.advance(trial.time[k + 1] - trial.time[k]).map_err(FitError::Simulation)?;
+                }
+                let end = base.states();
                 for (r, place) in map.iter().enumerate() {
-                    out.step[at * n + r] = (simulation.states()[*place] - aim[r] - linear.defect[k * n + r]) as f32;
+                    out.step[at * n + r] = (simulation.states()[*place] - end[r]) as f32;
                 }
             }
         }
@@ -223,15 +230,14 @@ impl Quick {
         samples: &Range<usize>,
         base_rates: &[Vec<f64>; 2],
     ) -> Result<Single, FitError> {
-        let Along { base, linear, trial, trajectory, .. } = along;
+        let Along { base, linear, trial, .. } = along;
         let Self { varied, acts, map, own, y, simulation, shown, rates, difference } = self;
         let (n, m) = (base.states(), trial.channels.len());
         let mut out = Single::nothing(along, samples);
-        let take =
-            |y: &mut [f64], k: usize| map.iter().zip(trajectory.states(k)).for_each(|(at, value)| y[*at] = *value);
+        let take = |y: &mut [f64], k: usize| map.iter().zip(along.states(k)).for_each(|(at, value)| y[*at] = *value);
         for k in samples.clone() {
             let at = k - samples.start;
-            let (felt, slack) = (&linear.felt[k], linear.slack[k]);
+            let (felt, slack) = (along.felt(k), linear.slack[k]);
             take(y, k);
             if acts.sensors {
                 let moment = Moment { time: trial.time[k], y, felt, slack };
@@ -302,7 +308,7 @@ const STRETCH: usize = 500;
 /// By the variational equation with the parameters as inputs; a dead time, which is none in it, by simulation. Where that
 /// fails a move of it says nothing, and it stays as it is.
 pub(crate) fn sensitivities(along: &Along<'_>, varied: &[Varied]) -> Forcing {
-    let Along { base, linear, trial, trajectory, .. } = *along;
+    let Along { base, linear, trial, .. } = *along;
     let (n, m, len, columns) = (base.states(), trial.channels.len(), trial.len(), varied.len());
     let mut forcing =
         Forcing { first: 0, columns, step: vec![0.0; (len - 1) * n * columns], sensor: vec![0.0; len * m * columns] };
@@ -324,11 +330,11 @@ pub(crate) fn sensitivities(along: &Along<'_>, varied: &[Varied]) -> Forcing {
                 forcing.sensor[at * columns + c] = value * scale as f32;
             }
         } else if acts_on_sensors(&varied.effect, trial, rigid) {
-            let simulation = varied.examined.simulation(trial, 0, trajectory.states(0));
+            let simulation = varied.examined.simulation(trial, 0, along.states(0));
             let mut shown = Vec::new();
             for k in 0..len {
-                let (felt, slack) = (&linear.felt[k], linear.slack[k]);
-                let moment = Moment { time: trial.time[k], y: trajectory.states(k), felt, slack };
+                let (felt, slack) = (along.felt(k), linear.slack[k]);
+                let moment = Moment { time: trial.time[k], y: along.states(k), felt, slack };
                 varied.examined.measure_at(&simulation, &moment, &trial.channels, &mut shown);
                 for (j, more) in along.shows_more(&varied.examined, k, &shown).enumerate() {
                     forcing.sensor[(k * m + j) * columns + c] = (more * scale) as f32;
@@ -341,7 +347,7 @@ pub(crate) fn sensitivities(along: &Along<'_>, varied: &[Varied]) -> Forcing {
 
 /// Writes the response to each of `varied` over the steps from `first` on.
 fn respond(along: &Along<'_>, varied: &[Varied], first: usize, steps: &mut [f32]) {
-    let Along { base, linear, trial, trajectory, .. } = along;
+    let base = along.base;
     let (n, columns) = (base.states(), varied.len());
     let acting: Vec<usize> =
         (0..columns).filter(|c| !is_of_sensors(&varied[*c].effect) && !facts(&varied[*c].effect).dead_time).collect();
@@ -349,14 +355,13 @@ fn respond(along: &Along<'_>, varied: &[Varied], first: usize, steps: &mut [f32]
         return;
     }
     let mut variation = Variation::new(base);
-    let (mut point, mut end) = (vec![0.0; n], vec![0.0; n]);
+    let mut point = vec![0.0; n];
     let (mut own, mut moved) = (vec![0.0; n], vec![0.0; n]);
     let width = acting.len();
     let mut forced = [vec![0.0; n * width], vec![0.0; n * width]];
     let mut response = vec![0.0; n * width];
     for (k, target) in steps.chunks_exact_mut(n * columns).enumerate() {
-        let k = first + k;
-        let step = linear.step(k, trial.time[k], trajectory.states(k), trajectory.states(k + 1), &mut end);
+        let step = along.step(first + k);
         step.inner_point(&mut point);
         let places = [(step.inner_time(), &point[..]), (step.end_time(), step.to)];
         for ((time, y), forced) in places.into_iter().zip(&mut forced) {
@@ -444,7 +449,7 @@ mod tests {
         ];
         for (id, values) in late {
             let spec = EffectSpec::new(id, Some(2), values).unwrap();
-            let quick = forcing(along, (std::slice::from_ref(&spec), &[vec![(0, 1.0)]]));
+            let quick = forcing(&along, (std::slice::from_ref(&spec), &[vec![(0, 1.0)]]));
             let varied = Model { effects: vec![spec], ..fit.model.clone() };
             let whole = simulated(&along, &Examined::new(&varied).unwrap());
             let product = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();

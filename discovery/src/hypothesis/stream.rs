@@ -21,7 +21,7 @@ pub(crate) type Columns<'a> = (&'a [EffectSpec], &'a [Combination]);
 /// The signatures of columns on their way along a trajectory. A column of which a variation cannot be simulated, or is no
 /// plant at all, says nothing.
 pub(crate) struct Stream<'a> {
-    along: Along<'a>,
+    along: &'a Along<'a>,
     columns: &'a [Combination],
     /// Of a variation that cannot be simulated, why not.
     followers: Vec<Result<Follower, FitError>>,
@@ -36,8 +36,8 @@ const BATCH: usize = 32;
 const ROWS: usize = 16;
 
 impl<'a> Stream<'a> {
-    pub(crate) fn new(along: Along<'a>, (variations, columns): Columns<'a>) -> Self {
-        let followers = variations.par_iter().map(|spec| Follower::new(&along, spec)).collect();
+    pub(crate) fn new(along: &'a Along<'a>, (variations, columns): Columns<'a>) -> Self {
+        let followers = variations.par_iter().map(|spec| Follower::new(along, spec)).collect();
         let mut shares = vec![Vec::new(); variations.len().div_ceil(BATCH)];
         for (c, combination) in columns.iter().enumerate() {
             for (at, weight) in combination {
@@ -101,7 +101,7 @@ fn add_beside(out: &mut [f32], columns: usize, variations: &[&[f32]], shares: &[
 }
 
 /// The signatures over a whole trial.
-pub(crate) fn forcing(along: Along<'_>, columns: Columns<'_>) -> Forcing {
+pub(crate) fn forcing(along: &Along<'_>, columns: Columns<'_>) -> Forcing {
     let mut stream = Stream::new(along, columns);
     let mut forcing = stream.advance(along.linear.len);
     for column in stream.silent() {
@@ -139,7 +139,7 @@ pub(crate) fn normals_of_parts(
     let of_trial = |t: usize| -> Vec<Normal> {
         let along = Along::new(fit, &linear, trials, t);
         let sizes: Vec<Randomness> = sizes.iter().map(|size| for_trial(size, &trials[t])).collect();
-        let mut stream = Stream::new(along, columns);
+        let mut stream = Stream::new(&along, columns);
         let at_size = |size| (Whitening::new(along.linear, size, count), Products::new(count, pairs));
         let mut levels: Vec<(Whitening<'_>, Products<'_>)> = sizes.iter().map(at_size).collect();
         while let Some(samples) = stream.stretch() {
@@ -198,7 +198,7 @@ mod tests {
         let linear = fit.linear(&trials);
         let along = Along::new(&fit, &linear, &trials, 0);
         let whole =
-            whiten(along.linear, &for_trial(&fit.randomness, &trials[0]), &forcing(along, (&variations, &columns)));
+            whiten(along.linear, &for_trial(&fit.randomness, &trials[0]), &forcing(&along, (&variations, &columns)));
         let sizes = [fit.randomness.clone(), fit.randomness.without_latents()];
         let all = normals(&fit, &trials, (&variations, &columns), &sizes, None);
         assert_eq!((&all[0].gram, &all[0].right), (&whole.gram, &whole.right));

@@ -24,12 +24,17 @@ use crate::model::randomness::{Expected, Randomness};
 const RELATIVE_WIDTH: f64 = 0.1;
 /// Fewest frequencies over which it is averaged on each side: with four winches a scatter of an eighth.
 const LEAST_WIDTH: usize = 8;
+/// Standard deviations of an average by which it may exceed the power of the error by chance.
+const BY_CHANCE: f64 = 3.0;
 /// Fewest samples of a recording whose error can be told from it.
 const FEWEST: usize = 101;
 /// Most that is taken off a sample, in standard deviations of the error: a step of the force is no error.
 const MOST: f64 = 3.0;
-/// Shortest memory of what is left (sampling intervals): as good as none.
+/// Shortest and longest memory of what is left (sampling intervals): as good as none, and no error that is left.
 const SHORTEST: f64 = 0.1;
+const LONGEST: f64 = 1e6;
+/// Halvings of the ratio between these by which it is found, to a rounding error.
+const HALVINGS: usize = 60;
 
 /// Sets of recordings with the winch forces that are to be expected where those recorded have a white error of this standard
 /// deviation (N), and what is left of it.
@@ -125,11 +130,27 @@ fn what_is_left<'a>(trials: impl Iterator<Item = &'a Trial>, errors: impl Iterat
     }
 }
 
-/// A first-order error with this share of the variance of a white one, and its density at frequency zero.
-fn with_memory(variance: f64, interval: f64) -> Expected {
-    let decay = (1.0 - variance) / (1.0 + variance);
-    let time = if decay > 0.0 { -interval / decay.ln() } else { 0.0 };
-    Expected { share: variance.sqrt(), time: time.max(SHORTEST * interval), unrecorded: 0.0 }
+/// An error of second order with this share of the variance of a white one, and its density at frequency zero; one time
+/// constant is half of the other.
+pub(crate) fn with_memory(variance: f64, interval: f64) -> Expected {
+    // Its parts: what is left of each after an interval, what the white noise gives it, and their covariances.
+    let parts = |time: f64| {
+        let time = [time, 0.5 * time];
+        let decay = time.map(|time| (-interval / time).exp());
+        let gain = [2.0 * (1.0 - decay[0]), decay[1] - 1.0];
+        let covariance = |a: usize, b: usize| gain[a] * gain[b] / (1.0 - decay[a] * decay[b]);
+        (time, [covariance(0, 0), covariance(1, 1)], covariance(0, 1))
+    };
+    // The longer it remembers the smaller it is.
+    let (mut shortest, mut longest) = (SHORTEST * interval, LONGEST * interval);
+    for _ in 0..HALVINGS {
+        let time = (shortest * longest).sqrt();
+        let (_, variances, covariance) = parts(time);
+        let larger = variances.iter().sum::<f64>() + 2.0 * covariance > variance;
+        *(if larger { &mut shortest } else { &mut longest }) = time;
+    }
+    let (time, variances, covariance) = parts(shortest);
+    Expected { share: variances.map(f64::sqrt), covariance, time, unrecorded: 0.0 }
 }
 
 /// What is to be expected of the white errors of series that were recorded together.
@@ -172,8 +193,17 @@ fn expected_errors(series: &[Vec<f64>], deviation: f64) -> Errors {
     let power = averaged(&power);
     // At half of all frequencies forces hardly move: the error is no larger than what is random there.
     let variance = deviation.powi(2).min(median(power.clone()));
-    let share: Vec<f64> =
-        power.iter().map(|power| if variance > 0.0 { (variance / power).min(1.0) } else { 0.0 }).collect();
+    // Where there is no more than chance makes of the error there is nothing else: the cables' own modes would tell it.
+    let share_of = |(k, power): (usize, &f64)| {
+        let (first, end) = near(k, inner);
+        let scatter = (2.0 / ((end - first) * series.len()) as f64).sqrt();
+        match power / variance {
+            _ if variance == 0.0 => 0.0,
+            ratio if ratio < 1.0 + BY_CHANCE * scatter => 1.0,
+            ratio => 1.0 / ratio,
+        }
+    };
+    let share: Vec<f64> = power.iter().enumerate().map(share_of).collect();
     let most = MOST * deviation;
     let of_series = sines.into_iter().map(|mut sines| {
         sines.iter_mut().zip(&share).for_each(|(sine, share)| *sine *= share);
@@ -195,6 +225,12 @@ fn varies(series: &[Vec<f64>]) -> f64 {
     series.iter().map(of).sum::<f64>() / series.len() as f64
 }
 
+/// The frequencies near one of so many, that one among them.
+fn near(k: usize, of: usize) -> (usize, usize) {
+    let width = LEAST_WIDTH.max((RELATIVE_WIDTH * (k + 1) as f64) as usize);
+    (k.saturating_sub(width), (k + width + 1).min(of))
+}
+
 /// Power by frequency, each averaged with those near to it.
 fn averaged(power: &[f64]) -> Vec<f64> {
     let sums: Vec<f64> = std::iter::once(0.0)
@@ -204,8 +240,7 @@ fn averaged(power: &[f64]) -> Vec<f64> {
         }))
         .collect();
     let of = |k: usize| {
-        let width = LEAST_WIDTH.max((RELATIVE_WIDTH * (k + 1) as f64) as usize);
-        let (first, end) = (k.saturating_sub(width), (k + width + 1).min(power.len()));
+        let (first, end) = near(k, power.len());
         (sums[end] - sums[first]) / (end - first) as f64
     };
     (0..power.len()).map(of).collect()
@@ -220,8 +255,8 @@ mod tests {
     use crate::data::recording::{noise, record};
     use crate::filter::estimate::noise_of_data;
     use crate::filter::kalman::Randomness;
-    use crate::strategy::context::Context;
     use crate::strategy::fitted::Evidence;
+    use crate::strategy::fixture::begun;
     use crate::weigh::criterion::EVIDENCE;
 
     fn smooth(n: usize) -> Vec<f64> {
@@ -246,9 +281,13 @@ mod tests {
         let (expected, errors) = recorded_with(50.0, &smooth(20_000));
         let left = rms(expected.of_series[0].iter().zip(&errors).map(|(expected, error)| error - expected));
         assert!(left < 15.0 && (left / (50.0 * expected.left.sqrt()) - 1.0).abs() < 0.25, "{left} {}", expected.left);
-        let Expected { share, time, .. } = with_memory(expected.left, 0.02);
-        let decay = (-0.02 / time).exp();
-        assert!((share * share * (1.0 + decay) / (1.0 - decay) - 1.0).abs() < 1e-9, "{share} {time}");
+        let Expected { share, covariance, time, .. } = with_memory(expected.left, 0.02);
+        let variance = share[0].powi(2) + share[1].powi(2) + 2.0 * covariance;
+        assert!((variance / expected.left - 1.0).abs() < 1e-9, "{variance} {}", expected.left);
+        // The density at frequency zero is the sum of the covariances over all lags: of a pair of parts both ways.
+        let sums = time.map(|time| 1.0 / (1.0 - (-0.02 / time).exp()));
+        let of = |part: usize| share[part].powi(2) * (2.0 * sums[part] - 1.0) + 2.0 * covariance * (sums[part] - 0.5);
+        assert!((of(0) + of(1) - 1.0).abs() < 1e-9, "{}", of(0) + of(1));
     }
 
     /// A filter of the samples around one took 0.24 % off a force that moves at 1 rad/s: a mass error where nothing is missing.
@@ -306,19 +345,34 @@ mod tests {
         trial
     }
 
-    /// How much `effect` explains where `hidden` acts and the forces are those to be expected, and its size.
-    fn explained(hidden: &[EffectSpec], effect: &EffectSpec) -> (f64, f64) {
+    /// Recordings with `hidden` effects, with the forces to be expected in the place of those recorded with an error.
+    fn recorded_with_expected_forces(hidden: &[EffectSpec]) -> Evidence {
         let train: Vec<Trial> = [31, 32].map(|seed| recorded_badly(hidden, seed)).into();
         let holdout = vec![recorded_badly(hidden, 33)];
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
         let first = crate::instruments::latents::first_randomness(&Model::default(), &train, &noise);
         let evidence = Evidence { train, holdout, noise, instruments: None };
-        let evidence = evidence.with_expected_forces(Randomness { input: 100.0, ..first });
-        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
-        let (context, base) = begun.expect("a fit");
+        evidence.with_expected_forces(Randomness { input: 100.0, ..first })
+    }
+
+    /// How much `effect` explains where `hidden` acts and the forces are those to be expected, and its size.
+    fn explained(hidden: &[EffectSpec], effect: &EffectSpec) -> (f64, f64) {
+        let evidence = recorded_with_expected_forces(hidden);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let base = standing.base;
         let model = Model { effects: vec![effect.clone()], ..Model::default() };
         let next = context.fit(&model, &base).expect("a fit");
         (base.score - next.score, next.train.model.effects[0].values[0])
+    }
+
+    /// A twentieth of the error was left at high frequency, where a smooth force has nothing: it shook the cables' own modes.
+    #[test]
+    fn where_there_is_nothing_but_error_nothing_of_it_is_left() {
+        let (expected, errors) = recorded_with(50.0, &smooth(4000));
+        let left: Vec<f64> =
+            expected.of_series[0].iter().zip(&errors).map(|(expected, error)| error - expected).collect();
+        let changes = |values: &[f64]| rms(values.windows(2).map(|two| two[1] - two[0]));
+        assert!(changes(&left) < 0.05 * changes(&errors), "{} of {}", changes(&left), changes(&errors));
     }
 
     /// With the forces as recorded an inertia of the drums explained more than chance does, where nothing is hidden.

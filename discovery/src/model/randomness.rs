@@ -13,7 +13,7 @@ const FIRST_LATENT: f64 = 1.5e-3;
 
 /// Most processes of noise with memory that the filter has room for, beside the latent disturbances of the most cables
 /// and of the errors of the forces that they are driven with.
-pub(crate) const MOST_MEMORIES: usize = ROOM - WRENCH - 2 * MAX_CABLES;
+pub(crate) const MOST_MEMORIES: usize = ROOM - WRENCH - (1 + PARTS) * MAX_CABLES;
 /// Most processes that the filter has room for.
 pub(crate) const ROOM: usize = 64;
 
@@ -31,13 +31,22 @@ pub(crate) struct Memory {
     pub(crate) drift: bool,
 }
 
-/// What is left of the white error of recorded forces in those that are to be expected: first order, for each winch its own.
+/// Parts of what is left of the error of a recorded force.
+pub(crate) const PARTS: usize = 2;
+
+/// What is left of the white error of recorded forces in those that are to be expected: second order, for each winch its own.
+/// It is a sum of two parts of first order that one white noise drives, so that each forgets by itself.
+///
+/// Forces have power far above that of their error up to some frequency, and soon nothing but error. What is left falls as
+/// steeply; with a first order it would shake the cables' own modes, and a model without damping would seem to be wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Expected {
-    /// Its standard deviation over that of the white error.
-    pub(crate) share: f64,
-    /// Its time constant (s).
-    pub(crate) time: f64,
+    /// Standard deviation of each part over that of the white error.
+    pub(crate) share: [f64; PARTS],
+    /// Covariance of the parts over the variance of the white error.
+    pub(crate) covariance: f64,
+    /// Time constant of each part (s).
+    pub(crate) time: [f64; PARTS],
     /// Variance of the error that the recorded forces have no room for, over that and what they vary by: the share of the
     /// forces that nobody recorded.
     pub(crate) unrecorded: f64,
@@ -160,10 +169,31 @@ impl Randomness {
         self.latents + self.memory.len() + self.force_errors()
     }
 
-    /// Errors of the winch forces that the filter estimates, the last of its processes: one for each winch where they have
-    /// memory, none where they are white.
+    /// Parts of the errors of the winch forces that the filter estimates, the last of its processes: the first part of each
+    /// winch, then the second, where they have memory; none where they are white.
     pub(crate) fn force_errors(&self) -> usize {
-        if self.expected.is_some() && self.input > 0.0 { self.latents - WRENCH } else { 0 }
+        if self.expected.is_some() && self.input > 0.0 { PARTS * self.winches() } else { 0 }
+    }
+
+    /// Winches, each with a latent force.
+    pub(crate) fn winches(&self) -> usize {
+        self.latents - WRENCH
+    }
+
+    /// Covariance of the two parts of the error of a winch force (N²).
+    pub(crate) fn force_error_covariance(&self) -> f64 {
+        self.expected.map_or(0.0, |expected| self.input.powi(2) * expected.covariance)
+    }
+
+    /// The pairs of processes that are correlated: the two parts of the error of each winch force.
+    pub(crate) fn correlated(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let (processes, errors) = (self.processes(), self.force_errors());
+        (processes - errors..processes - errors / PARTS).map(move |first| (first, first + errors / PARTS))
+    }
+
+    /// The part of the error of a winch force that a process is, if it is one that comes after the noise with memory.
+    fn part(&self, at: usize) -> usize {
+        (at - self.memory.len()) / self.winches()
     }
 
     /// White error of each winch force that the states are moved by (N). Once the forces are those to be expected it is no
@@ -178,7 +208,7 @@ impl Randomness {
             None => self.latent_deviation(process),
             Some(at) => match (self.memory.get(at), &self.expected) {
                 (Some(memory), _) => memory.deviation,
-                (None, Some(expected)) => self.input * expected.share,
+                (None, Some(expected)) => self.input * expected.share[self.part(at)],
                 (None, None) => 0.0,
             },
         }
@@ -209,7 +239,7 @@ impl Randomness {
             None => self.time,
             Some(at) => match (self.memory.get(at), &self.expected) {
                 (Some(memory), _) => memory.time,
-                (None, Some(expected)) => expected.time,
+                (None, Some(expected)) => expected.time[self.part(at)],
                 (None, None) => 0.0,
             },
         }
@@ -244,8 +274,8 @@ mod tests {
         let recorded = fitted(&[], &[record(&[], 10.0, 1)]).randomness;
         let marred = Randomness { input: 20.0, jitter: 1e-3, ..recorded };
         assert_eq!(marred.with_white_noise().input, 0.0);
-        let expected = Some(Expected { share: 0.5, time: 0.2, unrecorded: 0.0 });
+        let expected = Some(crate::instruments::expected::with_memory(0.25, 0.02));
         let plain = Randomness { expected, ..marred }.with_white_noise();
-        assert_eq!((plain.input, plain.force_errors(), plain.jitter), (20.0, 4, 0.0));
+        assert_eq!((plain.input, plain.force_errors(), plain.jitter), (20.0, 8, 0.0));
     }
 }

@@ -143,7 +143,7 @@ impl Weighing<'_> {
                 filled = 0;
             }
         };
-        let mut stream = Stream::new(along, (&self.library.variations, &self.library.columns));
+        let mut stream = Stream::new(&along, (&self.library.variations, &self.library.columns));
         let mut whitening = Whitening::new(linear, &randomness, columns);
         while let Some(samples) = stream.stretch() {
             whitening.advance(&stream.advance(samples.end), samples.end, &mut visit);
@@ -351,7 +351,7 @@ mod tests {
             let wave = wave(trials[0].len());
             let columns = weighing.library.columns.len();
             let along = Along::new(weighing.fit, &linear, weighing.trials, 0);
-            let all = forcing(along, (&weighing.library.variations, &weighing.library.columns));
+            let all = forcing(&along, (&weighing.library.variations, &weighing.library.columns));
             let mut expected = vec![vec![0.0; columns]; 3];
             let mut pairs = [0; 3];
             whitened_rows(along.linear, &randomness, &all, |at, _, e| {

@@ -9,6 +9,7 @@ use crate::filter::kalman::{Filtered, Randomness, covariances};
 use crate::filter::path::LinearTrial;
 use crate::filter::vector::{BLOCK, FULL, block, plus, plus_each, vectorised};
 use crate::filter::whiten::Forcing;
+use crate::model::examined::WRENCH;
 
 /// What some signatures do to the predictions of free runs, in units of the noise.
 #[derive(Clone, Debug)]
@@ -126,6 +127,7 @@ impl<'a> Runs<'a> {
         let mut decay = vec![0.0; all - n];
         let mut columns_of_step = vec![0.0; linear.width() * linear.padded];
         let (mut step, mut next) = (vec![[0.0; FULL]; n], vec![[0.0; FULL]; linear.padded]);
+        let mut acting = vec![[0.0; FULL]; linear.width()];
         for k in samples.clone() {
             let (kept, each) = (k - samples.start, forcing.columns);
             let sensor = |j: usize| &forcing.sensor[(kept * m + j) * each..(kept * m + j + 1) * each];
@@ -188,7 +190,12 @@ impl<'a> Runs<'a> {
             for (p, (filter, run)) in both.enumerate() {
                 let rows = forcing.step[kept * n * each..(kept + 1) * n * each].chunks_exact(each);
                 step.iter_mut().zip(rows).for_each(|(slot, row)| *slot = taken(row, &self.columns, p));
-                moved::<FUSED>(&columns_of_step, &filter[..linear.width()], &step, &mut next);
+                // Errors of forces move the states as the latent forces at their winches do.
+                acting.copy_from_slice(&filter[..linear.width()]);
+                for (winch, at) in (n + WRENCH..linear.width()).cycle().zip(all - randomness.force_errors()..all) {
+                    acting[winch] = plus::<FULL, FUSED>(acting[winch], 1.0, &filter[at]);
+                }
+                moved::<FUSED>(&columns_of_step, &acting, &step, &mut next);
                 filter[..n].copy_from_slice(&next[..n]);
                 for (row, decay) in filter[n..].iter_mut().zip(&decay) {
                     *row = row.map(|value| decay * value);

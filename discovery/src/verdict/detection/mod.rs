@@ -155,7 +155,7 @@ fn held_out(
         let mut whitening = Whitening::new(along.linear, &randomness, columns);
         let mut products = Products::new(columns, Some(&wanted));
         let mut filter = Run::new(along.linear, &randomness);
-        let mut stream = Stream::new(along, (&library.variations, &library.columns));
+        let mut stream = Stream::new(&along, (&library.variations, &library.columns));
         while let Some(samples) = stream.stretch() {
             let own = stream.advance(samples.end);
             let signatures =
@@ -395,7 +395,7 @@ fn with_free(fit: &Fit, trials: &[Trial], library: &Library, varied: &[Varied], 
         let randomness = for_trial(&fit.randomness, &trials[t]);
         let mut whitening = Whitening::new(along.linear, &randomness, columns);
         let mut products = Products::new(columns, Some(pairs));
-        let mut stream = Stream::new(along, (&library.variations, &library.columns));
+        let mut stream = Stream::new(&along, (&library.variations, &library.columns));
         while let Some(samples) = stream.stretch() {
             let own = stream.advance(samples.end);
             let all = if free.columns == 0 { own } else { own.beside(&free.part(along.linear, &samples)) };
