@@ -8,6 +8,11 @@ from pathlib import Path
 
 from . import cost, experiments, generate, score, suite
 
+BESIDE = {
+    "field": "the cases whose recordings have imperfections",
+    "chance": "short recordings of them with nothing hidden, for the test against chance",
+}
+
 
 def main(argv=None):
     """Run the command line; returns the exit code (0 done, 1 a run failed, 2 wrong use)."""
@@ -29,9 +34,10 @@ def main(argv=None):
     for sub in (make, listing, measure, scoring):
         sub.add_argument("--case", nargs="+", metavar="NAME", help="only these cases")
         sub.add_argument("--small", action="store_true", help="the small subset")
-        sub.add_argument(
-            "--field", action="store_true", help="the cases whose recordings have imperfections"
-        )
+        for name, words in BESIDE.items():
+            sub.add_argument(
+                f"--{name}", action="store_const", dest="beside", const=name, help=words
+            )
         sub.add_argument(
             "--redraw", type=int, default=0, metavar="N", help="other paths, wind and noise"
         )
@@ -53,7 +59,7 @@ def main(argv=None):
     try:
         if args.command == "cost":
             return _cost(args)
-        cases = suite.select(args.case, args.small, args.redraw, args.field)
+        cases = suite.select(args.case, args.small, args.redraw, args.beside)
     except ValueError as error:
         print(f"discovery_suite: {error}", file=sys.stderr)
         return 2

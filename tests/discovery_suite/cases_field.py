@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .cases import case
+from .cases import case, standard
 from .cases_cables import CABLES, on_bench
 from .cases_pair import PAIRS, TRIPLES
 from .cases_single import SINGLES
@@ -35,6 +35,8 @@ SIZES = {
 MEMORY = (0.1, 2.0)
 #: Cases with nothing hidden.
 NULLS = 60
+#: The same in short recordings, by which the test against chance is judged.
+BRIEF_NULLS = 200
 
 
 #: The same for the bench of 4 m: what its sensors do, and forces of some 200 N with errors of up to
@@ -85,8 +87,18 @@ def field(of, prefix="field", kinds=SIZES, **further):
     return replace(of, name=name, acceptable=acceptable, **trials)
 
 
+def brief(name):
+    """Two training trials of 40 s and a hold-out of 30 s at 25 Hz: a search of some seconds."""
+    train, holdout = standard(name, rate=25.0, duration=40.0)
+    return train, holdout.but(duration=30.0)
+
+
 FIELD = [field(case(f"null_{k:02d}", "null", [])) for k in range(NULLS)]
 FIELD += [field(of) for of in (*SINGLES, *PAIRS, *TRIPLES)]
+
+#: Nothing hidden, many times: how often chance explains as much as the best candidate.
+CHANCE = [case(f"null_{k:03d}", "null", [], brief) for k in range(BRIEF_NULLS)]
+CHANCE = [field(of, "chance") for of in CHANCE]
 
 #: The same on a bench of 4 m with six cables, run by name.
 BENCH = [case(f"null_{k:02d}", "null", [], on_bench) for k in range(10)]

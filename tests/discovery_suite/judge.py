@@ -194,6 +194,7 @@ def judge(answer, truth, seconds):
         nothing = verdict == "no_missing_effect"
         delay_alone = row["marred"] and bool(answer["effects"]) and verdict == "named"
         row["exact"] = row["correct"] and (nothing or delay_alone)
+        row["chance"] = answer["search"]["null_test"]
     if truth["group"] == "moordyn":
         row["gained"] = gap["after"] < gap["before"]
     if truth["group"] == "outside":

@@ -118,6 +118,27 @@ def summary_of_marred(rows):
     }
 
 
+#: Shares of the control runs that are to explain as much as the best candidate of a null in as
+#: large a share of the nulls.
+CHANCE_SHARES = (0.02, 0.1, 0.25, 0.5, 0.75)
+
+
+def summary_of_chance(rows):
+    """How often chance explains as much as the best candidate where nothing is hidden.
+
+    By each of `CHANCE_SHARES` the share of nulls in which no more control runs than that do, which
+    is the same where the test is right, below it where it errs on the safe side; None where no null
+    was tested.
+    """
+    tests = [row["chance"] for row in rows if row.get("chance")]
+    if not tests:
+        return None
+    # The recording as it is counts as one more run.
+    ranks = [(test["as_strong"] + 1) / (test["shifts"] + 1) for test in tests]
+    below = {share: sum(rank <= share for rank in ranks) / len(ranks) for share in CHANCE_SHARES}
+    return {"n": len(ranks), "below": below}
+
+
 def summary(rows):
     """The score from the rows: a flat dictionary, ready for JSON.
 
@@ -159,6 +180,7 @@ def summary(rows):
         "correct_onset": _rate(of("onset"), "correct"),
         "onset_within_1_s": _within(of("onset")),
         "marred": summary_of_marred(marred),
+        "chance": summary_of_chance([row for row in every if row["group"] == "null"]),
         "seconds_median": median(row["seconds"] for row in every),
         "seconds_max": max(row["seconds"] for row in every),
         "cases": len(every),
@@ -193,6 +215,13 @@ def _within(rows):
 
 def _share(entry):
     return "-" if entry is None else f"{100.0 * entry['rate']:.0f} % of {entry['n']}"
+
+
+def _chance(entry):
+    if entry is None:
+        return "-"
+    shares = (f"{below:.1%} by {share:.0%}" for share, below in entry["below"].items())
+    return f"{', '.join(shares)} of {entry['n']}"
 
 
 def _number(value, form=".3g"):
@@ -251,6 +280,8 @@ def markdown(score, rows):
             f"| marred recordings, {words} | {_share(score['marred'][key])} | {target} |"
             for key, words, target in MARRED
         ),
+        f"| nulls by the control runs that explain as much as their best candidate "
+        f"| {_chance(score['chance'])} | each at most its share |",
         f"| seconds per case | median {score['seconds_median']:.1f}, "
         f"max {score['seconds_max']:.1f} | 20 |",
         f"| cases, failed runs | {score['cases']}, {score['failed']} | 0 failed |",

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from .cases_cables import CABLES
-from .cases_field import BENCH, FIELD
+from .cases_field import BENCH, CHANCE, FIELD
 from .cases_geometry import GEOMETRY
 from .cases_hard import ELASTICITY, LOOK_ALIKES, MOORDYN, NEAR_THRESHOLD, NULLS, OUTSIDE_CASES
 from .cases_machine import GUSTS, MACHINE
@@ -23,19 +23,25 @@ SUITE = [
     *MOORDYN,
     *NULLS,
 ]
-_ALL = [*SUITE, *REALISTIC, *FIELD, *BENCH, *CABLES, *MACHINE, *GUSTS, *ONSET, *GEOMETRY]
+_ALL = [*SUITE, *REALISTIC, *FIELD, *BENCH, *CHANCE, *CABLES, *MACHINE, *GUSTS, *ONSET, *GEOMETRY]
 _BY_NAME = {case.name: case for case in _ALL}
 if len(_BY_NAME) != len(_ALL):
     raise ValueError("the suite holds two cases of one name")
 
 
-def select(names=None, small=False, redraw=0, field=False):
-    """The cases of these names, the small subset, those with imperfections, or the suite.
+#: Whole sets of cases that stand beside the suite.
+SETS = {"field": FIELD, "chance": CHANCE}
+
+
+def select(names=None, small=False, redraw=0, beside=None):
+    """The cases of these names, the small subset, the set `beside` the suite, or the suite.
 
     With `redraw` the same effects are hidden in other trials: all seeds move by that much, so
     paths, wind, noise, gaps and outliers are others.
     """
-    return [_redrawn(case, redraw) for case in (FIELD if field else _selected(names, small))]
+    return [
+        _redrawn(case, redraw) for case in (SETS[beside] if beside else _selected(names, small))
+    ]
 
 
 def _redrawn(case, by):

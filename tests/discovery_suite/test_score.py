@@ -37,7 +37,14 @@ def effect(kind, **parameters):
 
 def answer(verdict, *effects, gap=1.0):
     gaps = {"holdout": {"before": 5.0, "after": gap}}
-    return {"verdict": verdict, "effects": list(effects), "terms": [], "located": [], "gap": gaps}
+    return {
+        "search": {"null_test": None},
+        "verdict": verdict,
+        "effects": list(effects),
+        "terms": [],
+        "located": [],
+        "gap": gaps,
+    }
 
 
 MASS = effect("platform_mass", mass=(121.0, 0.9))
@@ -108,3 +115,25 @@ def test_an_effect_that_begins_must_be_found_with_its_time():
     score = summary([right, always])
     assert score["onset_within_1_s"] == {"n": 2, "rate": 0.5}
     assert score["correct_onset"] == {"n": 2, "rate": 0.5}
+
+
+def test_chance_is_counted_by_the_control_runs_that_do_as_well_where_nothing_is_hidden():
+    nothing = dict(TRUTH, group="null", effects=[])
+
+    def tested(as_strong):
+        found = answer("no_missing_effect")
+        found["search"] = {"null_test": {"as_strong": as_strong, "shifts": 99}}
+        return judge(found, nothing, 1.0)
+
+    short = answer("no_missing_effect")
+    short["search"] = {"null_test": None}
+    rows = [tested(0), tested(9), tested(60), judge(short, nothing, 1.0)]
+    chance = summary(rows)["chance"]
+    assert chance["n"] == 3
+    assert chance["below"] == {
+        0.02: pytest.approx(1 / 3),
+        0.1: pytest.approx(2 / 3),
+        0.25: pytest.approx(2 / 3),
+        0.5: pytest.approx(2 / 3),
+        0.75: 1.0,
+    }
