@@ -19,7 +19,7 @@ pub use snapshot::SnapshotError;
 pub use start::{Start, StartError};
 pub use tangent::{Direction, Tangent};
 
-use crate::dynamics::{Evaluation, Inputs};
+use crate::dynamics::{Evaluation, Inputs, Readings};
 use crate::integrator::{IntegrationError, Integrator, Solver, Statistics};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
@@ -92,7 +92,7 @@ impl Simulation {
             work,
             room: Room::default(),
         };
-        simulation.slack = simulation.plant.slack_cables(time, &simulation.y, &simulation.inputs_felt().at(time));
+        simulation.slack = simulation.plant.slack_cables(time, &simulation.y, &simulation.inputs_at_plant());
         simulation
     }
 
@@ -131,7 +131,7 @@ impl Simulation {
 
     /// Which cables carry nothing.
     pub fn slack(&self) -> PerCable<bool> {
-        if self.plant.has.platform_side { self.slack_under(&self.inputs_felt().at(self.time)) } else { self.slack }
+        if self.plant.has.platform_side { self.slack_under(&self.inputs_at_plant()) } else { self.slack }
     }
 
     /// Which cables carry nothing under these inputs. Where tension follows the inputs directly, it may have changed with
@@ -167,9 +167,13 @@ impl Simulation {
 
     /// Sets the inputs from now on, held constant.
     pub fn set_inputs(&mut self, inputs: Inputs) {
-        if !self.held || inputs != self.inputs {
-            self.take_inputs(inputs, Inputs::none(self.plant.cables()));
+        if !self.held {
+            self.input_slopes = Inputs::none(self.plant.cables());
+            self.held = true;
+        } else if inputs == self.inputs {
+            return;
         }
+        self.take_inputs(inputs);
     }
 
     /// Sets the inputs from now on, changing at `slopes` (per second).
@@ -177,23 +181,24 @@ impl Simulation {
         if inputs == self.inputs() && slopes == self.input_slopes {
             return;
         }
-        self.take_inputs(inputs, slopes);
-    }
-
-    fn take_inputs(&mut self, inputs: Inputs, slopes: Inputs) {
-        self.integrator.equations_changed();
-        self.inputs = inputs;
         self.input_slopes = slopes;
         self.held = slopes.is_zero();
+        self.take_inputs(inputs);
+    }
+
+    /// Takes up inputs; their slopes are there.
+    fn take_inputs(&mut self, inputs: Inputs) {
+        self.integrator.equations_changed();
+        self.inputs = inputs;
         self.input_time = self.time;
-        self.commands.push(self.time, inputs.winch_force, slopes.winch_force);
+        self.commands.push(self.time, &self.inputs, &self.input_slopes);
     }
 
     /// Replaces the states, as after a correction by measurements; the integrator starts afresh.
     pub fn set_states(&mut self, y: &[f64]) {
         self.y.copy_from_slice(y);
         self.integrator.restart();
-        self.slack = self.plant.slack_cables(self.time, &self.y, &self.inputs_felt().at(self.time));
+        self.slack = self.plant.slack_cables(self.time, &self.y, &self.inputs_at_plant());
     }
 
     /// Moves the states a little, keeping the integrator's Jacobian and step size: for sensitivities by differences.
@@ -293,7 +298,7 @@ impl Simulation {
     /// Effects begin or end now, other than at `before` (s). The platform's and the cables' states go on as they are; an effect
     /// that begins has its own where they change nothing.
     fn switch_effects(&mut self, before: f64) {
-        let inputs = self.inputs_felt().at(self.time);
+        let inputs = self.inputs_at_plant();
         let plant = self.plant.at(self.time);
         let slack = plant.slack_cables(self.time, &self.y, &inputs);
         let forces = plant.drive_forces(self.time, &self.y, &inputs, &slack);
@@ -304,39 +309,63 @@ impl Simulation {
 
     /// The inputs as the plant feels them from now to the next change: commands after their dead time, forces in place of
     /// torques.
+    #[inline]
     fn inputs_felt(&self) -> InputSegment {
+        if self.held && !self.commands.delayed() {
+            return InputSegment::held(self.time, self.held_inputs_felt());
+        }
         let (mut value, mut slope) = (self.inputs(), self.input_slopes);
         self.commands.delay(self.time, &mut value.winch_force, &mut slope.winch_force);
         if self.plant.has.torque {
             (value, slope) = (self.plant.driven(&value), self.plant.driven(&slope));
         }
-        for (force, added) in value.winch_force.iter_mut().zip(&self.winch_disturbance) {
+        self.disturb(&mut value);
+        InputSegment::new(self.time, value, slope)
+    }
+
+    /// The same of inputs that are held and do not come late.
+    #[inline]
+    fn held_inputs_felt(&self) -> Inputs {
+        let mut value = if self.plant.has.torque { self.plant.driven(&self.inputs) } else { self.inputs };
+        self.disturb(&mut value);
+        value
+    }
+
+    /// Adds the disturbances of the winches.
+    #[inline]
+    fn disturb(&self, inputs: &mut Inputs) {
+        for (force, added) in inputs.winch_force.iter_mut().zip(&self.winch_disturbance) {
             *force += added;
         }
-        InputSegment::new(self.time, value, slope)
     }
 
     /// The inputs as the plant feels them now: commands after their dead time, forces in place of torques.
     pub fn inputs_at_plant(&self) -> Inputs {
-        self.inputs_felt().at(self.time)
+        if self.held && !self.commands.delayed() { self.held_inputs_felt() } else { self.inputs_felt().value }
     }
 
     /// Everything known of the plant now.
     pub fn evaluate(&self) -> Evaluation {
-        let inputs = self.inputs_felt().at(self.time);
+        let inputs = self.inputs_at_plant();
         self.plant.evaluate(self.time, &self.y, &inputs, &self.slack_under(&inputs))
     }
 
     /// The same, in place of an evaluation of a plant with as many cables.
     pub(crate) fn evaluate_into(&self, out: &mut Evaluation) {
-        let inputs = self.inputs_felt().at(self.time);
+        let inputs = self.inputs_at_plant();
         self.plant.evaluate_into(self.time, &self.y, &inputs, &self.slack_under(&inputs), out);
+    }
+
+    /// What sensors read of the cables now.
+    pub(crate) fn readings(&self) -> Readings {
+        let inputs = self.inputs_at_plant();
+        self.plant.readings(self.time, &self.y, &inputs, &self.slack_under(&inputs))
     }
 
     /// Rates of the states now.
     pub fn rates(&self) -> Vec<f64> {
         let mut rates = vec![0.0; self.y.len()];
-        let inputs = self.inputs_felt().at(self.time);
+        let inputs = self.inputs_at_plant();
         self.plant.rates(self.time, &self.y, &inputs, &self.slack_under(&inputs), &mut rates);
         rates
     }
@@ -353,9 +382,18 @@ impl Simulation {
 
     /// The same, each value made when it is asked for.
     pub(crate) fn shown<'a>(&'a self, e: &'a Evaluation) -> Shown<'a> {
+        Shown { plant: self.plant.at(self.time), pose: self.pose_seen(), twist: self.twist(), e }
+    }
+
+    /// The pose that the pose sensor sees: its own delay behind the present one.
+    pub(crate) fn pose_seen(&self) -> [f64; 3] {
         let y = &self.y;
-        let pose = self.poses.at(self.time - self.plant.pose_delay).unwrap_or([y[0], y[1], y[2]]);
-        Shown { plant: self.plant.at(self.time), pose, twist: [y[3], y[4], y[5]], e }
+        self.poses.at(self.time - self.plant.pose_delay).unwrap_or([y[0], y[1], y[2]])
+    }
+
+    pub(crate) fn twist(&self) -> [f64; 3] {
+        let y = &self.y;
+        [y[3], y[4], y[5]]
     }
 }
 

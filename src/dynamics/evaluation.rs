@@ -81,6 +81,22 @@ impl<S: Real> Evaluation<S> {
     }
 }
 
+/// What sensors read of the cables: a part of an [`Evaluation`], for hosts that ask for no more. Fields as there.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Readings {
+    /// `L_i`.
+    pub(crate) length: PerCable<f64>,
+    pub(crate) tension: PerCable<f64>,
+    pub(crate) unstretched: PerCable<f64>,
+    pub(crate) unstretched_rate: PerCable<f64>,
+}
+
+/// Geometric strain `(L - l)/l` of a chord and an unstretched length (m).
+#[inline]
+pub(crate) fn strain<S: Real>(length: S, unstretched: S) -> S {
+    (length - unstretched) / unstretched
+}
+
 /// The smallest and the largest value, over some evaluations, of each cable's tension before it is cut off (N), taken as
 /// negative where the cable counts as slack: below zero a cable that counts as taut pushes, or one that counts as slack pulls.
 #[derive(Clone, Debug)]
@@ -132,6 +148,19 @@ impl Plant {
             let plant = self.at(time);
             out.take_up(&plant.instant::<f64, LANES>(time, y, u, slack), slack, plant.has.states);
         });
+    }
+
+    /// What sensors read of the cables: as [`Plant::evaluate`], but where nothing of it follows from the accelerations these are not
+    /// computed.
+    pub(crate) fn readings(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> Readings {
+        with_lanes!(self, LANES => {
+            let seen = self.at(time).instant_seen::<f64, LANES, _>(time, y, u, slack, |e| {
+                [e.kinematics.length, e.tension, e.unstretched, e.unstretched_rate]
+            });
+            let [length, tension, unstretched, unstretched_rate] =
+                seen.map(|values| PerCable::from_fn(self.cables(), |i| values[i]));
+            Readings { length, tension, unstretched, unstretched_rate }
+        })
     }
 
     /// Rates `ẏ` of all states: the solved-for form of the implicit system (29), (41).

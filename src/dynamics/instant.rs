@@ -87,6 +87,23 @@ impl Plant {
         }
     }
 
+    /// What `see` makes of [`Plant::instant`]. Of a plant without effects what it does not read is not computed.
+    #[inline(always)]
+    pub(crate) fn instant_seen<S: Real, const LANES: usize, R>(
+        &self,
+        time: S,
+        y: &[S],
+        u: &Inputs<S>,
+        slack: &PerCable<bool>,
+        see: impl Fn(&Instant<S, LANES>) -> R,
+    ) -> R {
+        if self.plain {
+            see(&self.instant_here(Has::default(), time, y, u, slack))
+        } else {
+            see(&self.instant(time, y, u, slack))
+        }
+    }
+
     /// Writes the rates of all states. What only others read of the instant is not computed, and a plant without effects is
     /// evaluated as such: the compiler then keeps what is left in registers.
     ///

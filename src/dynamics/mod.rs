@@ -15,7 +15,7 @@ mod tests;
 
 pub(crate) use cable::{CableConstants, Held, swing_tension};
 pub use evaluation::Evaluation;
-pub(crate) use evaluation::Margins;
+pub(crate) use evaluation::{Margins, Readings, strain};
 pub(crate) use factors::Factors;
 pub use jacobian::Jacobian;
 pub(crate) use linearisation::Linearisation;

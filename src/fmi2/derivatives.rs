@@ -57,7 +57,7 @@ impl CablePlatform {
     fn derivatives(&mut self, direction: &Direction<'_>, unknowns: &[Role], out: &mut [f64]) -> Result<(), ModelError> {
         let kept = self.tangent.take().filter(|tangent| tangent.is_along(direction));
         let simulation = self.running()?;
-        let tangent = kept.unwrap_or_else(|| simulation.tangent(direction));
+        let tangent = kept.unwrap_or_else(|| Box::new(simulation.tangent(direction)));
         let plant = simulation.plant().at(simulation.time());
         let instant = Instant {
             shown: tangent.shown(plant),

@@ -19,6 +19,7 @@
 mod dependencies;
 mod derivatives;
 mod initial_derivatives;
+mod now;
 mod parameters;
 mod role;
 mod saved;
@@ -37,13 +38,14 @@ use std::sync::Arc;
 use fmi2_export::description::ModelDescription;
 use fmi2_export::{Experiment, LogEntry, Model as FmiModel, ModelError, Status, StepError, Value};
 
-use crate::dynamics::{Evaluation, Inputs};
+use crate::dynamics::Inputs;
 use crate::integrator::Solver;
 use crate::model_file::Model;
 use crate::parameters::{CableModel, Initialization};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 use crate::simulation::{Simulation, Tangent};
+use now::Now;
 use role::{Role, State};
 use shared::Shared;
 use table::{LOG_EVENTS, LOG_SOLVER};
@@ -72,11 +74,10 @@ pub struct CablePlatform {
     phase: Phase,
     /// Running: the simulation. Before: a trial from the start values as they stand, made when it is asked for.
     simulation: Option<Simulation>,
-    /// What was computed last, and whether it is of the present instant: it is not once something has changed.
-    now: Option<Evaluation>,
-    is_of_now: bool,
+    /// What was asked for of the present instant; it is forgotten once something has changed.
+    now: Now,
     /// Derivatives at this instant, along the direction last asked for.
-    tangent: Option<Tangent>,
+    tangent: Option<Box<Tangent>>,
     log: Vec<LogEntry>,
     steps: u32,
     events: u32,
@@ -128,8 +129,7 @@ impl CablePlatform {
             spare_settings: None,
             phase: Phase::Instantiated,
             simulation: None,
-            now: None,
-            is_of_now: false,
+            now: Now::default(),
             tangent: None,
             log: Vec::new(),
             steps: 0,
@@ -224,7 +224,7 @@ impl CablePlatform {
 
     /// What was computed for the instant before is of no use.
     fn forget_instant(&mut self) {
-        self.is_of_now = false;
+        self.now.forget();
         self.tangent = None;
     }
 

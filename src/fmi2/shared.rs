@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use fmi2_export::ModelError;
 use fmi2_export::description::ModelDescription;
 
+use super::now;
 use super::role::Role;
 use super::table::Table;
 use crate::kinematics;
@@ -21,6 +22,8 @@ pub(super) struct Shared {
     pub(super) description: Arc<ModelDescription>,
     /// What each variable stands for.
     pub(super) roles: Vec<Role>,
+    /// Where its value is among those that are made together, see [`now::place`].
+    pub(super) places: Vec<Option<usize>>,
     /// The text of the model file that it was read from, if it was.
     text: Option<String>,
 }
@@ -78,7 +81,8 @@ impl Shared {
             model.start.unstretched_length_rate = rates.map(rounded);
         }
         let Table { description, roles } = Table::new(&model, &plant)?;
-        Ok(Self { model, plant, description: Arc::new(description), roles, text: None })
+        let places = roles.iter().map(|role| now::place(*role, plant.cables())).collect();
+        Ok(Self { model, plant, description: Arc::new(description), roles, places, text: None })
     }
 
     /// The plant of `model`: this one where a host set no parameter of it otherwise.

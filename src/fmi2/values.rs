@@ -35,7 +35,7 @@ impl CablePlatform {
                 Value::Real(input_field(&mut inputs, role).map_or(0.0, |value| *value))
             }
             Role::Slack(i) => {
-                let (simulation, evaluation) = self.now()?;
+                let (simulation, evaluation) = self.evaluated()?;
                 Value::Boolean(simulation.shown(evaluation).slack(i))
             }
             Role::Time => Value::Real(self.present()?.time()),
@@ -44,25 +44,16 @@ impl CablePlatform {
     }
 
     /// The simulation, and everything evaluated at the present instant.
-    fn now(&mut self) -> Result<(&Simulation, &Evaluation), ModelError> {
-        if !self.is_of_now {
-            self.present()?;
-            if let Some(simulation) = &self.simulation {
-                match &mut self.now {
-                    Some(evaluation) => simulation.evaluate_into(evaluation),
-                    None => self.now = Some(simulation.evaluate()),
-                }
-            }
-            self.is_of_now = true;
-        }
-        match (&self.simulation, &self.now) {
-            (Some(simulation), Some(evaluation)) => Ok((simulation, evaluation)),
-            _ => Err(ModelError::new("there is no simulation")),
+    fn evaluated(&mut self) -> Result<(&Simulation, &Evaluation), ModelError> {
+        self.present()?;
+        match &self.simulation {
+            Some(simulation) => Ok((simulation, self.now.evaluation(simulation))),
+            None => Err(ModelError::new("there is no simulation")),
         }
     }
 
     fn computed(&mut self, role: Role) -> Result<f64, ModelError> {
-        let (simulation, evaluation) = self.now()?;
+        let (simulation, evaluation) = self.evaluated()?;
         let mut value = [0.0];
         match read(simulation, evaluation, [role], &mut value) {
             None => Ok(value[0]),
@@ -70,15 +61,21 @@ impl CablePlatform {
         }
     }
 
-    /// The values of real variables. While the simulation runs, the instant is evaluated once for all of them.
+    /// The values of real variables. While the simulation runs, the instant is looked at once for all of them.
     pub(super) fn real_values(&mut self, indices: &[usize], values: &mut [f64]) -> Result<(), (usize, ModelError)> {
-        if let Phase::Running { .. } = self.phase {
-            self.now().map_err(|error| (0, error))?;
-            if let (Some(simulation), Some(evaluation)) = (&self.simulation, &self.now) {
-                let roles = indices.iter().map(|index| self.shared.roles[*index]);
-                if read(simulation, evaluation, roles, values).is_none() {
-                    return Ok(());
+        if let (Phase::Running { .. }, Some(simulation)) = (&self.phase, &self.simulation) {
+            let shared = &self.shared;
+            let places = &shared.places[..];
+            if indices.iter().all(|index| places[*index].is_some()) {
+                let shown = self.now.shown(simulation);
+                for (value, index) in values.iter_mut().zip(indices) {
+                    *value = places[*index].map_or(f64::NAN, |place| shown[place]);
                 }
+                return Ok(());
+            }
+            let roles = indices.iter().map(|index| shared.roles[*index]);
+            if read(simulation, self.now.evaluation(simulation), roles, values).is_none() {
+                return Ok(());
             }
         }
         for (place, (index, slot)) in indices.iter().zip(values).enumerate() {

@@ -74,6 +74,20 @@ pub(crate) struct CableEffects {
 }
 
 impl CableEffects {
+    /// What the sensor of the chord's length shows of this length (m).
+    #[inline]
+    pub(crate) fn shown_length<S: Real>(&self, length: S) -> S {
+        let (factor, bias) = self.length_sensor;
+        length * factor + bias
+    }
+
+    /// What the sensor of the tension shows of this tension (N).
+    #[inline]
+    pub(crate) fn shown_tension<S: Real>(&self, tension: S) -> S {
+        let (factor, bias) = self.tension_sensor;
+        tension * factor + bias
+    }
+
     /// Whether nothing changes the cable's equations; its numbers may be changed.
     pub(crate) fn is_empty(&self) -> bool {
         self.command.is_empty()
@@ -364,8 +378,7 @@ impl Plant {
 
     /// What they show of this length and this unstretched length (m).
     pub fn shown_lengths(&self, cable: usize, length: f64, unstretched: f64) -> [f64; 2] {
-        let (factor, bias) = self.cable[cable].length_sensor;
-        [factor * length + bias, self.cable[cable].unstretched_sensor.shown(unstretched)]
+        [self.cable[cable].shown_length(length), self.cable[cable].unstretched_sensor.shown(unstretched)]
     }
 
     /// What they show too much (m).

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use crate::dynamics::Inputs;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
 
@@ -45,12 +46,16 @@ impl CommandHistory {
         self.longest > 0.0
     }
 
-    /// Commands from `time` on.
-    pub(super) fn push(&mut self, time: f64, value: PerCable<f64>, slope: PerCable<f64>) {
-        if !self.delayed() {
-            return;
+    /// Inputs from `time` on, and their slopes.
+    #[inline]
+    pub(super) fn push(&mut self, time: f64, inputs: &Inputs, slopes: &Inputs) {
+        if self.delayed() {
+            self.note(Stretch { start: time, value: inputs.winch_force, slope: slopes.winch_force });
         }
-        let stretch = Stretch { start: time, value, slope };
+    }
+
+    fn note(&mut self, stretch: Stretch) {
+        let time = stretch.start;
         // The very first stretch also stands for the time before it, so it is never replaced.
         if self.stretches.len() > 1 && self.stretches.back().is_some_and(|last| last.start == time) {
             self.stretches.pop_back();

@@ -1,6 +1,6 @@
 //! What the sensors show.
 
-use crate::dynamics::Evaluation;
+use crate::dynamics::{Evaluation, strain};
 use crate::length_sensor::LengthSensor;
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
@@ -86,8 +86,7 @@ impl<S: Real> Shown<'_, S> {
 
     #[inline]
     pub(crate) fn cable_length(&self, i: usize) -> S {
-        let (factor, bias) = self.plant.cable[i].length_sensor;
-        self.e.kinematics[i].length * factor + bias
+        self.plant.cable[i].shown_length(self.e.kinematics[i].length)
     }
 
     #[inline]
@@ -102,13 +101,12 @@ impl<S: Real> Shown<'_, S> {
 
     #[inline]
     pub(crate) fn tension(&self, i: usize) -> S {
-        let (factor, bias) = self.plant.cable[i].tension_sensor;
-        self.e.tension[i] * factor + bias
+        self.plant.cable[i].shown_tension(self.e.tension[i])
     }
 
     #[inline]
     pub(crate) fn strain(&self, i: usize) -> S {
-        (self.e.kinematics[i].length - self.e.unstretched[i]) / self.e.unstretched[i]
+        strain(self.e.kinematics[i].length, self.e.unstretched[i])
     }
 
     pub(crate) fn cable_angle(&self, i: usize) -> S {

@@ -24,6 +24,12 @@ impl InputSegment {
         Self { start, value, slope, held: slope.is_zero() }
     }
 
+    /// Inputs that are held.
+    #[inline]
+    pub(super) fn held(start: f64, value: Inputs) -> Self {
+        Self { start, value, slope: Inputs::none(value.winch_force.len()), held: true }
+    }
+
     #[inline]
     pub(super) fn at(&self, time: f64) -> Inputs {
         if self.held {

@@ -3,6 +3,7 @@
 mod declared;
 mod derivatives;
 mod lifecycle;
+mod named;
 mod saving;
 mod stepping;
 mod variables;
@@ -22,6 +23,7 @@ use crate::model::{Model, Status, Value};
 use crate::snapshot::{Progress, Snapshot};
 use crate::state::{Function, State};
 use declared::Declared;
+use named::Named;
 
 /// A model and what the layer keeps beside it.
 pub(crate) struct Instance<M> {
@@ -37,10 +39,10 @@ pub(crate) struct Instance<M> {
     checked: Vec<(usize, Value)>,
     /// The same for Real variables.
     assignments: Vec<(usize, f64)>,
-    /// The references that the last call for Real variables asked for, and their variables: hosts ask for the same again.
-    asked: Vec<u32>,
-    indices: Vec<usize>,
-    /// Room for the values of such a call.
+    /// The Real variables that were read last, and those that were set last.
+    read: Named,
+    set: Named,
+    /// Room for the values of a call that reads.
     numbers: Vec<f64>,
 }
 
@@ -80,8 +82,8 @@ impl<M: Model> Instance<M> {
             strings: Vec::new(),
             checked: Vec::new(),
             assignments: Vec::new(),
-            asked: Vec::new(),
-            indices: Vec::new(),
+            read: Named::default(),
+            set: Named::default(),
             numbers: Vec::new(),
             model,
         })

@@ -2,7 +2,7 @@
 
 use std::ffi::{CStr, CString};
 
-use super::Instance;
+use super::{Instance, Named};
 use crate::description::{BaseType, Causality, Kind, Variable};
 use crate::failure::{Failure, Outcome};
 use crate::model::{Model, Value};
@@ -39,40 +39,23 @@ impl<M: Model> Instance<M> {
 
     /// Read Real variables, all of them at once; `take` gets the values.
     pub(crate) fn read_reals(&mut self, references: &[u32], take: impl FnOnce(&[f64])) -> Outcome {
-        if self.asked != references {
-            self.look_up(references)?;
-        }
-        let mut numbers = std::mem::take(&mut self.numbers);
-        numbers.clear();
-        let outcome = self.read_asked(&mut numbers);
+        let (mut read, mut numbers) = (std::mem::take(&mut self.read), std::mem::take(&mut self.numbers));
+        let outcome = self.look_up(&mut read, references).and_then(|()| self.read_named(read.indices(), &mut numbers));
         if outcome.is_ok() {
             take(&numbers);
         }
-        self.numbers = numbers;
+        (self.read, self.numbers) = (read, numbers);
         outcome
     }
 
-    /// Finds the Real variables that are asked for.
-    fn look_up(&mut self, references: &[u32]) -> Outcome {
-        self.asked.clear();
-        self.indices.clear();
-        for &reference in references {
-            match self.index(BaseType::Real, reference) {
-                Ok(index) => self.indices.push(index),
-                Err(failure) => {
-                    self.indices.clear();
-                    return Err(failure);
-                }
-            }
-        }
-        self.asked.extend_from_slice(references);
-        Ok(())
+    fn look_up(&self, named: &mut Named, references: &[u32]) -> Outcome {
+        named.look_up(references, &self.declared).map_err(|reference| self.unknown(BaseType::Real, reference))
     }
 
-    fn read_asked(&mut self, numbers: &mut Vec<f64>) -> Outcome {
-        if self.declared.independent.is_some_and(|time| self.indices.contains(&time)) {
-            for place in 0..self.indices.len() {
-                let index = self.indices[place];
+    fn read_named(&mut self, indices: &[usize], numbers: &mut Vec<f64>) -> Outcome {
+        if self.declared.independent.is_some_and(|time| indices.contains(&time)) {
+            numbers.clear();
+            for &index in indices {
                 match self.value(index)? {
                     Value::Real(number) => numbers.push(number),
                     other => return Err(self.wrong_type(BaseType::Real, index, &other)),
@@ -80,12 +63,12 @@ impl<M: Model> Instance<M> {
             }
             return Ok(());
         }
-        numbers.resize(self.indices.len(), 0.0);
+        numbers.resize(indices.len(), 0.0);
         self.model
-            .get_reals(&self.indices, numbers)
-            .map_err(|(place, error)| Failure::refused(format!("`{}`: {error}", self.name(self.indices[place]))))?;
+            .get_reals(indices, numbers)
+            .map_err(|(place, error)| Failure::refused(format!("`{}`: {error}", self.name(indices[place]))))?;
         if !numbers.iter().all(|number| number.is_finite()) {
-            for (index, number) in self.indices.iter().zip(numbers) {
+            for (index, number) in indices.iter().zip(numbers) {
                 self.finite("", *index, *number)?;
             }
         }
@@ -129,29 +112,30 @@ impl<M: Model> Instance<M> {
 
     /// Set Real variables, all of them at once. All are checked before any is set.
     pub(crate) fn write_reals(&mut self, references: &[u32], values: &[f64]) -> Outcome {
-        let mut assignments = std::mem::take(&mut self.assignments);
-        let outcome = self.check_reals(references, values, &mut assignments).and_then(|()| {
+        let (mut set, mut assignments) = (std::mem::take(&mut self.set), std::mem::take(&mut self.assignments));
+        let outcome = self.look_up(&mut set, references).and_then(|()| {
+            assignments.clear();
+            assignments.extend(set.indices().iter().copied().zip(values.iter().copied()));
+            self.check_reals(&set, &assignments)?;
             self.model
                 .set_reals(&assignments)
                 .map_err(|(place, error)| Failure::refused(format!("`{}`: {error}", self.name(assignments[place].0))))
         });
-        self.assignments = assignments;
+        (self.set, self.assignments) = (set, assignments);
         outcome
     }
 
-    fn check_reals(&self, references: &[u32], values: &[f64], assignments: &mut Vec<(usize, f64)>) -> Outcome {
-        assignments.clear();
+    fn check_reals(&self, set: &Named, assignments: &[(usize, f64)]) -> Outcome {
         let running = matches!(self.progress.state, State::StepComplete | State::StepFailed);
-        for (&reference, &value) in references.iter().zip(values) {
-            let index = self.index(BaseType::Real, reference)?;
-            // What hosts do at every step needs no look at the table.
-            if !(running && self.declared.is_running_input[index] && value.is_finite()) {
-                let variable = &self.declared.table.variables[index];
-                self.check_settable(variable)?;
-                self.check_value(variable, &Value::Real(value))
-                    .map_err(|failure| Failure::refused(format!("`{}`: {failure}", variable.name)))?;
-            }
-            assignments.push((index, value));
+        // What hosts do at every step needs no look at the table.
+        if running && set.are_running_inputs() && assignments.iter().all(|(_, value)| value.is_finite()) {
+            return Ok(());
+        }
+        for &(index, value) in assignments {
+            let variable = &self.declared.table.variables[index];
+            self.check_settable(variable)?;
+            self.check_value(variable, &Value::Real(value))
+                .map_err(|failure| Failure::refused(format!("`{}`: {failure}", variable.name)))?;
         }
         Ok(())
     }
@@ -238,10 +222,13 @@ impl<M: Model> Instance<M> {
 
     /// Index of the variable behind a value reference.
     pub(super) fn index(&self, base: BaseType, reference: u32) -> Outcome<usize> {
-        self.declared.lookup.index(base, reference).ok_or_else(|| {
-            let namesake = self.namesake(base, reference);
-            Failure::refused(format!("no variable of type {base:?} has the value reference {reference}{namesake}"))
-        })
+        self.declared.lookup.index(base, reference).ok_or_else(|| self.unknown(base, reference))
+    }
+
+    #[cold]
+    fn unknown(&self, base: BaseType, reference: u32) -> Failure {
+        let namesake = self.namesake(base, reference);
+        Failure::refused(format!("no variable of type {base:?} has the value reference {reference}{namesake}"))
     }
 
     /// Who else has this value reference, for messages: each base type counts its own.
