@@ -4,7 +4,7 @@
 //! one of several cables at a time, so that the rates take them in loops over the cables; what effects change is a matter of one
 //! [`Cable`]. [`Plant::residual`] states the physics a second time.
 
-use crate::effect::{EffectKind, PlatformContext, StrainContext, SwingContext, WinchContext};
+use crate::effect::{EffectKind, LawPart, PlatformContext, StrainContext, SwingContext, WinchContext};
 use crate::kinematics::CableArrays;
 use crate::parameters::{CableDamper, CableInertia, CableModel};
 use crate::per_cable::{MAX_CABLES, PerCable};
@@ -239,11 +239,15 @@ impl Cable<'_> {
     /// Rates of the states of the elastic law under `tension` (N).
     #[inline(never)]
     pub(crate) fn law_rates<S: Real>(&self, tension: S, held: &Held<'_, S>, rates: &mut [S]) {
+        let follow = self.effects.law.that_change(LawPart::Rates);
+        if follow.is_empty() {
+            return;
+        }
         let ([chord, speed], [unstretched, rate]) = (held.chord, held.paid_out);
         let strained = !held.slack && self.data.model != CableModel::Rigid;
         let strain_rate = if strained { (speed - rate * chord / unstretched) / unstretched } else { S::from(0.0) };
         let context = StrainContext { tension, strain_rate };
-        for (kind, at) in &self.effects.law {
+        for (kind, at) in follow {
             kind.strain_rates(&context, &held.states[*at..], &mut rates[*at..]);
         }
     }

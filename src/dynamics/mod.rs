@@ -14,6 +14,7 @@ mod residual;
 mod tests;
 
 pub(crate) use cable::{CableConstants, Held, swing_tension};
+pub(crate) use elastic::ElasticLaw;
 pub use evaluation::Evaluation;
 pub(crate) use evaluation::{Margins, Readings, strain};
 pub(crate) use factors::Factors;

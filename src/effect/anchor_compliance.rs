@@ -1,6 +1,6 @@
 //! Compliance of the anchor: a spring k between anchor and ground, in line with the cable.
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LawPart, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Compliance of the anchor: a spring k between anchor and ground, in line with the cable: ε = T/EA + T/(k L).
@@ -42,6 +42,10 @@ impl Effect for AnchorCompliance {
 
     fn stage(&self) -> Stage {
         Stage::ElasticLaw
+    }
+
+    fn law_parts(&self) -> &'static [LawPart] {
+        &[LawPart::Factor]
     }
 
     fn tension_factor<S: Real>(&self, _strain: S, chord: S, axial_stiffness: f64) -> S {

@@ -1,6 +1,6 @@
 //! Elastic catenary: L/l = T/EA + asinh(q)/q, q = w l/(2 T).
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LawPart, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Elastic catenary: L/l = T/EA + asinh(q)/q, q = w l/(2 T).
@@ -53,7 +53,7 @@ impl Effect for CableCatenary {
         q.asinh() / q - 1.0
     }
 
-    fn has_chord_strain(&self) -> bool {
-        self.weight != 0.0
+    fn law_parts(&self) -> &'static [LawPart] {
+        if self.weight != 0.0 { &[LawPart::Shape] } else { &[] }
     }
 }

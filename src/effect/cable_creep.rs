@@ -1,7 +1,7 @@
 //! Cable creep: spring EA in series with a Kelvin element: ε_c' = (T/EA_c - ε_c)/τ.
 
 use super::{
-    DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, StrainContext, parameter,
+    DependsOn, Effect, EffectInfo, EffectSpec, LawPart, LookAlike, Scope, Site, SpecError, Stage, StrainContext, parameter,
 };
 use crate::scalar::Real;
 
@@ -47,6 +47,10 @@ impl Effect for CableCreep {
 
     fn stage(&self) -> Stage {
         Stage::ElasticLaw
+    }
+
+    fn law_parts(&self) -> &'static [LawPart] {
+        &[LawPart::Inelastic, LawPart::Rates]
     }
 
     fn states(&self) -> usize {

@@ -1,7 +1,7 @@
 //! Hysteresis of a rope: T_h = F s beside the spring, s' = (ε' - |ε'| s)/ε_y.
 
 use super::{
-    DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, StrainContext, parameter,
+    DependsOn, Effect, EffectInfo, EffectSpec, LawPart, LookAlike, Scope, Site, SpecError, Stage, StrainContext, parameter,
 };
 use crate::scalar::Real;
 
@@ -63,6 +63,10 @@ impl Effect for CableHysteresis {
 
     fn stage(&self) -> Stage {
         Stage::ElasticLaw
+    }
+
+    fn law_parts(&self) -> &'static [LawPart] {
+        &[LawPart::Held, LawPart::Rates]
     }
 
     fn states(&self) -> usize {

@@ -1,6 +1,6 @@
 //! Cable sag: ε = T/EA - (w L)²/24 (1/T² - 1/T_ref²).
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LawPart, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Cable sag: ε = T/EA - (w L)²/24 (1/T² - 1/T_ref²).
@@ -61,8 +61,8 @@ impl Effect for CableSag {
         [-factor * (inverse * inverse - 1.0 / reference), 2.0 * factor * inverse * inverse * inverse]
     }
 
-    fn has_chord_strain(&self) -> bool {
-        self.weight != 0.0
+    fn law_parts(&self) -> &'static [LawPart] {
+        if self.weight != 0.0 { &[LawPart::Shape] } else { &[] }
     }
 }
 

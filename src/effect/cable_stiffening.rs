@@ -1,6 +1,6 @@
 //! Stiffening cable: T_e = EA ε (1 + β ε²).
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LawPart, LookAlike, Scope, Site, SpecError, Stage, parameter};
 use crate::scalar::Real;
 
 /// Stiffening cable: T_e = EA ε (1 + β ε²).
@@ -42,6 +42,10 @@ impl Effect for CableStiffening {
 
     fn stage(&self) -> Stage {
         Stage::ElasticLaw
+    }
+
+    fn law_parts(&self) -> &'static [LawPart] {
+        &[LawPart::Factor]
     }
 
     fn tension_factor<S: Real>(&self, strain: S, _chord: S, _axial_stiffness: f64) -> S {

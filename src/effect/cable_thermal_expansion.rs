@@ -1,6 +1,6 @@
 //! Thermal expansion of the cables: l → l (1 + strain_amplitude sin(2π t/period + phase)).
 
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, parameter, signed};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LawPart, LookAlike, Scope, Site, SpecError, Stage, parameter, signed};
 use crate::scalar::Real;
 
 /// Thermal expansion of the cables: l → l (1 + strain_amplitude sin(2π t/period + phase)).
@@ -48,6 +48,10 @@ impl Effect for CableThermalExpansion {
 
     fn stage(&self) -> Stage {
         Stage::ElasticLaw
+    }
+
+    fn law_parts(&self) -> &'static [LawPart] {
+        &[LawPart::Length]
     }
 
     fn length_factor<S: Real>(&self, time: S) -> S {

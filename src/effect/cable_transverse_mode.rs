@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_2_PI, PI};
 
 use super::cable_drag::AIR_DENSITY;
-use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, SpecError, Stage, SwingContext, parameter};
+use super::{DependsOn, Effect, EffectInfo, EffectSpec, LawPart, LookAlike, Scope, Site, SpecError, Stage, SwingContext, parameter};
 use crate::dynamics::PlantData;
 use crate::per_cable::PerCable;
 use crate::scalar::Real;
@@ -81,6 +81,10 @@ impl Effect for CableTransverseMode {
 
     fn stage(&self) -> Stage {
         Stage::Transverse
+    }
+
+    fn law_parts(&self) -> &'static [LawPart] {
+        &[LawPart::Bow]
     }
 
     fn states(&self) -> usize {

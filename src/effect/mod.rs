@@ -6,12 +6,14 @@
 
 mod context;
 mod entry;
+mod law_part;
 mod presliding;
 mod site;
 mod spec;
 
 pub use context::{PlatformContext, StrainContext, SwingContext, WinchContext};
 pub use entry::{EffectInfo, Law, LookAlike, ParameterInfo, Scope, TextInfo};
+pub use law_part::LawPart;
 pub use site::{Axis, DependsOn, Place, Site};
 pub use spec::{EffectSpec, SpecError};
 
@@ -138,6 +140,12 @@ pub trait Effect: Sized {
         1.0
     }
 
+    /// [`Stage::ElasticLaw`], and [`Stage::Transverse`] with states: the parts of the elastic law that it changes; only their hooks
+    /// are asked.
+    fn law_parts(&self) -> &'static [LawPart] {
+        &[]
+    }
+
     /// [`Stage::ElasticLaw`]: factor on the unstretched length.
     fn length_factor<S: Real>(&self, _time: S) -> S {
         S::from(1.0)
@@ -164,11 +172,6 @@ pub trait Effect: Sized {
     fn chord_strain_and_slope(&self, tension: f64, chord: f64, unstretched: f64) -> [f64; 2] {
         let strain = self.chord_strain(Dual64::new(tension, 1.0), chord.into(), unstretched.into());
         [strain.re, strain.eps]
-    }
-
-    /// [`Stage::ElasticLaw`]: whether [`Effect::chord_strain`] is not zero.
-    fn has_chord_strain(&self) -> bool {
-        false
     }
 
     /// [`Stage::ElasticLaw`]: tension (N) that its own states hold beside the spring.
@@ -452,8 +455,8 @@ impl EffectKind {
         dispatch!(self, e => e.chord_strain_and_slope(tension, chord, unstretched))
     }
 
-    pub fn has_chord_strain(&self) -> bool {
-        dispatch!(self, e => e.has_chord_strain())
+    pub(crate) fn law_parts(&self) -> &'static [LawPart] {
+        dispatch!(self, e => e.law_parts())
     }
 
     #[inline]

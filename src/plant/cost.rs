@@ -1,6 +1,7 @@
 //! What the plant's equations cost, by which the integrator's methods are compared: in evaluations of the rates of lumped masses
 //! without effects (65 ns). Counted from the model, not timed, so that a run can be repeated bit for bit.
 
+use crate::effect::LawPart;
 use crate::integrator::Cost;
 
 use super::{CableEffect, CableEffects, Plant};
@@ -33,17 +34,17 @@ impl Plant {
         let of_all = |on_cable: &dyn Fn(&CableEffects) -> f64| {
             self.cable.iter().map(on_cable).sum::<f64>() / self.cable.len() as f64
         };
-        let is_iterated = |(kind, _): &&CableEffect| kind.has_chord_strain();
+        let iterated = |c: &CableEffects| c.law.that_change(LawPart::Shape).len();
         let on_cables = of_all(&|c| {
             let command = |(kind, _): &CableEffect| if kind.states() > 0 { LAG } else { COMMAND };
-            let laws = c.law.iter().filter(|law| !is_iterated(law)).count();
+            let laws = c.law.len() - iterated(c);
             c.command.iter().map(command).sum::<f64>()
                 + LOSS * c.loss.len() as f64
                 + PULL * c.pull.len() as f64
                 + LAW * laws as f64
                 + TRANSVERSE * (c.transverse.len() + c.swing.len()) as f64
         });
-        let iterated = ITERATED_LAW * of_all(&|c| c.law.iter().filter(is_iterated).count() as f64);
+        let iterated = ITERATED_LAW * of_all(&|c| iterated(c) as f64);
         let platform_side = if self.has.platform_side { PLATFORM_SIDE } else { 0.0 };
         let added = on_cables + WRENCH * self.wrench.len() as f64 + platform_side;
         let duals = DUALS * of_all(&|c| f64::from(u8::from(self.has.servo || !c.is_empty())));

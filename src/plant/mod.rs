@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use assembly::Assembly;
 
 use crate::clearance::Clearance;
-use crate::dynamics::{CableConstants, CableData, Inputs, MAX_EFFECT_STATES, PlantData};
+use crate::dynamics::{CableConstants, CableData, ElasticLaw, Inputs, MAX_EFFECT_STATES, PlantData};
 use crate::effect::{EffectKind, EffectSpec, SpecError, Stage};
 use crate::geometry;
 use crate::kinematics::CableEnds;
@@ -60,7 +60,7 @@ pub(crate) struct CableEffects {
     pub(crate) command: Vec<CableEffect>,
     pub(crate) loss: Vec<CableEffect>,
     pub(crate) pull: Vec<EffectKind>,
-    pub(crate) law: Vec<CableEffect>,
+    pub(crate) law: ElasticLaw,
     pub(crate) transverse: Vec<EffectKind>,
     pub(crate) swing: Vec<CableEffect>,
     pub(crate) states: usize,
