@@ -29,8 +29,14 @@ pub(super) trait Lanes<F>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<
     /// The same in all lanes.
     fn spread(value: F) -> Self;
 
+    /// Real numbers.
+    fn lift(values: Reals) -> Self;
+
     /// Times a real number in each lane.
     fn scale(self, factor: Reals) -> Self;
+
+    /// One over each.
+    fn recip(self) -> Self;
 
     /// Over all lanes.
     fn sum(self) -> F;
@@ -49,8 +55,18 @@ impl Lanes<f64> for Reals {
     }
 
     #[inline(always)]
+    fn lift(values: Reals) -> Self {
+        values
+    }
+
+    #[inline(always)]
     fn scale(self, factor: Reals) -> Self {
         self * factor
+    }
+
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Reals::ONE / self
     }
 
     #[inline(always)]
@@ -106,8 +122,19 @@ impl Lanes<Complex64> for Pairs {
     }
 
     #[inline(always)]
+    fn lift(values: Reals) -> Self {
+        Self { re: values, im: Reals::ZERO }
+    }
+
+    #[inline(always)]
     fn scale(self, factor: Reals) -> Self {
         Self { re: self.re * factor, im: self.im * factor }
+    }
+
+    #[inline(always)]
+    fn recip(self) -> Self {
+        let inverse = Reals::ONE / (self.re * self.re + self.im * self.im);
+        Self { re: self.re * inverse, im: Reals::ZERO - self.im * inverse }
     }
 
     #[inline(always)]

@@ -9,7 +9,7 @@ use std::ops::Range;
 use num_complex::Complex64;
 
 use super::columns::{Column, LANES, Lanes, Pairs, Place, Reals, Split, dot, times};
-use super::linearisation::{BLOCK, CableBlock, Linearisation, StateBlock};
+use super::linearisation::{BLOCK, CableBlock, Linearisation};
 use super::matrix3::{self, Field, Matrix3};
 
 /// The platform's part for one `σ`; matrices by columns.
@@ -115,14 +115,17 @@ impl Factors {
         let acts = |block: &CableBlock| block.states.iter().any(|state| state.rate_by_acceleration != 0.0);
         self.common.by_acceleration = linearisation.cables.iter().any(acts);
         self.common.mass = columns(&linearisation.mass);
-        with_cables!(&mut self.cables, cables => {
-            cables.iter_mut().for_each(|group| group.reached.fill(false));
-            for (i, block) in linearisation.cables.iter().enumerate() {
-                cables[i / LANES].take_up(i % LANES, block);
+        let mut of_real = Elimination::new(linearisation, real);
+        let mut of_complex = Elimination::new(linearisation, complex);
+        with_cables!(&mut self.cables, groups => {
+            for (group, blocks) in groups.iter_mut().zip(linearisation.cables.chunks(LANES)) {
+                group.take_up(blocks);
+                let states = OwnStates::of(blocks);
+                group.real = of_real.take_up(group, &states);
+                group.complex = of_complex.take_up(group, &states);
             }
-            self.common.real = factor(linearisation, real, cables, |group| &mut group.real);
-            self.common.complex = factor(linearisation, complex, cables, |group| &mut group.complex);
         });
+        (self.common.real, self.common.complex) = (of_real.platform(), of_complex.platform());
     }
 
     /// Solves `(σ I - ∂f/∂y) x = b` in place for the real `σ`.
@@ -229,19 +232,22 @@ impl<const N: usize> Group<N> {
         states.chunks(LANES).map(group).collect()
     }
 
-    /// What does not depend on `σ`, of the cable in `lane`.
-    fn take_up(&mut self, lane: usize, block: &CableBlock) {
-        for k in 0..3 {
-            self.row[k].set(lane, block.row[k]);
-        }
-        for (c, state) in block.states.iter().enumerate().take(N) {
+    /// What does not depend on `σ`.
+    fn take_up(&mut self, blocks: &[CableBlock]) {
+        self.reached.fill(false);
+        for (lane, block) in blocks.iter().enumerate() {
             for k in 0..3 {
-                self.rates_by_pose[k][c].set(lane, state.rate_by_pose[k]);
-                self.rates_by_twist[k][c].set(lane, state.rate_by_twist[k]);
+                self.row[k].set(lane, block.row[k]);
             }
-            self.rates_by_acceleration[c].set(lane, state.rate_by_acceleration);
-            let by_platform = state.rate_by_pose.iter().chain(&state.rate_by_twist);
-            self.reached[c] |= by_platform.into_iter().any(|by| *by != 0.0);
+            for (c, state) in block.states.iter().enumerate().take(N) {
+                for k in 0..3 {
+                    self.rates_by_pose[k][c].set(lane, state.rate_by_pose[k]);
+                    self.rates_by_twist[k][c].set(lane, state.rate_by_twist[k]);
+                }
+                self.rates_by_acceleration[c].set(lane, state.rate_by_acceleration);
+                let by_platform = state.rate_by_pose.iter().chain(&state.rate_by_twist);
+                self.reached[c] |= by_platform.into_iter().any(|by| *by != 0.0);
+            }
         }
     }
 
@@ -252,98 +258,116 @@ impl<const N: usize> Group<N> {
     }
 }
 
-/// Factors the linearisation at `sigma`: the cables' parts into `cables`, and the platform's.
-fn factor<F: Field, L: Lanes<F>, const N: usize>(
-    linearisation: &Linearisation,
-    sigma: F,
-    groups: &mut [Group<N>],
-    own: impl Fn(&mut Group<N>) -> &mut Own<L, N>,
-) -> Platform<F, L> {
-    let mut schur: Matrix3<F> =
-        from_fn(|r| from_fn(|c| sigma.scale(linearisation.mass[r][c]) - F::from(linearisation.force_by_twist[r][c])));
-    let mut pose_coupling = linearisation.force_by_pose.map(|row| row.map(|v| F::from(-v)));
-    for (i, block) in linearisation.cables.iter().enumerate() {
-        let states = &block.states[..block.states.len().min(N)];
-        let inverse: [[F; N]; N] = invert(states, sigma);
-        // The tension's answer to own states, pose, twist, and acceleration along the cable.
-        let mut tension = [F::zero(); N];
-        let (mut by_pose, mut by_twist) = ([F::zero(); 3], [F::zero(); 3]);
-        let mut by_acceleration = F::zero();
-        for (c, state) in states.iter().enumerate() {
-            let mut sum = F::zero();
-            for (r, other) in states.iter().enumerate() {
-                sum += inverse[r][c].scale(other.tension);
-            }
-            tension[c] = sum;
-            for k in 0..3 {
-                by_pose[k] += sum.scale(state.rate_by_pose[k]);
-                by_twist[k] += sum.scale(state.rate_by_twist[k]);
-            }
-            by_acceleration += sum.scale(state.rate_by_acceleration);
-        }
-        let (own, lane) = (own(&mut groups[i / LANES]), i % LANES);
-        for c in 0..N {
-            own.tension[c].set(lane, tension[c]);
-            for r in 0..N {
-                own.inverse[r][c].set(lane, inverse[r][c]);
-            }
-        }
-        own.tension_by_acceleration.set(lane, by_acceleration);
-        let row = block.row.map(F::from);
-        for k in 0..3 {
-            by_twist[k] += sigma * by_acceleration * row[k];
-        }
-        matrix3::add_outer(&mut pose_coupling, &row, &by_pose, F::one());
-        matrix3::add_outer(&mut schur, &row, &by_twist, F::one());
-    }
-    let inverse_sigma = F::one() / sigma;
-    for r in 0..3 {
-        for c in 0..3 {
-            pose_coupling[r][c] *= inverse_sigma;
-            schur[r][c] += pose_coupling[r][c];
-        }
-    }
-    let (schur_inverse, pose_coupling) = (columns(&matrix3::inverse(&schur)), columns(&pose_coupling));
-    Platform { sigma, inverse_sigma, schur_inverse, pose_coupling }
+/// What four cables' own states do to each other and to the tension; zero in lanes beyond the last one, and beyond a cable's last
+/// state.
+struct OwnStates<const N: usize> {
+    /// `∂f_c/∂c`.
+    rate_by_state: [[Reals; N]; N],
+    /// `∂T/∂c`.
+    tension: [Reals; N],
+    /// The most that one of them has.
+    count: usize,
 }
 
-/// Inverse of `σ I - C` over a cable's states by Gauss-Jordan, two states in closed form. No pivoting: the diagonal is `σ`
-/// plus decay rates, and the spring's entry has the sign that adds to it.
-fn invert<F: Field, const N: usize>(states: &[StateBlock], sigma: F) -> [[F; N]; N] {
-    let n = states.len();
-    let mut inverse = [[F::zero(); N]; N];
-    if n == 2 {
-        let [[a, b], [c, d]] = [0, 1].map(|r| [0, 1].map(|c| F::from(-states[r].rate_by_state[c])));
-        let (a, d) = (a + sigma, d + sigma);
-        let scale = F::one() / (a * d - b * c);
-        inverse[0][..2].copy_from_slice(&[d * scale, -b * scale]);
-        inverse[1][..2].copy_from_slice(&[-c * scale, a * scale]);
-        return inverse;
-    }
-    let mut m = [[F::zero(); N]; N];
-    for r in 0..n {
-        for c in 0..n {
-            let unit = if r == c { (sigma, F::one()) } else { (F::zero(), F::zero()) };
-            m[r][c] = unit.0 - F::from(states[r].rate_by_state[c]);
-            inverse[r][c] = unit.1;
-        }
-    }
-    for p in 0..n {
-        let scale = F::one() / m[p][p];
-        for c in 0..n {
-            m[p][c] *= scale;
-            inverse[p][c] *= scale;
-        }
-        for r in 0..n {
-            if r != p {
-                let factor = m[r][p];
-                for c in 0..n {
-                    let (a, b) = (m[p][c], inverse[p][c]);
-                    m[r][c] -= factor * a;
-                    inverse[r][c] -= factor * b;
+impl<const N: usize> OwnStates<N> {
+    fn of(blocks: &[CableBlock]) -> Self {
+        let mut states = Self { rate_by_state: [[Reals::ZERO; N]; N], tension: [Reals::ZERO; N], count: 0 };
+        for (lane, block) in blocks.iter().enumerate() {
+            let count = block.states.len().min(N);
+            states.count = states.count.max(count);
+            for (r, state) in block.states[..count].iter().enumerate() {
+                states.tension[r].set(lane, state.tension);
+                for c in 0..count {
+                    states.rate_by_state[r][c].set(lane, state.rate_by_state[c]);
                 }
             }
         }
+        states
     }
-    inverse
+
+    /// `(σ I - ∂f_c/∂c)⁻¹` by Gauss-Jordan, two states in closed form. No pivoting: the diagonal is `σ` plus decay rates, and the
+    /// spring's entry has the sign that adds to it.
+    fn inverse<F: Field, L: Lanes<F>>(&self, sigma: F) -> [[L; N]; N] {
+        let n = self.count;
+        let by = |r: usize, c: usize| L::lift(self.rate_by_state[r][c]);
+        let mut inverse = [[L::ZERO; N]; N];
+        if n == 2 {
+            let (a, d) = (L::spread(sigma) - by(0, 0), L::spread(sigma) - by(1, 1));
+            let scale = (a * d - by(0, 1) * by(1, 0)).recip();
+            inverse[0][..2].copy_from_slice(&[d * scale, by(0, 1) * scale]);
+            inverse[1][..2].copy_from_slice(&[by(1, 0) * scale, a * scale]);
+            return inverse;
+        }
+        let mut m = [[L::ZERO; N]; N];
+        for r in 0..n {
+            for c in 0..n {
+                let sigma = if r == c { L::spread(sigma) } else { L::ZERO };
+                m[r][c] = sigma - by(r, c);
+            }
+            inverse[r][r] = L::spread(F::one());
+        }
+        for p in 0..n {
+            let scale = m[p][p].recip();
+            for c in 0..n {
+                m[p][c] = m[p][c] * scale;
+                inverse[p][c] = inverse[p][c] * scale;
+            }
+            for r in (0..n).filter(|r| *r != p) {
+                let factor = m[r][p];
+                for c in 0..n {
+                    m[r][c] = m[r][c] - factor * m[p][c];
+                    inverse[r][c] = inverse[r][c] - factor * inverse[p][c];
+                }
+            }
+        }
+        inverse
+    }
+}
+
+/// The platform's equations for one `σ` as the cables' states are eliminated from them.
+struct Elimination<F> {
+    sigma: F,
+    schur: Matrix3<F>,
+    pose_coupling: Matrix3<F>,
+}
+
+impl<F: Field> Elimination<F> {
+    fn new(linearisation: &Linearisation, sigma: F) -> Self {
+        let Linearisation { mass, force_by_pose, force_by_twist, .. } = linearisation;
+        let schur = from_fn(|r| from_fn(|c| sigma.scale(mass[r][c]) - F::from(force_by_twist[r][c])));
+        Self { sigma, schur, pose_coupling: force_by_pose.map(|row| row.map(|v| F::from(-v))) }
+    }
+
+    /// Takes up four cables. Returns their part.
+    fn take_up<L: Lanes<F>, const N: usize>(&mut self, group: &Group<N>, states: &OwnStates<N>) -> Own<L, N> {
+        let inverse: [[L; N]; N] = states.inverse(self.sigma);
+        // The tension's answer to own states, to pose and twist through their rates, and to the acceleration along the cable.
+        let weighed = |values: &[L; N], weights: &[Reals; N]| {
+            (0..states.count).fold(L::ZERO, |sum, c| sum + values[c].scale(weights[c]))
+        };
+        let tension: [L; N] = from_fn(|c| weighed(&from_fn(|r| inverse[r][c]), &states.tension));
+        let tension_by_acceleration = weighed(&tension, &group.rates_by_acceleration);
+        let by_acceleration = tension_by_acceleration * L::spread(self.sigma);
+        for c in 0..3 {
+            let by_pose = weighed(&tension, &group.rates_by_pose[c]);
+            let by_twist = weighed(&tension, &group.rates_by_twist[c]) + by_acceleration.scale(group.row[c]);
+            for r in 0..3 {
+                self.pose_coupling[r][c] += by_pose.scale(group.row[r]).sum();
+                self.schur[r][c] += by_twist.scale(group.row[r]).sum();
+            }
+        }
+        Own { inverse, tension, tension_by_acceleration }
+    }
+
+    fn platform<L: Lanes<F>>(mut self) -> Platform<F, L> {
+        let inverse_sigma = F::one() / self.sigma;
+        for r in 0..3 {
+            for c in 0..3 {
+                self.pose_coupling[r][c] *= inverse_sigma;
+                self.schur[r][c] += self.pose_coupling[r][c];
+            }
+        }
+        let schur_inverse = columns(&matrix3::inverse(&self.schur));
+        Platform { sigma: self.sigma, inverse_sigma, schur_inverse, pose_coupling: columns(&self.pose_coupling) }
+    }
 }
