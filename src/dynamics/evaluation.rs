@@ -5,7 +5,7 @@ use crate::per_cable::{MAX_CABLES, PerCable};
 use crate::plant::Plant;
 use crate::scalar::Real;
 
-use super::instant::{Instant, with_lanes};
+use super::instant::{EffectRates, Instant, no_effect_rates, with_lanes};
 use super::matrix3::Matrix3;
 use super::{Inputs, MAX_EFFECT_STATES};
 
@@ -41,7 +41,12 @@ pub struct Evaluation<S = f64> {
 
 impl<S: Real> Evaluation<S> {
     /// The evaluation of a plant with `cables` cables and those in `slack` carrying nothing.
-    fn new<const LANES: usize>(e: &Instant<S, LANES>, cables: usize, slack: &PerCable<bool>) -> Self {
+    fn new<const LANES: usize>(
+        e: &Instant<S, LANES>,
+        effect_rate: &EffectRates<S, LANES>,
+        cables: usize,
+        slack: &PerCable<bool>,
+    ) -> Self {
         let per_cable = |values: &[S; LANES]| PerCable::from_fn(cables, |i| values[i]);
         Self {
             kinematics: PerCable::from_fn(cables, |i| e.kinematics.cable(i)),
@@ -53,14 +58,19 @@ impl<S: Real> Evaluation<S> {
             unstretched: per_cable(&e.unstretched),
             unstretched_rate: per_cable(&e.unstretched_rate),
             unstretched_acceleration: per_cable(&e.unstretched_acceleration),
-            effect_rate: PerCable::from_fn(cables, |i| e.effect_rate[i]),
+            effect_rate: PerCable::from_fn(cables, |i| effect_rate[i]),
             mass: e.mass.full(),
         }
     }
 
-    /// Takes up another instant of a plant with as many cables, and writes no more than these have; `states` says whether effects
-    /// have any.
-    fn take_up<const LANES: usize>(&mut self, e: &Instant<S, LANES>, slack: &PerCable<bool>, states: bool) {
+    /// Takes up another instant of a plant with as many cables, and writes no more than these have; `effect_rate` where effects
+    /// have states.
+    fn take_up<const LANES: usize>(
+        &mut self,
+        e: &Instant<S, LANES>,
+        effect_rate: Option<&EffectRates<S, LANES>>,
+        slack: &PerCable<bool>,
+    ) {
         for i in 0..slack.len() {
             self.kinematics[i] = e.kinematics.cable(i);
             self.tension[i] = e.tension[i];
@@ -70,10 +80,8 @@ impl<S: Real> Evaluation<S> {
             self.unstretched_rate[i] = e.unstretched_rate[i];
             self.unstretched_acceleration[i] = e.unstretched_acceleration[i];
         }
-        if states {
-            for i in 0..slack.len() {
-                self.effect_rate[i] = e.effect_rate[i];
-            }
+        if let Some(effect_rate) = effect_rate {
+            self.effect_rate.copy_from_slice(&effect_rate[..slack.len()]);
         }
         self.acceleration = e.acceleration;
         self.slack = *slack;
@@ -138,7 +146,9 @@ impl Plant {
     /// springs, Fig. 5(b) with lumped masses.
     pub fn evaluate<S: Real>(&self, time: S, y: &[S], u: &Inputs<S>, slack: &PerCable<bool>) -> Evaluation<S> {
         with_lanes!(self, LANES => {
-            Evaluation::new(&self.at(time.re()).instant::<S, LANES>(time, y, u, slack), self.cables(), slack)
+            let mut effect_rate = no_effect_rates();
+            let e = self.at(time.re()).instant::<S, LANES>(time, y, u, slack, &mut effect_rate);
+            Evaluation::new(&e, &effect_rate, self.cables(), slack)
         })
     }
 
@@ -146,7 +156,9 @@ impl Plant {
     pub(crate) fn evaluate_into(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>, out: &mut Evaluation) {
         with_lanes!(self, LANES => {
             let plant = self.at(time);
-            out.take_up(&plant.instant::<f64, LANES>(time, y, u, slack), slack, plant.has.states);
+            let mut effect_rate = no_effect_rates();
+            let e = plant.instant::<f64, LANES>(time, y, u, slack, &mut effect_rate);
+            out.take_up(&e, plant.has.states.then_some(&effect_rate), slack);
         });
     }
 
@@ -195,7 +207,7 @@ impl Plant {
     /// Tensions (N) before they are cut off at zero.
     pub(crate) fn uncut_tensions(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> PerCable<f64> {
         with_lanes!(self, LANES => {
-            let e = self.at(time).instant::<f64, LANES>(time, y, u, slack);
+            let e = self.at(time).instant::<f64, LANES>(time, y, u, slack, &mut no_effect_rates());
             PerCable::from_fn(self.cables(), |i| e.tension_uncut[i])
         })
     }

@@ -25,9 +25,17 @@ pub(crate) struct Instant<S, const LANES: usize> {
     pub(crate) unstretched: [S; LANES],
     pub(crate) unstretched_rate: [S; LANES],
     pub(crate) unstretched_acceleration: [S; LANES],
-    pub(crate) effect_rate: [[S; MAX_EFFECT_STATES]; LANES],
     /// Mass matrix of the platform with the cables' inertia that moves with it.
     pub(crate) mass: Symmetric3<S>,
+}
+
+/// Rates of the effect states of each cable.
+pub(crate) type EffectRates<S, const LANES: usize> = [[S; MAX_EFFECT_STATES]; LANES];
+
+/// Room for them.
+#[inline(always)]
+pub(crate) fn no_effect_rates<S: Real, const LANES: usize>() -> EffectRates<S, LANES> {
+    [[S::from(0.0); MAX_EFFECT_STATES]; LANES]
 }
 
 /// Sum over the lanes, a multiple of four: fours first, then in pairs.
@@ -69,7 +77,8 @@ impl Plant {
         &y[self.effect_states(cable)]
     }
 
-    /// Solves the implicit system at `time` (s), states `y`, inputs `u`, with the cables in `slack` carrying nothing.
+    /// Solves the implicit system at `time` (s), states `y`, inputs `u`, with the cables in `slack` carrying nothing; writes the
+    /// rates of the effects' own states.
     ///
     /// The system is linear in the accelerations: one 3×3 solve.
     #[inline]
@@ -79,11 +88,12 @@ impl Plant {
         y: &[S],
         u: &Inputs<S>,
         slack: &PerCable<bool>,
+        effect_rate: &mut EffectRates<S, LANES>,
     ) -> Instant<S, LANES> {
         if self.plain {
-            self.instant_here(Has::default(), time, y, u, slack)
+            self.instant_here(Has::default(), time, y, u, slack, effect_rate)
         } else {
-            self.instant_here(self.has, time, y, u, slack)
+            self.instant_here(self.has, time, y, u, slack, effect_rate)
         }
     }
 
@@ -97,10 +107,11 @@ impl Plant {
         slack: &PerCable<bool>,
         see: impl Fn(&Instant<S, LANES>) -> R,
     ) -> R {
+        let effect_rate = &mut no_effect_rates();
         if self.plain {
-            see(&self.instant_here(Has::default(), time, y, u, slack))
+            see(&self.instant_here(Has::default(), time, y, u, slack, effect_rate))
         } else {
-            see(&self.instant(time, y, u, slack))
+            see(&self.instant(time, y, u, slack, effect_rate))
         }
     }
 
@@ -147,7 +158,8 @@ impl Plant {
         slack: &PerCable<bool>,
         rates: &mut [S],
     ) -> [S; LANES] {
-        let e = self.instant_here::<S, LANES>(has, time, y, u, slack);
+        let mut effect_rate = no_effect_rates();
+        let e = self.instant_here::<S, LANES>(has, time, y, u, slack, &mut effect_rate);
         if has.only_pairs()
             && let Some(pairs) = rates[6..].as_chunks_mut().0.first_chunk_mut::<LANES>()
         {
@@ -156,8 +168,9 @@ impl Plant {
             rates[3..6].copy_from_slice(&e.acceleration);
             return e.tension_uncut;
         }
-        let cables = (&e.unstretched_rate[..], &e.unstretched_acceleration[..], &e.effect_rate[..]);
-        self.write(has, y, &e.acceleration, cables, rates);
+        // Apart from what is not written, which then is not kept.
+        let (first, second) = (e.unstretched_rate, e.unstretched_acceleration);
+        self.write(has, y, &e.acceleration, (&first, &second, &effect_rate), rates);
         e.tension_uncut
     }
 
@@ -170,6 +183,7 @@ impl Plant {
         y: &[S],
         u: &Inputs<S>,
         slack: &PerCable<bool>,
+        effect_rate: &mut EffectRates<S, LANES>,
     ) -> Instant<S, LANES> {
         let zero = S::from(0.0);
         let zeros = [zero; LANES];
@@ -206,7 +220,6 @@ impl Plant {
         // What effects add: a wrench on the platform, forces along the winches.
         let mut force = u.disturbance;
         let mut pull = u.winch_force.padded::<LANES>();
-        let mut effect_rate = [[zero; MAX_EFFECT_STATES]; LANES];
         if has.force {
             let context = PlatformContext {
                 time,
@@ -392,7 +405,6 @@ impl Plant {
             unstretched,
             unstretched_rate,
             unstretched_acceleration,
-            effect_rate,
             mass,
         }
     }
@@ -463,9 +475,11 @@ impl Plant {
                 CableModel::LumpedMass => rates[at..at + 2].copy_from_slice(&[first[i], second[i]]),
             }
             if has.states {
-                let range = self.effect_states(i);
-                let n = range.len();
-                rates[range].copy_from_slice(&effect[i][..n]);
+                match &mut rates[self.effect_states(i)] {
+                    // Most have one; to copy it takes no call.
+                    [only] => *only = effect[i][0],
+                    several => several.copy_from_slice(&effect[i][..several.len()]),
+                }
             }
         }
     }
