@@ -5,7 +5,7 @@ use super::choice::{Choice, Prices};
 use super::dormand_prince::Stiffness;
 use super::radau::Outcome;
 use super::switching::Looks;
-use super::vector::{FEW, MORE, MOST, MOST_STATES, Work};
+use super::vector::{FEW, MORE, MOST, MOST_STATES, SOME, Work};
 use super::{IntegrationError, Solver, Statistics, System};
 
 /// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with this,
@@ -279,6 +279,8 @@ impl Integrator {
         let groups = y.len().div_ceil(4);
         if groups <= FEW {
             self.advance_with::<FEW>(system, time, y, duration)
+        } else if groups <= SOME {
+            self.advance_with::<SOME>(system, time, y, duration)
         } else if groups <= MORE {
             self.advance_with::<MORE>(system, time, y, duration)
         } else {

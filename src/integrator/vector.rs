@@ -8,9 +8,10 @@ use wide::f64x4;
 /// Values of one group.
 pub(super) type Group = f64x4;
 
-/// Groups that a call works with, by the number of states: as few as suffice for the plant of four cables without effects, twice
-/// as many, or as many as the largest plant has ([`MOST_STATES`]).
+/// Groups that a call works with, by the number of states: as few as suffice for the plant of four cables without effects, for one
+/// with two states of effects on each cable, twice as many as the first, or as many as the largest plant has ([`MOST_STATES`]).
 pub(super) const FEW: usize = 4;
+pub(super) const SOME: usize = 6;
 pub(super) const MORE: usize = 8;
 pub(super) const MOST: usize = 32;
 
@@ -34,7 +35,7 @@ impl<const GROUPS: usize> Vector<GROUPS> {
     /// Groups that the loops go over: those in use, or all where these are few, so that the compiler can unroll them.
     #[inline]
     fn used(&self) -> usize {
-        if GROUPS == FEW { GROUPS } else { self.len.div_ceil(4) }
+        if GROUPS <= SOME { GROUPS } else { self.len.div_ceil(4) }
     }
 
     #[inline]
