@@ -1,6 +1,6 @@
 //! The parts of a cable's elastic law.
 
-/// A part of a cable's elastic law, each with a hook of [`Effect`] of its own.
+/// A part of a cable's elastic law, each with a hook of [`Effect`](super::Effect) of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LawPart {
     /// [`super::Effect::length_factor`].
