@@ -2,7 +2,8 @@
 
 A field case is a case of the suite whose recordings have imperfections as well: each kind is there
 with a chance of `SHARE`, of a size between two bounds (logarithmic). The draw is made from the
-case's name, so that nobody chooses it. They stand beside the suite, and are run with `--field` or
+case's name, so that nobody chooses it. They stand beside the suite, and are run with `--field`, the
+short ones with nothing hidden by which the test against chance is judged with `--chance`, or
 by name (`--case`); the score has measures of its own for them.
 """
 

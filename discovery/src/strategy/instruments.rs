@@ -218,21 +218,26 @@ mod tests {
         assert!(fit.gap[0] < 1.3 && base.gap == fit.gap, "{:?} {:?}", fit.gap, base.gap);
     }
 
-    /// Noises with memory that are left of those that the instruments were given, where the pose wanders by so much (m): what
-    /// the wander asks for, or else a drift of x that nothing asks for.
-    fn released(wander: f64) -> (usize, usize) {
-        let hidden = EffectSpec::new("winch_force_gain", Some(1), &[0.01]).expect("an effect");
+    /// Recordings with `hidden` effects, from this seed on, in which x wanders by so much (m).
+    fn wandering(hidden: &[EffectSpec], wander: f64, seed: u64) -> Evidence {
         let recorded = |seed: u64| {
-            let mut trial = record(std::slice::from_ref(&hidden), 40.0, seed);
+            let mut trial = record(hidden, 40.0, seed);
             let last = trial.time[trial.len() - 1];
             for (row, time) in trial.measured.iter_mut().zip(&trial.time) {
                 row[0] += wander * (std::f64::consts::PI * time / last).sin();
             }
             trial
         };
-        let (train, holdout) = (vec![recorded(41), recorded(42)], vec![recorded(43)]);
+        let (train, holdout) = (vec![recorded(seed), recorded(seed + 1)], vec![recorded(seed + 2)]);
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        Evidence { train, holdout, noise, instruments: None }
+    }
+
+    /// Noises with memory that are left of those that the instruments were given, where the pose wanders by so much (m): what
+    /// the wander asks for, or else a drift of x that nothing asks for.
+    fn released(wander: f64) -> (usize, usize) {
+        let hidden = EffectSpec::new("winch_force_gain", Some(1), &[0.01]).expect("an effect");
+        let evidence = wandering(std::slice::from_ref(&hidden), wander, 41);
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
         let mut fitted = context.fit(&Model { effects: vec![hidden], ..Model::default() }, &base).expect("a fit");
@@ -255,17 +260,7 @@ mod tests {
 
     /// Ids that stand where `hidden` acts and x wanders, for which `effect` came in.
     fn left_beside_a_wander(hidden: &[EffectSpec], effect: EffectSpec) -> Vec<String> {
-        let recorded = |seed: u64| {
-            let mut trial = record(hidden, 40.0, seed);
-            let last = trial.time[trial.len() - 1];
-            for (row, time) in trial.measured.iter_mut().zip(&trial.time) {
-                row[0] += 0.05 * (std::f64::consts::PI * time / last).sin();
-            }
-            trial
-        };
-        let (train, holdout) = (vec![recorded(51), recorded(52)], vec![recorded(53)]);
-        let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = wandering(hidden, 0.05, 51);
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
         let fit = context.fit(&Model { effects: vec![effect], ..Model::default() }, &base).expect("a fit");
@@ -276,7 +271,7 @@ mod tests {
         standing.effects().iter().map(|effect| effect.id.clone()).collect()
     }
 
-    /// Stiff damping of all cables was named for stamps that jitter.
+    /// Strong damping of all cables was named for stamps that jitter.
     #[test]
     fn an_effect_does_not_stand_for_what_instruments_do() {
         let bias = EffectSpec::new("winch_force_bias", Some(2), &[3.0]).expect("an effect");
