@@ -397,6 +397,7 @@ def _answer(*effects, verdict="named", rivals=(), where=(), terms=()):
         "effects": found,
         "terms": list(terms),
         "gap": {"holdout": {"before": 3.0, "after": 1.0}},
+        "search": {"null_test": None},
     }
 
 
