@@ -66,7 +66,7 @@ impl<'a> Context<'a> {
             journal,
             progress,
         };
-        let base = context.finish(train, holdout, None, instruments.clone());
+        let base = context.finish(train, holdout, instruments.clone());
         Ok((context, base))
     }
 

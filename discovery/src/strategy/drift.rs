@@ -100,7 +100,7 @@ mod tests {
             channels.map(drift).fold(train.randomness.without_latents(), |all, one| all.with_memory(one));
         train.smooth(&evidence.train).expect("a trajectory");
         let instruments = Some(train.randomness.without_latents());
-        let fit = context.finish(train, base.holdout.clone(), None, instruments);
+        let fit = context.finish(train, base.holdout.clone(), instruments);
         let standing = Standing { fit, ..Standing::new(&context, base) };
         let standing = instead_of_drift(&context, standing).expect("a search");
         standing.effects().iter().map(|effect| effect.id.clone()).collect()

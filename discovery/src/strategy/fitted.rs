@@ -9,7 +9,6 @@ use crate::strategy::policy::Policy;
 use crate::verdict::gap::GapSum;
 use crate::verdict::{POLICY, left, share_taken};
 use crate::weigh::criterion::EVIDENCE;
-use crate::weigh::refine::Estimate;
 
 /// The data of a search and what is known of its noise.
 #[derive(Clone)]
@@ -36,7 +35,6 @@ impl Evidence {
 pub(crate) struct Fitted {
     pub(crate) train: Fit,
     pub(crate) holdout: Fit,
-    pub(crate) estimate: Option<Estimate>,
     /// `-2 log L` on the training data plus the penalty of the parameters.
     pub(crate) score: f64,
     /// `-2 log L` on the held-out data.
@@ -79,7 +77,6 @@ impl Fitted {
 #[derive(Clone)]
 pub(crate) struct Trained {
     pub(crate) fit: Fit,
-    pub(crate) estimate: Option<Estimate>,
     /// `-2 log L` on these data plus the penalty of the parameters.
     pub(crate) score: f64,
 }

@@ -14,17 +14,17 @@ use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained, instruments_of};
 use crate::verdict::gap::{gap, predict};
 use crate::verdict::{self, HorizonFacts, POLICY, Reach, Reaches};
-use crate::weigh::refine::{Estimate, refine};
+use crate::weigh::refine::{Certainty, certainty, refine};
 
 impl Context<'_> {
     /// A model fitted to both sets from the data alone; gaps count as those of `from`.
     pub(crate) fn refined_by_data(&self, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
         let e = self.evidence;
         let mut train = begun_by_data(e, model, &self.journal)?;
-        let estimate = refine(&mut train, &e.train, &e.noise, self.free_from, self.policy.rounds, None)?;
+        refine(&mut train, &e.train, &e.noise, self.free_from, self.policy.rounds, None)?;
         train.fit_randomness(&e.train, &e.noise, false);
         let holdout = held_by_data(e, &train, &self.journal)?;
-        Ok(self.finish(train, holdout, Some(estimate), from.instruments.clone()))
+        Ok(self.finish(train, holdout, from.instruments.clone()))
     }
 
     /// `-2 log L` on training data plus the penalty of the parameters.
@@ -39,22 +39,16 @@ impl Context<'_> {
     /// `fitted`, whose gaps count by its own instruments.
     pub(crate) fn counted(&self, fitted: Fitted) -> Fitted {
         let instruments = instruments_of(&fitted.train);
-        self.finish(fitted.train, fitted.holdout, fitted.estimate, instruments)
+        self.finish(fitted.train, fitted.holdout, instruments)
     }
 
     /// `fitted`, whose gaps count by the instruments by which those of another fit do.
     pub(crate) fn counted_as(&self, fitted: &Fitted, other: &Fitted) -> Fitted {
-        self.finish(fitted.train.clone(), fitted.holdout.clone(), fitted.estimate.clone(), other.instruments.clone())
+        self.finish(fitted.train.clone(), fitted.holdout.clone(), other.instruments.clone())
     }
 
     /// Two fits made one, with its score and its gaps by these `instruments`.
-    pub(crate) fn finish(
-        &self,
-        train: Fit,
-        holdout: Fit,
-        estimate: Option<Estimate>,
-        instruments: Option<Randomness>,
-    ) -> Fitted {
+    pub(crate) fn finish(&self, train: Fit, holdout: Fit, instruments: Option<Randomness>) -> Fitted {
         let e = self.evidence;
         let score = self.score(&train, &e.train);
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
@@ -68,7 +62,7 @@ impl Context<'_> {
         let Reaches { main, long } = &self.reaches;
         let ((short, of_short), (long, of_long)) = rayon::join(|| gap_over(main), || gap_over(long));
         let gap = [short.total() / of_short, long.total() / of_long];
-        Fitted { train, holdout, estimate, score, holdout_score, gap, sums: [short, long], instruments }
+        Fitted { train, holdout, score, holdout_score, gap, sums: [short, long], instruments }
     }
 
     /// Fits `model`, starting from another fit, with its own effects' parameters refined.
@@ -89,10 +83,10 @@ impl Context<'_> {
     ) -> Result<Trained, FitError> {
         let noise = &self.evidence.noise;
         let mut fit = self.started(model, from, trials)?;
-        let estimate = refine(&mut fit, trials, noise, self.free_from, rounds, aim)?;
+        refine(&mut fit, trials, noise, self.free_from, rounds, aim)?;
         fit.fit_randomness(trials, noise, false);
         let score = self.score(&fit, trials);
-        Ok(Trained { fit, estimate: Some(estimate), score })
+        Ok(Trained { fit, score })
     }
 
     /// What was fitted to the training data, on held-out data.
@@ -119,7 +113,7 @@ impl Context<'_> {
                 _ => {}
             }
         }
-        Ok(self.finish(train, holdout, trained.estimate, instruments))
+        Ok(self.finish(train, holdout, instruments))
     }
 
     /// The held-out trajectories of a model, first with large latent forces, then with its own.
@@ -159,6 +153,11 @@ impl Context<'_> {
         start.smooth(trials)?;
         start.fit_randomness(trials, &self.evidence.noise, true);
         Ok(start)
+    }
+
+    /// How certain the sizes of a fit's effects are.
+    pub(crate) fn certainty(&self, fitted: &Fitted) -> Certainty {
+        certainty(&fitted.train, &self.evidence.train, self.free_from)
     }
 
     /// Whether what `with` has more than `without` is needed on held-out data.

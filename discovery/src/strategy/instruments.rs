@@ -68,7 +68,7 @@ fn with_those(
     let taken = context.journal.or_remark("What the instruments seem to add does not go with the data", taken)?;
     let Some(Some(fit)) = taken else { return Ok(None) };
     let score = context.score(&fit, trials);
-    let better = context.verified(Trained { fit, estimate: fitted.estimate.clone(), score }, fitted);
+    let better = context.verified(Trained { fit, score }, fitted);
     // Without what the instruments took over nothing holds the held-out trajectory: they are no better.
     context.journal.or_remark("What the instruments seem to add does not go with the held-out data", better)
 }
@@ -88,8 +88,7 @@ pub(crate) fn instruments_anew(context: &Context<'_>, standing: Standing) -> Res
 pub(crate) fn instruments_instead(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     let mut kept = 0;
     while kept < standing.accepted.len() {
-        let certainty = standing.fit.estimate.as_ref().map_or(f64::NAN, |estimate| estimate.wald[context.at(kept)]);
-        if certainty >= context.policy.certain {
+        if context.certainty(&standing.fit).wald[context.at(kept)] >= context.policy.certain {
             kept += 1;
             continue;
         }
@@ -175,7 +174,7 @@ pub(crate) fn beside_those_of(context: &Context<'_>, fitted: &Fitted, base: &Fit
     let mut holdout = settled(&base.holdout, &evidence.holdout)?;
     holdout.randomness = train.randomness.clone();
     holdout.settle(&evidence.holdout, moves)?;
-    Ok(context.finish(train, holdout, None, fitted.instruments.clone()))
+    Ok(context.finish(train, holdout, fitted.instruments.clone()))
 }
 
 #[cfg(test)]
@@ -249,7 +248,7 @@ mod tests {
             fitted.train.smooth(&evidence.train).expect("a trajectory");
         }
         let instruments = Some(fitted.train.randomness.without_latents());
-        let fit = context.finish(fitted.train, fitted.holdout, fitted.estimate, instruments);
+        let fit = context.finish(fitted.train, fitted.holdout, instruments);
         assert!(!fit.train.randomness.memory.is_empty());
         let accepted = vec![Accepted::new(Vec::new(), -1.0, None)];
         let standing = Standing { fit, accepted, ..Standing::new(&context, base) };

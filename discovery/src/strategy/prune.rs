@@ -16,8 +16,8 @@ pub(crate) fn prune(context: &Context<'_>, mut standing: Standing) -> Result<Sta
     let mut judged: Vec<EffectSpec> = Vec::new();
     while standing.accepted.len() > 1 {
         let found = standing.found(context);
-        let certainty =
-            |k: usize| standing.fit.estimate.as_ref().map_or(f64::NAN, |estimate| estimate.wald[context.at(k)]);
+        let certainties = context.certainty(&standing.fit).wald;
+        let certainty = |k: usize| certainties[context.at(k)];
         let left = (0..found.len()).filter(|k| !judged.iter().any(|judged| same(judged, &found[*k])));
         let Some(k) = left.min_by(|a, b| certainty(*a).total_cmp(&certainty(*b))) else { break };
         let certainty = certainty(k);
@@ -102,7 +102,7 @@ mod tests {
         let model = Model { effects: vec![effect("winch_force_bias", Some(2), &[1e-9])], ..Model::default() };
         let idle = context.started(&model, &base.train, &evidence.train).expect("a fit");
         let score = context.score(&idle, &evidence.train);
-        let fit = context.verified(Trained { fit: idle, estimate: None, score }, base).expect("a fit");
+        let fit = context.verified(Trained { fit: idle, score }, base).expect("a fit");
         let accepted = vec![Accepted::new(Vec::new(), -20.0, None)];
         let pruned = prune(&context, Standing { fit, accepted, ..standing }).expect("a fit");
         assert!(pruned.accepted.is_empty() && pruned.effects().is_empty() && pruned.fit.score == pruned.base.score);

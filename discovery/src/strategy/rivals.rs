@@ -149,7 +149,7 @@ mod tests {
         let effect = EffectSpec::new("pose_sensor_bias", None, &[0.1, 0.1, 0.0]).expect("an effect");
         let trials = [crate::data::recording::record(&[], 20.0, 1)];
         let fit = crate::data::recording::fitted(&[], &trials);
-        let whole = || Some(Trained { fit: fit.clone(), estimate: None, score: 0.0 });
+        let whole = || Some(Trained { fit: fit.clone(), score: 0.0 });
         let rival =
             |delta_bic, price| Rival { effect: effect.clone(), delta_bic, price, overdispersion: 1.0, whole: whole() };
         // As good a fit with a parameter more, or with one less.

@@ -97,7 +97,7 @@ fn in_form(forms: &Forms<'_>, law: &mut Try) {
         return;
     }
     let at = forms.context.at(0);
-    let begun = Trained { fit: fit.clone(), estimate: None, score: *score };
+    let begun = Trained { fit: fit.clone(), score: *score };
     let shaped = forms.shaped(begun, at);
     let formed = forms.context.journal.tried(plain, "in another form", forms.formed(&shaped, &[at]));
     let Some(formed) = formed else { return };

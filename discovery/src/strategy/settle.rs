@@ -106,7 +106,7 @@ fn take_up(context: &Context<'_>, standing: Standing, k: usize, rivals: &mut Vec
     rivals
         .iter_mut()
         .for_each(|rival| (rival.delta_bic, rival.price) = (rival.delta_bic - delta_bic, rival.price - price));
-    let whole = Trained { fit: before.train, estimate: before.estimate, score: before.score };
+    let whole = Trained { fit: before.train, score: before.score };
     rivals.push(Rival { effect: old, delta_bic: -delta_bic, price: -price, overdispersion, whole: Some(whole) });
     (standing, true)
 }

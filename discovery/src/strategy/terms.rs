@@ -128,11 +128,7 @@ pub(crate) fn refine_terms(context: &Context<'_>, mut standing: Standing) -> Res
             best = next;
         }
     }
-    let mut train = best.train.clone();
-    let free = free_values(&train.model, context.free_from);
-    let (trials, noise) = (&context.evidence.train, &context.evidence.noise);
-    let estimate = refine_free(&mut train, trials, noise, &free, 1, None)?;
-    standing.fit = Fitted { estimate: Some(estimate), ..best };
+    standing.fit = best;
     Ok(standing)
 }
 
@@ -157,10 +153,10 @@ fn terms_refined(context: &Context<'_>, model: &Model, from: &Fitted) -> Result<
     let (trials, noise) = (&context.evidence.train, &context.evidence.noise);
     let mut fit = context.started(model, &from.train, trials)?;
     let free = free_values(model, context.free_from);
-    let estimate = refine_free(&mut fit, trials, noise, &free, context.policy.rounds, None)?;
+    refine_free(&mut fit, trials, noise, &free, context.policy.rounds, None)?;
     fit.fit_randomness(trials, noise, false);
     let score = context.score(&fit, trials);
-    context.verified(Trained { fit, estimate: Some(estimate), score }, from)
+    context.verified(Trained { fit, score }, from)
 }
 
 #[cfg(test)]

@@ -29,13 +29,6 @@ const MOST_MOVES: usize = 8;
 /// Share of its promise that a proposal must keep to be taken without looking at others.
 const KEPT_PROMISE: f64 = 0.5;
 
-/// How certain estimates are by white noise.
-#[derive(Clone, Debug)]
-pub(crate) struct Estimate {
-    /// Wald statistic of each effect: how far its size is from zero, as a chi-square.
-    pub(crate) wald: Vec<f64>,
-}
-
 /// Models with each free parameter moved by its step, away from its bounds.
 pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<Varied>> {
     free.iter()
@@ -106,7 +99,7 @@ pub(crate) fn promises(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Rand
     proposals.iter().map(|proposal| proposal.promise).collect()
 }
 
-/// Refines the parameters of the effects from `first` on by Gauss-Newton on the innovations.
+/// Refines the parameters of the effects from `first` on by Gauss-Newton on the innovations, in fewer than `rounds` moves.
 ///
 /// Parameters and the size of the latent disturbances are chosen together: what the parameters will explain, the latents
 /// need not carry, and only with small latents are the parameters sharp. The delays of clocks that were found late are
@@ -119,7 +112,7 @@ pub(crate) fn refine(
     first: usize,
     rounds: usize,
     aim: Option<f64>,
-) -> Result<Estimate, FitError> {
+) -> Result<(), FitError> {
     let free = free_parameters(&fit.model, first);
     refine_free(fit, trials, noise, &free, rounds, aim)
 }
@@ -132,22 +125,20 @@ pub(crate) fn refine_free(
     free: &[Free],
     rounds: usize,
     aim: Option<f64>,
-) -> Result<Estimate, FitError> {
+) -> Result<(), FitError> {
     if !fit.has_settled() && fit.model.effects.iter().any(is_friction) {
         // Else it is no likelihood yet, and better than any to come.
         fit.settle(trials, FIRST_MOVES)?;
     }
-    let mut round = 1;
-    loop {
+    for round in 1..rounds {
         let clocks = Clocks::set(&fit.randomness, trials);
         let (mut proposals, usable) = proposals(fit, trials, free, &clocks, &ladder(&fit.randomness));
-        let estimate = to_estimate(&fit.model, free, &usable, &proposals[0]);
         let start = proposals[0].normal.minus_two_log_likelihood;
         // The present size is the fall-back.
         proposals.iter_mut().skip(1).for_each(|p| p.promise += SETTLED);
         proposals.sort_by(|a, b| a.promise.total_cmp(&b.promise));
-        if round >= rounds || start - proposals[0].promise < SETTLED {
-            return Ok(estimate);
+        if start - proposals[0].promise < SETTLED {
+            break;
         }
         let last = proposals.iter().position(|p| p.randomness.same_latents(&fit.randomness)).unwrap_or(0);
         let mut best: Option<(Look, Fit)> = None;
@@ -170,18 +161,20 @@ pub(crate) fn refine_free(
                 }
             }
         }
-        let Some((look, next)) = best else { return Ok(estimate) };
+        let Some((look, next)) = best else { break };
         let reached = look.value;
         *fit = next;
         // Smaller latents are among the proposals.
         fit.enlarge_randomness(trials, noise, look);
-        // The last step of a refinement that has settled: its estimate is that of the next look.
         let settled = start - reached < SETTLED;
         // The first rounds gain little where the trajectory is still another law's.
         let left = 3.0 * (start - reached) * (rounds - round) as f64;
         let hopeless = round >= 3 && aim.is_some_and(|aim| reached - left > aim);
-        round = if settled || hopeless { rounds } else { round + 1 };
+        if settled || hopeless {
+            break;
+        }
     }
+    Ok(())
 }
 
 /// What a proposal moves, in its order.
@@ -244,9 +237,21 @@ fn between(value: f64, one: f64, other: f64) -> f64 {
     if value.is_nan() { value } else { value.max(one.min(other)).min(one.max(other)) }
 }
 
-/// How certain each effect is, less so where the innovations are larger than the model says.
-fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Proposal) -> Estimate {
-    let (normal, covariance) = (&proposal.normal, &proposal.covariance);
+/// How certain the sizes of effects are.
+pub(crate) struct Certainty {
+    /// How many times the variance that the model says the innovations have, one at least.
+    pub(crate) spread: f64,
+    /// Wald statistic of each effect by white noise of that spread: how far its size is from zero, as a chi-square. None (NaN)
+    /// of effects that were not free and of those that have no size.
+    pub(crate) wald: Vec<f64>,
+}
+
+/// How certain the sizes of the effects from `first` on are in a fit.
+pub(crate) fn certainty(fit: &Fit, trials: &[Trial], first: usize) -> Certainty {
+    let free = free_parameters(&fit.model, first);
+    let clocks = Clocks::set(&fit.randomness, trials);
+    let (proposals, usable) = proposals(fit, trials, &free, &clocks, std::slice::from_ref(&fit.randomness));
+    let (model, Proposal { normal, covariance, .. }) = (&fit.model, &proposals[0]);
     let spread = (normal.total / normal.count.max(1) as f64).max(1.0);
     let wald = (0..model.effects.len())
         .map(|effect| {
@@ -268,7 +273,7 @@ fn to_estimate(model: &Model, free: &[Free], usable: &[usize], proposal: &Propos
             v.clone().try_inverse().map_or(f64::NAN, |i| (x.transpose() * i * &x)[(0, 0)]) / spread
         })
         .collect();
-    Estimate { wald }
+    Certainty { spread, wald }
 }
 
 #[cfg(test)]
