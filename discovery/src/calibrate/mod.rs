@@ -41,12 +41,12 @@ pub enum CalibrateError {
     },
     /// Corrections that do not settle.
     #[error(
-        "the corrections do not settle in {rounds} rounds; the last moved by {moved:.1e} of what is plausible. Is it the recordings' robot that the model describes?"
+        "the corrections do not settle in {rounds} rounds; the last moved by {moved:.1e} standard errors. Is it the recordings' robot that the model describes?"
     )]
     NotSettled {
         /// Rounds of least squares.
         rounds: usize,
-        /// Largest last move, in multiples of what is plausible.
+        /// Largest last move, in standard errors.
         moved: f64,
     },
 }
@@ -118,7 +118,10 @@ pub const TOLD: f64 = 0.99;
 /// that do not settle.
 pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, CalibrateError> {
     let problem = Problem::new(model, trials)?;
-    let solution = solve(&problem)?;
+    let solution = solve(&problem).map_err(|error| match no_length(trials) {
+        Some(seen) => CalibrateError::Data(format!("{error} {seen}")),
+        None => error,
+    })?;
     explained(&problem, &solution)?;
     let change = &solution.change;
     let corrections = problem.unknowns.iter().enumerate().map(|(k, unknown)| Correction {
@@ -136,6 +139,24 @@ pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, Calibra
         outliers: solution.outliers,
         widened: solution.widened,
         model: corrected(model, &problem, change.as_slice()),
+    })
+}
+
+/// Lengths that no cable has, where there are any: a platform that lies at an anchor tells little, and that badly.
+fn no_length(trials: &[Trial]) -> Option<String> {
+    let channels = &trials.first()?.channels;
+    channels.iter().enumerate().find_map(|(j, channel)| {
+        let (Channel::CableLength(_) | Channel::UnstretchedLength(_)) = channel else { return None };
+        let rows = trials.iter().flat_map(|trial| trial.time.iter().zip(&trial.measured));
+        let mut none = rows.filter(|(_, row)| row[j] <= 0.0);
+        let (time, row) = none.next()?;
+        Some(format!(
+            "{} is {} m at {time} s, and at or below zero in {} rows, expected a length above zero: leave out rows in which \
+             the platform lies at an anchor, or shift the length (`offset` in the map).",
+            channel.name(),
+            row[j],
+            1 + none.count()
+        ))
     })
 }
 

@@ -8,8 +8,8 @@ use crate::data::clean::median;
 
 /// Most rounds.
 const ROUNDS: usize = 50;
-/// Move, in multiples of what is plausible, below which the corrections have settled: far below any standard error.
-const SETTLED: f64 = 1e-7;
+/// Move, in standard errors, below which the corrections have settled.
+const SETTLED: f64 = 1e-3;
 /// Whitened residual from which a number counts less, in robust standard deviations (Huber's 95 % efficiency).
 const HUBER: f64 = 1.345;
 /// The same from which it is an outlier.
@@ -105,7 +105,10 @@ fn settle(problem: &Problem, start: DVector<f64>, least: f64) -> Result<Settled,
             let direction = eigen.eigenvectors.column(*k);
             next.axpy(direction.dot(&right) / eigen.eigenvalues[*k], &direction, 1.0);
         }
-        moved = (&next - &now).amax();
+        let step = &next - &now;
+        let in_errors =
+            |k: &usize| eigen.eigenvectors.column(*k).dot(&step).abs() * eigen.eigenvalues[*k].sqrt() / widened;
+        moved = told.iter().map(in_errors).fold(0.0, f64::max);
         change = next.component_mul(&problem.plausible);
         if moved < SETTLED {
             return Ok(Settled { change, eigen, told, widened, scale });

@@ -265,3 +265,12 @@ fn lengths_that_no_geometry_explains_are_refused() {
     pose.measured.iter_mut().for_each(|row| row[1] *= 1e3);
     assert!(calibrate(&given, &[pose]).is_err());
 }
+
+#[test]
+fn lengths_that_no_cable_has_are_named() {
+    let mut trial = recorded(&laboratory(4), [0.5; 3], 100, 1, false);
+    assert_eq!(no_length(std::slice::from_ref(&trial)), None);
+    (10..30).for_each(|k| trial.measured[k][4] = -0.02);
+    let seen = no_length(&[trial]).expect("a remark");
+    assert!(seen.contains("unstretched_length[2] is -0.02 m at 0.5 s") && seen.contains("in 20 rows"), "{seen}");
+}
