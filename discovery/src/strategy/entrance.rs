@@ -7,6 +7,11 @@
 //! [`chance`](crate::weigh::chance)). Those innovations have the noise and whatever is still unexplained, but no longer the
 //! effect itself, which a shift may leave in phase with a candidate (C. J. F. ter Braak, in Bootstrapping and Related
 //! Techniques, Springer (1992), 79).
+//!
+//! And it must be seen in the innovations. Where sizes of noise are fitted as well, the square of a size over its standard
+//! error is at least the likelihood ratio (E. R. Berndt and N. E. Savin, Econometrica 45 (1977), 1263). A law of which the
+//! ratio is far larger makes the noise more likely, not the measurements: it damps, or lets be forgotten, what the
+//! model takes to be random and is not quite so.
 
 use std::sync::Arc;
 
@@ -22,6 +27,7 @@ use crate::strategy::standing::{Accepted, Standing};
 use crate::verdict::POLICY;
 use crate::weigh::chance::Chance;
 use crate::weigh::criterion::EVIDENCE;
+use crate::weigh::refine::Certainty;
 use crate::weigh::signatures::{Signatures, Source};
 
 /// `standing` with the last effects of `next`, those that it lacks, each with its rivals, if all of them explain more than
@@ -37,6 +43,14 @@ pub(crate) fn enter(
     let effects = next.train.model.effects[next.train.model.effects.len() - rivals.len()..].to_vec();
     let without = without_each(context, &standing.fit, &next, effects.len());
     let weights: Vec<f64> = without.iter().map(|without| without.score - next.score).collect();
+    let certainty = context.certainty(&next);
+    let first = next.train.model.effects.len() - effects.len();
+    if weights.iter().enumerate().any(|(k, weight)| !is_seen(context, &certainty, first + k, *weight)) {
+        for (effect, weight) in effects.iter().zip(weights) {
+            context.journal.note(effect, Outcome::Refused, -weight, ACTS_ON_NOISE);
+        }
+        return Ok(None);
+    }
     let signatures = signatures(context, standing, &next, source);
     let chance = chance(context, &next, &signatures);
     let tests: Vec<Option<NullTest>> =
@@ -78,6 +92,18 @@ fn without_each(context: &Context<'_>, before: &Fitted, next: &Fitted, last: usi
     }
 }
 
+/// Why an effect that is not seen does not stand, or one that came with it.
+pub(crate) const ACTS_ON_NOISE: &str =
+    "its size, or that of one beside it, is far less certain than what it explains: it acts on the noise";
+
+/// Whether the size of an effect is as certain as it must be where the effect explains so much (fall of the criterion), in the
+/// same noise, or very certain: the fall says too much where the noise without the effect is not yet the likeliest. Of what has
+/// no size but only shapes nothing is known of it.
+pub(crate) fn is_seen(context: &Context<'_>, certainty: &Certainty, effect: usize, explained: f64) -> bool {
+    let (policy, Certainty { spread, wald }) = (context.policy, certainty);
+    wald[effect].is_nan() || wald[effect] >= (policy.seen * explained / spread).min(policy.certain)
+}
+
 /// What chance explains along a fit; none where the recordings are too short to tell.
 fn chance(context: &Context<'_>, fitted: &Fitted, signatures: &Signatures) -> Option<Chance> {
     let (fit, trials) = (&fitted.train, &context.evidence.train[..]);
@@ -95,6 +121,8 @@ mod tests {
     use crate::data::recording::record;
     use crate::filter::estimate::noise_of_data;
     use crate::strategy::fitted::Evidence;
+    use crate::strategy::fixture::{begun, evidence};
+    use crate::strategy::policy::{POLICY as SEARCH, Policy};
     use cdpr::model_file::Model;
 
     #[test]
@@ -140,6 +168,29 @@ mod tests {
         let drag = effect("platform_linear_drag", None, &[60.0]);
         let both = [effect("winch_viscous_friction", Some(2), &[5.0]), drag.clone()];
         assert_eq!(entering(&[drag], &both), (false, Vec::new(), vec![Outcome::Refused; 2]));
+    }
+
+    /// Damping of all cables, 41 +- 5 times as large, was named where recorded forces had an error: it explained 1080.
+    #[test]
+    fn what_explains_far_more_than_its_size_is_certain_of_does_not_enter() {
+        let drag = effect("platform_linear_drag", None, &[60.0]);
+        let evidence = evidence(std::slice::from_ref(&drag), 75);
+        let (mut context, standing) = begun(&evidence, &Model::default());
+        let model = Model { effects: vec![drag], ..Model::default() };
+        let next = context.fit(&model, &standing.fit).expect("a fit");
+        let weight = standing.base.score - next.score;
+        assert!(is_seen(&context, &context.certainty(&next), 0, weight));
+        let unsure = |spread: f64| Certainty { spread, wald: vec![59.0] };
+        assert!(!is_seen(&context, &unsure(1.0), 0, 1080.0) && is_seen(&context, &unsure(1.0), 0, 100.0));
+        assert!(is_seen(&context, &unsure(20.0), 0, 1080.0));
+        assert!(is_seen(&context, &Certainty { spread: 1.0, wald: vec![450.0] }, 0, 1080.0));
+        static DEMANDING: Policy = Policy { seen: f64::INFINITY, certain: f64::INFINITY, ..SEARCH };
+        context.policy = &DEMANDING;
+        let rivals = vec![Vec::new()];
+        let entered = enter(&context, &standing, next, rivals, Source::Catalogue, "").expect("an answer");
+        assert!(weight > 200.0 && entered.is_none());
+        let [.., last] = &context.journal.written().entries[..] else { panic!("an entry") };
+        assert!(last.outcome == Outcome::Refused && last.reason.contains("noise"), "{last:?}");
     }
 
     #[test]

@@ -77,6 +77,9 @@ pub(crate) struct Policy {
     /// which it leaves a gap whatever the others do: ten and twenty standard errors.
     pub(crate) uncertain: f64,
     pub(crate) certain: f64,
+    /// Share of what an effect explains that its size, in standard errors, squared, must come to: it is at least as much where
+    /// the law is linear; a half allows for those that are not.
+    pub(crate) seen: f64,
     /// Segments into which the recordings are cut where an effect may begin or end: some seconds each.
     pub(crate) segments: usize,
     /// The same where many candidates are weighed first, how many of these there are, and how many go on.
@@ -136,6 +139,7 @@ pub(crate) const POLICY: Policy = Policy {
     look_leaves: 0.5,
     uncertain: 100.0,
     certain: 400.0,
+    seen: 0.5,
     segments: 40,
     few_segments: 10,
     weighed_in_time: 30,

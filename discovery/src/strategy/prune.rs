@@ -7,6 +7,7 @@ use cdpr::effect::EffectSpec;
 use crate::filter::error::FitError;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
+use crate::strategy::entrance::{ACTS_ON_NOISE, is_seen};
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 
@@ -49,13 +50,40 @@ pub(crate) fn prune(context: &Context<'_>, mut standing: Standing) -> Result<Sta
             }
         }
     }
-    Ok(or_nothing(context, standing))
+    if let [only] = &mut standing.accepted[..] {
+        only.delta_bic = standing.fit.score - standing.base.score;
+    }
+    Ok(or_nothing(context, without_unseen(context, standing)?))
+}
+
+/// What stands without effects that came in seen and are so no longer, now that others and the instruments have their part.
+fn without_unseen(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
+    let unseen = |standing: &Standing| {
+        let certainty = context.certainty(&standing.fit);
+        let weight = |k: usize| -standing.accepted[k].delta_bic;
+        (0..standing.accepted.len()).find(|k| !is_seen(context, &certainty, context.at(*k), weight(*k)))
+    };
+    while let Some(k) = unseen(&standing) {
+        let (model, effect) = standing.without(context, k);
+        let change = -standing.accepted[k].delta_bic;
+        if standing.accepted.len() == 1 {
+            context.journal.note(&effect, Outcome::Removed, change, ACTS_ON_NOISE);
+            return Ok(standing.anew());
+        }
+        let without = context.fit_without(&model, &standing.fit, context.policy.rounds);
+        let Some(without) = context.journal.tried(&effect, "the model without it", without) else { break };
+        context.journal.note(&effect, Outcome::Removed, change, ACTS_ON_NOISE);
+        standing.accepted.remove(k);
+        standing = standing.changed(without);
+    }
+    Ok(standing)
 }
 
 /// What stands, or the model as given where the only effect does not predict the held-out data better.
-fn or_nothing(context: &Context<'_>, mut standing: Standing) -> Standing {
-    let [only] = &mut standing.accepted[..] else { return standing };
-    only.delta_bic = standing.fit.score - standing.base.score;
+fn or_nothing(context: &Context<'_>, standing: Standing) -> Standing {
+    if standing.accepted.len() != 1 {
+        return standing;
+    }
     if context.needs(&standing.base, &standing.fit) {
         return standing;
     }
