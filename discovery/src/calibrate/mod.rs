@@ -144,15 +144,15 @@ pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, Calibra
 
 /// Lengths that no cable has, where there are any: a platform that lies at an anchor tells little, and that badly.
 fn no_length(trials: &[Trial]) -> Option<String> {
-    let channels = &trials.first()?.channels;
-    channels.iter().enumerate().find_map(|(j, channel)| {
+    let mut channels = trials.iter().flat_map(|trial| trial.channels.iter().enumerate().map(move |own| (trial, own)));
+    channels.find_map(|(trial, (j, channel))| {
         let (Channel::CableLength(_) | Channel::UnstretchedLength(_)) = channel else { return None };
-        let rows = trials.iter().flat_map(|trial| trial.time.iter().zip(&trial.measured));
-        let mut none = rows.filter(|(_, row)| row[j] <= 0.0);
+        let mut none = trial.time.iter().zip(&trial.measured).filter(|(_, row)| row[j] <= 0.0);
         let (time, row) = none.next()?;
         Some(format!(
-            "{} is {} m at {time} s, and at or below zero in {} rows, expected a length above zero: leave out rows in which \
-             the platform lies at an anchor, or shift the length (`offset` in the map).",
+            "In {} {} is {} m at {time} s, and at or below zero in {} rows, expected a length above zero: leave out rows in \
+             which the platform lies at an anchor, or shift the length (`offset` in the map).",
+            trial.name,
             channel.name(),
             row[j],
             1 + none.count()
