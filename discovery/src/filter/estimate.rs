@@ -77,8 +77,12 @@ pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
         .iter()
         .map(|c| all.iter().position(|a| a == c).map_or(f64::NAN, |at| randomness.noise[at]))
         .collect();
-    let least = |c: &Channel| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.least_noise[at]);
-    let least_noise = trial.channels.iter().map(least).collect();
+    let bounds = |bound: &[f64], without: f64| -> Vec<f64> {
+        let of = |c: &Channel| all.iter().position(|a| a == c).map_or(without, |at| bound[at]);
+        trial.channels.iter().map(of).collect()
+    };
+    let least_noise = bounds(&randomness.least_noise, 0.0);
+    let most_noise = bounds(&randomness.most_noise, f64::INFINITY);
     let memory = randomness.memory.iter().filter_map(|m| {
         let channel = trial.channels.iter().position(|c| *c == all[m.channel])?;
         Some(Memory { channel, ..*m })
@@ -86,7 +90,7 @@ pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
     let mut memory: Vec<Memory> = memory.collect();
     memory.sort_by_key(|m| m.channel);
     let late = trial.channels.iter().map(|c| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.late[at]));
-    Randomness { noise, least_noise, memory, late: late.collect(), ..randomness.clone() }
+    Randomness { noise, least_noise, most_noise, memory, late: late.collect(), ..randomness.clone() }
 }
 
 /// A first trajectory from measurements alone: pose by a local straight line, cables at rest under their commands.

@@ -209,8 +209,7 @@ mod tests {
         let given = Model::default();
         let errors = survey_errors(&given, &trials);
         let mut fit = fitted(&errors, &trials);
-        let noise = fit.randomness.noise.clone();
-        refine(&mut fit, &trials, &noise, 0, 6, None).expect("a refinement");
+        refine(&mut fit, &trials, 0, 6, None).expect("a refinement");
         let sizes = Sizes::of(&given.parameters);
         for effect in &fit.model.effects {
             let tolerance = plausible(&effect.id, &sizes).expect("an error of the survey");
@@ -238,8 +237,7 @@ mod tests {
         let trials = [record(&hidden, 40.0, 66)];
         let errors = survey_errors(&Model::default(), &trials);
         let mut fit = fitted(&errors, &trials);
-        let noise = fit.randomness.noise.clone();
-        refine(&mut fit, &trials, &noise, 0, 6, None).expect("a refinement");
+        refine(&mut fit, &trials, 0, 6, None).expect("a refinement");
         let mut library = catalogue(&fit.model, &Situation::of(&trials));
         set_beside(&mut library, &fit.model, 0..errors.len());
         assert_eq!(library.beside.len(), 20);

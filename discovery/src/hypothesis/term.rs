@@ -179,10 +179,9 @@ mod tests {
         let trials = [record(&[truth], 40.0, 8)];
         let rough = EffectSpec::expression("platform.force_x", "88*sin(1.503*x + 0.01)").unwrap();
         let mut fit: Fit = fitted(&[rough], &trials);
-        let noise = fit.randomness.noise.clone();
         let free = free_values(&fit.model, 0);
         assert_eq!(free.len(), 3);
-        refine_free(&mut fit, &trials, &noise, &free, 10, None).unwrap();
+        refine_free(&mut fit, &trials, &free, 10, None).unwrap();
         let errors = ByBlock::new(&fit, &trials, 0).standard_errors(&fit.model);
         let found = values(&fit.model.effects[0]);
         let text = fit.model.effects[0].expression.clone().unwrap();

@@ -7,7 +7,7 @@ use crate::data::clean::median;
 use crate::data::counts::least_noise;
 use crate::data::{Channel, Trial};
 use crate::filter::estimate::{Fit, Look};
-use crate::filter::kalman::{Filtered, Randomness};
+use crate::filter::kalman::Randomness;
 use crate::instruments::sizing::resize;
 use crate::model::examined::WRENCH;
 use crate::model::sizes::{Sizes, usual_force};
@@ -22,6 +22,11 @@ const LATENT_TIMES: (f64, f64) = (4.0, 0.1);
 const BETWEEN: [f64; 2] = [0.1, 0.01];
 /// Fall of `-2 log L` for which another size of the latent forces is taken.
 const WORTH: f64 = 0.5;
+/// The most that white noise can be where nothing else is random in the instruments, in multiples of what differences see: they
+/// never see too little.
+const MOST_NOISE: f64 = 1.05;
+/// Most looks at white noise, each half as far from where it is as the one before.
+const NOISE_TRIES: usize = 3;
 
 impl Fit {
     /// Sizes of latent forces (and noise) by maximum likelihood: none at all if that is better, else a coordinate search
@@ -53,8 +58,7 @@ impl Fit {
                 break;
             }
         }
-        self.randomness = best.randomness;
-        self.fit_noise(trials, noise, &best.filtered);
+        self.fit_noise(trials, best);
         if self.randomness.has_instrument_noise() {
             self.randomness = resize(self, trials, noise);
         }
@@ -68,10 +72,9 @@ impl Fit {
     }
 
     /// As [`Fit::fit_randomness`] where the latent forces have been chosen but for being too small, with a run at these.
-    pub(crate) fn enlarge_randomness(&mut self, trials: &[Trial], noise: &[f64], run: Look) {
+    pub(crate) fn enlarge_randomness(&mut self, trials: &[Trial], run: Look) {
         let best = self.search_latents(trials, run, &[3.0]);
-        self.randomness = best.randomness;
-        self.fit_noise(trials, noise, &best.filtered);
+        self.fit_noise(trials, best);
     }
 
     /// The best sizes of latent forces that are reached from a run by steps of these factors.
@@ -99,22 +102,39 @@ impl Fit {
         best
     }
 
-    /// White noise by maximum likelihood. Differences see too much of it where the signal itself is rough, and never too
-    /// little: where nothing else is random in the instruments, what goes beyond them is the model's.
-    fn fit_noise(&mut self, trials: &[Trial], noise: &[f64], filtered: &[Filtered]) {
+    /// White noise by maximum likelihood, at the sizes of a run, within its bounds: where nothing else is random in the
+    /// instruments, what goes beyond those is the model's. Where something else is, moments do not tell the two apart: the noise goes as far towards them as the likelihood rises.
+    fn fit_noise(&mut self, trials: &[Trial], run: Look) {
+        let beside_others = run.randomness.has_instrument_noise();
+        let mut fitted = run.randomness.clone();
         for (at, channel) in Channel::all(self.examined.plant.cables()).iter().enumerate() {
             let (mut sum, mut count) = (0.0, 0);
-            for (trial, f) in trials.iter().zip(filtered) {
+            for (trial, f) in trials.iter().zip(&run.filtered) {
                 if let Some(j) = trial.channels.iter().position(|c| c == channel) {
                     sum += f.noise_moment[j].0;
                     count += f.noise_moment[j].1;
                 }
             }
             if count > 0 {
-                let fitted = (sum / count as f64).sqrt();
-                let most = if self.randomness.has_instrument_noise() { f64::INFINITY } else { 1.05 * noise[at] };
-                self.randomness.noise[at] = fitted.min(most).max(self.randomness.least_noise[at]);
+                let moment = (sum.max(0.0) / count as f64).sqrt();
+                fitted.noise[at] = fitted.bounded_noise(at, moment);
             }
+        }
+        if !beside_others {
+            self.randomness = fitted;
+            return;
+        }
+        let halfway = |fitted: &Randomness| {
+            let noise = run.randomness.noise.iter().zip(&fitted.noise).map(|(from, to)| (from * to).sqrt());
+            Randomness { noise: noise.collect(), ..fitted.clone() }
+        };
+        self.randomness = run.randomness.clone();
+        for _ in 0..NOISE_TRIES {
+            if self.minus_two_log_likelihood(trials, &fitted) < run.value {
+                self.randomness = fitted;
+                return;
+            }
+            fitted = halfway(&fitted);
         }
     }
 }
@@ -126,6 +146,7 @@ pub(crate) fn first_randomness(model: &Model, trials: &[Trial], noise: &[f64]) -
     let longest = LATENT_TIMES.1 * trials.iter().map(duration).fold(0.0, f64::max);
     let shortest = LATENT_TIMES.0 * median(trials.iter().map(Trial::interval).collect());
     let channels = Channel::all(model.parameters.cables());
+    let least = |(channel, noise): (&Channel, &f64)| least_noise(trials, *channel, *noise);
     Randomness {
         latents: WRENCH + model.parameters.cables(),
         force: Randomness::first_latent(usual_force),
@@ -134,7 +155,8 @@ pub(crate) fn first_randomness(model: &Model, trials: &[Trial], noise: &[f64]) -
         arm: sizes.arm,
         time: (LATENT_SWINGS * sizes.swing).min(longest).max(shortest),
         noise: noise.to_vec(),
-        least_noise: channels.iter().zip(noise).map(|(channel, noise)| least_noise(trials, *channel, *noise)).collect(),
+        least_noise: channels.iter().zip(noise).map(least).collect(),
+        most_noise: noise.iter().map(|noise| MOST_NOISE * noise).collect(),
         memory: Vec::new(),
         input: 0.0,
         expected: None,

@@ -155,7 +155,7 @@ pub(crate) fn less_by_one(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
     less.extend((randomness.white_input() > 0.0).then(|| Randomness { input: 0.0, ..randomness.clone() }));
     less.extend((randomness.jitter > 0.0).then(|| Randomness { jitter: 0.0, ..randomness.clone() }));
     less.extend(less_one_clock(fit, trials));
-    less
+    less.into_iter().map(Randomness::bounded).collect()
 }
 
 impl<'a> Sizing<'a> {
@@ -355,7 +355,7 @@ impl<'a> Sizing<'a> {
             return Ok((adapted, start));
         }
         adapted.randomness = start.randomness;
-        refine_free(&mut adapted, self.trials, self.noise, free, ADAPTING, None)?;
+        refine_free(&mut adapted, self.trials, free, ADAPTING, None)?;
         let at = self.at(&adapted, adapted.randomness.clone());
         Ok((adapted, at))
     }
@@ -402,7 +402,7 @@ impl<'a> Sizing<'a> {
             memory.deviation *= (memory.time / before).sqrt();
         };
         let white = |next: &mut Randomness, at: usize| {
-            next.noise[at] = (factor * next.noise[at]).max(next.least_noise[at]);
+            next.noise[at] = next.bounded_noise(at, factor * next.noise[at]);
         };
         match size {
             Size::Memories { device, drift } => {
@@ -432,7 +432,7 @@ impl<'a> Sizing<'a> {
         less.extend((from.white_input() > 0.0).then(|| Randomness { input: 0.0, ..from.clone() }));
         for without in less {
             let white: Vec<Size> = Device::ALL.map(Size::White).to_vec();
-            let next = self.most_likely(fit, &white, self.at(fit, without));
+            let next = self.most_likely(fit, &white, self.at(fit, without.bounded()));
             if next.value < best.value + self.penalty.of_parameters(1) + EVIDENCE {
                 best = next;
             }
@@ -440,7 +440,7 @@ impl<'a> Sizing<'a> {
         for at in (0..best.randomness.memory.len()).rev() {
             let mut without = best.randomness.clone();
             let cost = self.penalty.of_parameters(if without.memory.remove(at).drift { 1 } else { 2 });
-            let next = self.at(fit, without);
+            let next = self.at(fit, without.bounded());
             if next.value < best.value + cost {
                 best = next;
             }

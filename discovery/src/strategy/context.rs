@@ -51,7 +51,7 @@ impl<'a> Context<'a> {
             trials.iter().map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count()).sum();
         let mut train = begun_by_data(evidence, model, &journal)?;
         if !survey.is_empty() {
-            refine(&mut train, trials, noise, survey.start, policy.rounds, None)?;
+            refine(&mut train, trials, survey.start, policy.rounds, None)?;
             train.fit_randomness(trials, noise, true);
         }
         let holdout = held_by_data(evidence, &train, &journal)?;
