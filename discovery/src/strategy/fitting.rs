@@ -162,13 +162,23 @@ impl Context<'_> {
 
     /// Whether what `with` has more than `without` is needed on held-out data.
     pub(crate) fn needs(&self, without: &Fitted, with: &Fitted) -> bool {
+        verdict::beats(&self.horizons(without, with), self.likelier(without, with), &POLICY)
+    }
+
+    /// Whether free runs over held-out data show what `with` has more than `without`.
+    pub(crate) fn free_runs_show(&self, without: &Fitted, with: &Fitted) -> bool {
+        verdict::shows(&self.horizons(without, with), &POLICY)
+    }
+
+    /// The gaps of two fits over the main horizon and the long one.
+    fn horizons(&self, without: &Fitted, with: &Fitted) -> Vec<HorizonFacts> {
         let Reaches { main, long } = &self.reaches;
         let facts = [main, long].into_iter().enumerate().map(|(k, reach)| HorizonFacts {
             reach: Reach { attainable: 1.0, ..*reach },
             holdout: BeforeAfter { before: without.gap[k], after: with.gap[k] },
             scatter: with.sums[k].scatter(&without.sums[k]),
         });
-        verdict::beats(&facts.collect::<Vec<_>>(), self.likelier(without, with), &POLICY)
+        facts.collect()
     }
 
     /// Whether what `with` has more than `without` makes the held-out data as much likelier, sample by sample, as it does the

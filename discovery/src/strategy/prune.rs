@@ -7,7 +7,7 @@ use cdpr::effect::EffectSpec;
 use crate::filter::error::FitError;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
-use crate::strategy::entrance::{ACTS_ON_NOISE, is_seen};
+use crate::strategy::entrance::{ACTS_ON_NOISE, is_certain};
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 
@@ -58,23 +58,35 @@ pub(crate) fn prune(context: &Context<'_>, mut standing: Standing) -> Result<Sta
 
 /// What stands without effects that came in seen and are so no longer, now that others and the instruments have their part.
 fn without_unseen(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
-    let unseen = |standing: &Standing| {
-        let certainty = context.certainty(&standing.fit);
-        let weight = |k: usize| -standing.accepted[k].delta_bic;
-        (0..standing.accepted.len()).find(|k| !is_seen(context, &certainty, context.at(*k), weight(*k)))
-    };
-    while let Some(k) = unseen(&standing) {
-        let (model, effect) = standing.without(context, k);
-        let change = -standing.accepted[k].delta_bic;
+    let mut kept = 0;
+    while kept < standing.accepted.len() {
+        let explained = -standing.accepted[kept].delta_bic;
+        if is_certain(context, &context.certainty(&standing.fit), context.at(kept), explained) {
+            kept += 1;
+            continue;
+        }
+        let (model, effect) = standing.without(context, kept);
+        let without = match &standing.accepted[kept].without {
+            _ if standing.accepted.len() == 1 => Some(Arc::clone(&standing.base)),
+            Some(without) => Some(Arc::clone(without)),
+            None => {
+                let without = context.fit_without(&model, &standing.fit, context.policy.rounds);
+                context.journal.tried(&effect, "the model without it", without).map(Arc::new)
+            }
+        };
+        // What nothing can be fitted without is seen.
+        let Some(without) = without.filter(|without| !context.free_runs_show(without, &standing.fit)) else {
+            kept += 1;
+            continue;
+        };
+        context.journal.note(&effect, Outcome::Removed, explained, ACTS_ON_NOISE);
         if standing.accepted.len() == 1 {
-            context.journal.note(&effect, Outcome::Removed, change, ACTS_ON_NOISE);
             return Ok(standing.anew());
         }
-        let without = context.fit_without(&model, &standing.fit, context.policy.rounds);
-        let Some(without) = context.journal.tried(&effect, "the model without it", without) else { break };
-        context.journal.note(&effect, Outcome::Removed, change, ACTS_ON_NOISE);
-        standing.accepted.remove(k);
-        standing = standing.changed(without);
+        standing.accepted.remove(kept);
+        standing = standing.changed((*without).clone());
+        // Those kept before had its part beside them.
+        kept = 0;
     }
     Ok(standing)
 }

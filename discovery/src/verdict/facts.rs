@@ -34,6 +34,11 @@ impl HorizonFacts {
         self.reach.attainable <= policy.farthest
     }
 
+    /// Change of the square of the gap, as a share of what it was before.
+    pub(crate) fn change(&self) -> f64 {
+        (self.holdout.after / self.holdout.before).powi(2) - 1.0
+    }
+
     /// The gap that is left in multiples of what a model without fault would leave; the largest where there is none.
     pub(crate) fn after(&self) -> f64 {
         let gap = self.holdout.after / self.reach.attainable;

@@ -156,9 +156,18 @@ fn doubts(k: usize, effect: &EffectFacts, policy: &Policy) -> Vec<Reason> {
 /// its scatter, unless nothing is left; and over one at least it must shrink it, unless the data have become `likelier` by it.
 pub(crate) fn beats(horizons: &[HorizonFacts], likelier: bool, policy: &Policy) -> bool {
     let telling = || horizons.iter().filter(|h| h.tells(policy));
-    let change = |h: &HorizonFacts| (h.holdout.after / h.holdout.before).powi(2) - 1.0;
     let no_worse = |h: &HorizonFacts| {
-        change(h) <= 2.0 * policy.scatter.max(h.scatter) || h.holdout.after <= policy.nothing_left * h.reach.attainable
+        h.change() <= 2.0 * policy.scatter.max(h.scatter) || h.holdout.after <= policy.nothing_left * h.reach.attainable
     };
-    telling().all(no_worse) && (likelier || telling().any(|h| change(h) <= -policy.scatter))
+    telling().all(no_worse) && (likelier || telling().any(|h| h.change() <= -policy.scatter))
+}
+
+/// Whether free runs show what a model has more than another one: without it more than noise is left over some horizon that the
+/// growth allows, and with it less, by more than chance makes of so many runs.
+pub(crate) fn shows(horizons: &[HorizonFacts], policy: &Policy) -> bool {
+    let shown = |h: &HorizonFacts| {
+        h.holdout.before > policy.at_noise * h.reach.attainable
+            && h.change() <= -policy.beyond_scatter * policy.scatter.max(h.scatter)
+    };
+    horizons.iter().filter(|h| h.tells(policy)).any(shown)
 }

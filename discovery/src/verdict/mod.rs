@@ -23,7 +23,7 @@ mod words;
 
 pub(crate) use facts::{Disturbance, EffectFacts, Facts, HorizonFacts, left, out_of_range, share_taken};
 pub(crate) use growth::{Reach, Reaches, attainable};
-pub(crate) use judge::{Judgement, beats, judge};
+pub(crate) use judge::{Judgement, beats, judge, shows};
 pub(crate) use policy::POLICY;
 pub(crate) use remaining::remaining;
 pub(crate) use words::{left_over, sentence};

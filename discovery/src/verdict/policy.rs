@@ -40,6 +40,9 @@ pub(crate) struct Policy {
     /// Share of the squared gap on held-out data that effects must take away over some horizon, and twice of which they may
     /// add over another: the least scatter of a gap over some thousand samples. It is more where free runs differ more.
     pub(crate) scatter: f64,
+    /// Standard errors by which a gap on held-out data must shrink for free runs to show an effect: two. Free runs are few and
+    /// differ in how far they go, so that no effect, whatever its size, comes to many more.
+    pub(crate) beyond_scatter: f64,
 }
 
 /// The thresholds in use.
@@ -58,4 +61,5 @@ pub(crate) const POLICY: Policy = Policy {
     unrecorded: 0.1,
     by_chance: 1,
     scatter: 0.005,
+    beyond_scatter: 2.0,
 };

@@ -355,3 +355,17 @@ mod growth {
         assert!(found.horizon < 2.0 && main.judged && main.holdout.after < 1.2 * main.attainable, "{main:?}");
     }
 }
+
+#[test]
+fn free_runs_show_an_effect_where_they_shrink_beyond_their_scatter_and_the_noise() {
+    let shown = |before: f64, after: f64, scatter: f64| {
+        shows(&[HorizonFacts { scatter, ..horizon(5.0, before, after, 1.0) }], &POLICY)
+    };
+    assert!(shown(178.0, 44.0, 0.2));
+    assert!(shown(178.0, 170.0, 0.04));
+    assert!(!shown(178.0, 170.0, 0.05), "by chance");
+    assert!(!shown(178.0, 178.0, 0.0) && !shown(178.0, 190.0, 0.0));
+    assert!(!shown(1.4, 1.0, 0.0), "nothing but noise was left without it");
+    // A run as long as this tells only how errors grow.
+    assert!(!shows(&[horizon(20.0, 178.0, 44.0, POLICY.farthest + 0.1)], &POLICY));
+}
