@@ -103,7 +103,8 @@ impl Fit {
     }
 
     /// White noise by maximum likelihood, at the sizes of a run, within its bounds: where nothing else is random in the
-    /// instruments, what goes beyond those is the model's. Where something else is, moments do not tell the two apart: the noise goes as far towards them as the likelihood rises.
+    /// instruments, what goes beyond those is the model's. Where something else is, moments do not tell the two apart: the noise
+    /// goes as far towards them as the likelihood rises.
     fn fit_noise(&mut self, trials: &[Trial], run: Look) {
         let beside_others = run.randomness.has_instrument_noise();
         let mut fitted = run.randomness.clone();
