@@ -8,7 +8,9 @@
 //! What is left of the error has memory, and no part in the expected forces: the filter estimates it as it does latent
 //! forces.
 
-use rustdct::DctPlanner;
+use std::sync::Arc;
+
+use rustdct::{DctPlanner, Dst1};
 
 use rayon::prelude::*;
 
@@ -56,6 +58,18 @@ pub(crate) fn expected_forces<const SETS: usize>(sets: [&[Trial]; SETS], error: 
         corrected.collect()
     });
     (sets, expected)
+}
+
+/// The largest white error (N) of recorded winch forces by which no more than a `share` of what they do, by its variance, was
+/// not recorded: more than that, the error would move the machine, and the recordings would not.
+pub(crate) fn largest_error(trials: &[Trial], share: f64) -> f64 {
+    let of = |trial: &Trial| {
+        let series: Vec<Vec<f64>> = (0..trial.cables()).map(|i| recorded(trial, i)).collect();
+        let hidden = if trial.len() < FEWEST { 0.0 } else { median(power_of(&Sines::over(trial.len()).of(&series))) };
+        (hidden + share / (1.0 - share) * varies(&series)) * trial.len() as f64
+    };
+    let sum: f64 = trials.par_iter().map(of).sum();
+    (sum / trials.iter().map(Trial::len).sum::<usize>().max(1) as f64).sqrt()
 }
 
 impl Fit {
@@ -172,25 +186,9 @@ fn expected_errors(series: &[Vec<f64>], deviation: f64) -> Errors {
         return Errors { of_series: vec![vec![0.0; len]; series.len()], left: 1.0, unrecorded: 0.0 };
     }
     let inner = len - 2;
-    let transform = DctPlanner::new().plan_dst1(inner);
-    // Back is the same again but for this factor, whose root makes both keep the power.
-    let scale = (2.0 / (inner + 1) as f64).sqrt();
-    let transformed = |values: &mut Vec<f64>| {
-        transform.process_dst1(values);
-        values.iter_mut().for_each(|value| *value *= scale);
-    };
-    let sines: Vec<Vec<f64>> = series
-        .iter()
-        .map(|series| {
-            let slope = (series[len - 1] - series[0]) / (len - 1) as f64;
-            let mut sines: Vec<f64> = (1..=inner).map(|k| series[k] - series[0] - slope * k as f64).collect();
-            transformed(&mut sines);
-            sines
-        })
-        .collect();
-    let power: Vec<f64> =
-        (0..inner).map(|k| sines.iter().map(|s| s[k] * s[k]).sum::<f64>() / sines.len() as f64).collect();
-    let power = averaged(&power);
+    let transform = Sines::over(len);
+    let sines = transform.of(series);
+    let power = power_of(&sines);
     // At half of all frequencies forces hardly move: the error is no larger than what is random there.
     let variance = deviation.powi(2).min(median(power.clone()));
     // Where there is no more than chance makes of the error there is nothing else: the cables' own modes would tell it.
@@ -207,13 +205,48 @@ fn expected_errors(series: &[Vec<f64>], deviation: f64) -> Errors {
     let most = MOST * deviation;
     let of_series = sines.into_iter().map(|mut sines| {
         sines.iter_mut().zip(&share).for_each(|(sine, share)| *sine *= share);
-        transformed(&mut sines);
+        transform.turn(&mut sines);
         let within = sines.into_iter().map(|error| error.clamp(-most, most));
         std::iter::once(0.0).chain(within).chain(std::iter::once(0.0)).collect()
     });
     let unrecorded = deviation.powi(2) - variance;
     let known = variance / deviation.powi(2) * share.iter().sum::<f64>() / inner as f64;
     Errors { of_series: of_series.collect(), left: 1.0 - known, unrecorded: unrecorded / (unrecorded + varies(series)) }
+}
+
+/// What makes sums of sines of series, and series of them.
+struct Sines(Arc<dyn Dst1<f64>>);
+
+impl Sines {
+    /// Over series of so many samples.
+    fn over(len: usize) -> Self {
+        Self(DctPlanner::new().plan_dst1(len - 2))
+    }
+
+    /// What series less the straight lines through their ends are.
+    fn of(&self, series: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let of = |series: &Vec<f64>| {
+            let last = series.len() - 1;
+            let slope = (series[last] - series[0]) / last as f64;
+            let mut sines: Vec<f64> = (1..last).map(|k| series[k] - series[0] - slope * k as f64).collect();
+            self.turn(&mut sines);
+            sines
+        };
+        series.iter().map(of).collect()
+    }
+
+    /// Forth or back, which is the same but for a factor, whose root makes both keep the power.
+    fn turn(&self, values: &mut [f64]) {
+        let scale = (2.0 / (values.len() + 1) as f64).sqrt();
+        self.0.process_dst1(values);
+        values.iter_mut().for_each(|value| *value *= scale);
+    }
+}
+
+/// Mean power of series by frequency, from their sines, averaged over frequencies near to each.
+fn power_of(sines: &[Vec<f64>]) -> Vec<f64> {
+    let of = |k: usize| sines.iter().map(|s| s[k] * s[k]).sum::<f64>() / sines.len() as f64;
+    averaged(&(0..sines.first().map_or(0, Vec::len)).map(of).collect::<Vec<f64>>())
 }
 
 /// Mean variance of series.
@@ -288,6 +321,25 @@ mod tests {
         let sums = time.map(|time| 1.0 / (1.0 - (-0.02 / time).exp()));
         let of = |part: usize| share[part].powi(2) * (2.0 * sums[part] - 1.0) + 2.0 * covariance * (sums[part] - 0.5);
         assert!((of(0) + of(1) - 1.0).abs() < 1e-9, "{}", of(0) + of(1));
+    }
+
+    /// White noise of 50 N in the recordings, and a share of all else that nobody recorded.
+    #[test]
+    fn the_largest_error_is_what_recordings_have_of_it_and_a_share_of_what_they_do() {
+        let mut trial = record(&[], 60.0, 7);
+        let clean = trial.clone();
+        let mut errors = noise(4 * trial.len(), 5);
+        for inputs in &mut trial.inputs {
+            inputs.winch_force.iter_mut().for_each(|force| *force += 50.0 * errors.next().unwrap_or(0.0));
+        }
+        let series = |trial: &Trial| (0..4).map(|i| recorded(trial, i)).collect::<Vec<_>>();
+        for share in [0.0, 0.1] {
+            let hidden = share / (1.0 - share) * varies(&series(&trial));
+            let expected = (2500.0 + hidden).sqrt();
+            let found = largest_error(std::slice::from_ref(&trial), share);
+            assert!((found / expected - 1.0).abs() < 0.1, "{share}: {found} {expected}");
+        }
+        assert!(largest_error(&[clean], 0.0) < 5.0);
     }
 
     /// A filter of the samples around one took 0.24 % off a force that moves at 1 rad/s: a mass error where nothing is missing.

@@ -13,8 +13,10 @@ use crate::filter::path::LinearTrial;
 use crate::hypothesis::parameter::{Free, free_parameters};
 use crate::instruments::clocks::{Clocks, less_one_clock};
 use crate::instruments::device::Device;
+use crate::instruments::expected::largest_error;
 use crate::model::randomness::Memory;
 use crate::strategy::policy::POLICY;
+use crate::verdict::POLICY as VERDICT;
 use crate::weigh::criterion::{EVIDENCE, Penalty};
 use crate::weigh::refine::{promises, refine_free};
 
@@ -106,6 +108,8 @@ pub(crate) struct Sizing<'a> {
     pub(super) longest: f64,
     /// Whether an instrument may drift.
     pub(super) drifts: bool,
+    /// The largest white error of the recorded forces (N).
+    pub(super) largest_input: f64,
 }
 
 /// Number of parameters of the instruments beside white noise.
@@ -172,7 +176,18 @@ impl<'a> Sizing<'a> {
             tension: forces.iter().map(|f| f.abs()).sum::<f64>() / forces.len().max(1) as f64,
             longest: LONGEST * duration,
             drifts: true,
+            largest_input: largest_error(trials, VERDICT.unrecorded),
         }
+    }
+
+    /// Whether latent forces are larger than an error of the recorded forces may be.
+    pub(crate) fn may_hide_an_error(&self, randomness: &Randomness) -> bool {
+        randomness.has_latents() && randomness.force.hypot(randomness.winch) > self.largest_input
+    }
+
+    /// The same where any white error of the recorded forces may be, whatever it says of the recordings.
+    pub(crate) fn with_any_error_of_forces(self) -> Self {
+        Self { largest_input: f64::INFINITY, ..self }
     }
 
     /// The same where instruments remember for no longer than this (s), and never drift.
@@ -303,7 +318,9 @@ impl<'a> Sizing<'a> {
             }
             Kind::Drift(device) => RATIOS.map(|ratio| remembering(device, ratio, self.duration, true)).to_vec(),
             Kind::Input => {
-                spaced(INPUTS, step).map(|share| Randomness { input: share * self.tension, ..from.clone() }).collect()
+                let sizes = spaced(INPUTS, step).map(|share| share * self.tension);
+                let sizes = sizes.take_while(|input| *input <= self.largest_input);
+                sizes.map(|input| Randomness { input, ..from.clone() }).collect()
             }
             Kind::Jitter => spaced(JITTERS, step)
                 .map(|share| Randomness { jitter: share * self.interval, ..from.clone() })
@@ -416,7 +433,7 @@ impl<'a> Sizing<'a> {
             Size::Memory(at) => next.memory[at].deviation *= factor,
             Size::Time(at) => time(&mut next.memory[at]),
             Size::WhiteOf(at) => white(&mut next, at),
-            Size::Input => next.input *= factor,
+            Size::Input => next.input = (factor * next.input).min(self.largest_input.max(from.input)),
             Size::Jitter => next.jitter *= factor,
             Size::Force => next.force = next.force_scaled(factor),
             Size::Winch => next.winch = next.winch_scaled(factor),

@@ -187,3 +187,26 @@ fn each_channel_may_have_what_the_others_of_its_device_have() {
     };
     assert!(longest(sizing()) > 2.0 && longest(sizing().remembering_at_most(2.0)) <= 2.0);
 }
+
+/// Winch forces that act and are not in the recordings, a tenth of which could be an error of these: friction on a real robot was
+/// a white error of a third of all that its forces do.
+#[test]
+fn recorded_forces_are_not_mostly_error() {
+    let trials = recordings(|_, _| {});
+    let noise = crate::filter::estimate::noise_of_data(&trials);
+    let fit = fitted(&[], &trials);
+    let sizing = || Sizing::new(&trials, &noise, Penalty::new(PENALTY));
+    let forces = |i: usize| trials[0].inputs.iter().map(move |inputs| inputs.winch_force[i]);
+    let mean = |i: usize| forces(i).sum::<f64>() / trials[0].len() as f64;
+    let variance = |i: usize| forces(i).map(|force| (force - mean(i)).powi(2)).sum::<f64>() / trials[0].len() as f64;
+    let moves = ((0..4).map(variance).sum::<f64>() / 4.0).sqrt();
+    let (largest, any) = (sizing().largest_input, sizing().with_any_error_of_forces());
+    assert!((largest / moves - 1.0 / 3.0).abs() < 0.1, "{largest} {moves}");
+    let near = Randomness { input: 0.5 * largest, ..fit.randomness.clone() };
+    let grown = |sizing: &Sizing<'_>| sizing.scaled(&near, Size::Input, 4.0).input;
+    assert_eq!((grown(&sizing()), grown(&any)), (largest, 2.0 * largest));
+    let starts = |sizing: &Sizing<'_>| sizing.starts(Kind::Input, &fit.randomness, 0.25).len();
+    assert!((1..starts(&any)).contains(&starts(&sizing())));
+    let shaken = |force: f64| sizing().may_hide_an_error(&Randomness { force, winch: 0.0, ..fit.randomness.clone() });
+    assert!(shaken(1.1 * largest) && !shaken(0.9 * largest) && !any.may_hide_an_error(&near));
+}

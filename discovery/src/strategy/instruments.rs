@@ -54,6 +54,19 @@ pub(crate) fn with_forgetful_instruments(context: &Context<'_>, fitted: &Fitted)
     with_those(context, fitted, 0.0, &sizing)
 }
 
+/// What stands where no effect was found and an error of the recorded forces explains what is left, though it is more than
+/// recordings are with which a machine is described: with it they say little, and that is said.
+pub(crate) fn with_any_error_of_forces(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
+    let (Evidence { train, noise, .. }, fit) = (context.evidence, &standing.fit);
+    let sizing = Sizing::new(train, noise, context.penalty);
+    if !standing.accepted.is_empty() || !sizing.may_hide_an_error(&fit.train.randomness) {
+        return Ok(standing);
+    }
+    let better = with_those(context, fit, 0.0, &sizing.with_any_error_of_forces())?;
+    let Some(better) = better.filter(|better| better.score < fit.score) else { return Ok(standing) };
+    Ok(standing.with_base(context.counted(better)))
+}
+
 fn with_those(
     context: &Context<'_>,
     fitted: &Fitted,
