@@ -1,5 +1,6 @@
 //! What is estimated of a model: the parameters that are free, and the steps by which they are varied.
 
+use cdpr::effect::ParameterInfo;
 use cdpr::model_file::Model;
 
 use crate::hypothesis::extension::{in_use, index_of, value_of};
@@ -32,6 +33,18 @@ pub(crate) fn free_values(model: &Model, first: usize) -> Vec<Free> {
     free
 }
 
+/// The range of a shape that is a factor beyond what is met in practice, on a robot of these sizes. What is met says nothing of
+/// a robot of another size where a shape has its force in it; a point is within reach.
+pub(crate) fn range_of_shape(parameter: &ParameterInfo, sizes: &Sizes, factor: f64) -> (f64, f64) {
+    let (low, high) = parameter.typical;
+    match parameter.unit {
+        "1" | "s" | "rad" | "rad/s" | "m/s" if low > 0.0 => (low / factor, factor * high),
+        "1" | "s" | "rad" | "rad/s" | "m/s" => (factor * low, factor * high),
+        "m" => (parameter.min.max(-sizes.reach), sizes.reach),
+        _ => (parameter.min, parameter.max),
+    }
+}
+
 /// Step for differences in a parameter.
 pub(crate) fn parameter_step(model: &Model, free: Free) -> f64 {
     let spec = &model.effects[free.effect];
@@ -52,5 +65,28 @@ pub(crate) fn parameter_step(model: &Model, free: Free) -> f64 {
             step.min(1e-2 * radius * radius / Sizes::of(&model.parameters).reach)
         }
         _ => step,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::parameters::Parameters;
+
+    use super::*;
+
+    /// A limit of 20 N on a robot of 3 m never moved: limits are 1 to 100 kN on large ones.
+    #[test]
+    fn what_is_met_on_large_robots_says_nothing_of_forces_on_others() {
+        let sizes = Sizes::of(&Parameters::default());
+        let range = |id: &str, name: &str| {
+            let info = cdpr::effect::find(id).expect("an effect");
+            let parameter = info.parameters.iter().find(|parameter| parameter.name == name).expect("a parameter");
+            range_of_shape(parameter, &sizes, 10.0)
+        };
+        assert_eq!(range("winch_saturation", "upper"), (f64::NEG_INFINITY, f64::INFINITY));
+        assert_eq!(range("cable_creep", "axial_stiffness"), (1.0, f64::INFINITY));
+        assert_eq!(range("cable_creep", "time_constant"), (0.1, 1e5));
+        assert_eq!(range("periodic_gust", "phase"), (-32.0, 32.0));
+        assert_eq!(range("umbilical", "x"), (-sizes.reach, sizes.reach));
     }
 }

@@ -7,9 +7,11 @@ use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::hypothesis::candidates::{Candidate, Library};
+use crate::hypothesis::correction::leaves_enough;
 use crate::hypothesis::facts::facts;
 use crate::hypothesis::stream::normals;
 use crate::journal::Outcome;
+use crate::model::sizes::Sizes;
 use crate::strategy::context::Context;
 use crate::strategy::entrance::enter;
 use crate::strategy::fitted::{Fitted, Trained};
@@ -167,6 +169,10 @@ impl<'a> Weighing<'a> {
         let trained = context.train(&model, &fitted.train, trials, rounds, None);
         let trained = context.journal.tried(effect, "it cannot be fitted", trained)?;
         let trained: Trained = both_limits(context, trained);
+        let sizes = Sizes::of(&model.parameters);
+        if !trained.fit.model.effects.last().is_some_and(|effect| leaves_enough(effect, &sizes)) {
+            return refuse(trained.score - fitted.score, "it would take most of what it corrects");
+        }
         let explains = trained.score < fitted.score - EVIDENCE;
         if !explains {
             return refuse(trained.score - fitted.score, "too little evidence after refinement");

@@ -1,6 +1,7 @@
 //! What was found, settled: pruned, and every effect compared with its rivals.
 
 use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
 
 use crate::filter::error::FitError;
 use crate::hypothesis::containing::containing;
@@ -50,8 +51,9 @@ fn compare(context: &Context<'_>, mut standing: Standing, may_replace: bool) -> 
         }
         let standing_law = &standing.found(context)[k];
         let explained = standing.accepted[k].delta_bic;
+        let model = &standing.fit.train.model;
         let mut alternatives: Vec<Alternative> =
-            rivals.into_iter().map(|rival| alternative(rival, standing_law, explained)).collect();
+            rivals.into_iter().map(|rival| alternative(rival, standing_law, explained, model)).collect();
         alternatives.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
         standing.accepted[k].alternatives = alternatives;
         if replaced && standing.accepted.len() > 1 {
@@ -66,11 +68,11 @@ fn compare(context: &Context<'_>, mut standing: Standing, may_replace: bool) -> 
 fn is_better(context: &Context<'_>, standing: &Standing, k: usize, rival: &Rival) -> bool {
     let richer = count_in_use(&rival.effect) > count_in_use(&standing.found(context)[k]);
     let limit = if richer { 2.0 * told_apart_from(standing.accepted[k].delta_bic) } else { 0.0 };
-    rival.delta_bic < -limit && !out_of_range(&rival.effect, &POLICY)
+    rival.delta_bic < -limit && !out_of_range(&rival.effect, &standing.fit.train.model, &POLICY)
 }
 
-/// What is reported of a rival in the place of a law that explains so much.
-fn alternative(rival: Rival, standing: &EffectSpec, explained: f64) -> Alternative {
+/// What is reported of a rival in the place of a law of a model that explains so much.
+fn alternative(rival: Rival, standing: &EffectSpec, explained: f64, model: &Model) -> Alternative {
     // What contains the law that stands and is no better with what it has more, is that law.
     let needless = || {
         let containing = containing(&rival.effect.id, standing).is_some();
@@ -78,7 +80,7 @@ fn alternative(rival: Rival, standing: &EffectSpec, explained: f64) -> Alternati
     };
     Alternative {
         separate_by: separate_by(standing, &rival.effect),
-        indistinguishable: rival.as_likely(explained) && !out_of_range(&rival.effect, &POLICY) && !needless(),
+        indistinguishable: rival.as_likely(explained) && !out_of_range(&rival.effect, model, &POLICY) && !needless(),
         delta_bic: rival.delta_bic,
         correlation: None,
         effect: rival.effect,

@@ -243,7 +243,7 @@ fn explained(
         } else {
             // Without what cannot be done without, nothing would be explained.
             let share = without.map_or(1.0, |without| fitted.takes_away(without));
-            out.facts.push(EffectFacts::of(&found, share, &POLICY));
+            out.facts.push(EffectFacts::of(&found, share, &fitted.train.model, &POLICY));
             out.effects.push(found);
         }
     }

@@ -1,11 +1,15 @@
 //! What a verdict is reached from.
 
 use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
 
 use super::growth::Reach;
 use super::policy::Policy;
 use crate::data::Trial;
 use crate::filter::estimate::Fit;
+use crate::hypothesis::correction::leaves_enough;
+use crate::hypothesis::parameter::range_of_shape;
+use crate::model::sizes::Sizes;
 use crate::outcome::{BeforeAfter, Found, HorizonGap, NullTest};
 
 /// Gaps over one horizon on held-out data, to which no parameter was fitted, in units of the noise.
@@ -108,7 +112,7 @@ pub(crate) struct EffectFacts {
     pub(crate) chance: Option<NullTest>,
     /// Standard error of its size in multiples of the size.
     pub(crate) relative_error: f64,
-    /// Whether a shape of it has left the range in which the law is itself.
+    /// Whether a shape or a size of it has left the range in which the law is itself.
     pub(crate) out_of_range: bool,
     /// Whether another explanation is as good.
     pub(crate) has_twin: bool,
@@ -119,12 +123,12 @@ pub(crate) struct EffectFacts {
 }
 
 impl EffectFacts {
-    /// Those of an effect that takes away this share of the gap.
-    pub(crate) fn of(found: &Found, share: f64, policy: &Policy) -> Self {
+    /// Those of an effect in a model that takes away this share of the gap.
+    pub(crate) fn of(found: &Found, share: f64, model: &Model, policy: &Policy) -> Self {
         Self {
             chance: found.null_test,
             relative_error: relative_error(&found.effect, &found.standard_error),
-            out_of_range: out_of_range(&found.effect, policy),
+            out_of_range: out_of_range(&found.effect, model, policy),
             has_twin: found.alternatives.iter().any(|a| a.indistinguishable),
             share,
             varies: found.stability.as_ref().filter(|stability| stability.varies()).map_or(0.0, |s| s.spread),
@@ -164,16 +168,15 @@ pub(crate) fn relative_error(effect: &EffectSpec, standard_error: &[Option<f64>]
     sizes.into_iter().filter_map(of).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether an effect's shape has run out of the range in which it is itself: creep that is done within a sample is only a
-/// softer spring. A sharp turn of friction is the ideal law.
-pub(crate) fn out_of_range(effect: &EffectSpec, policy: &Policy) -> bool {
+/// Whether an effect has run out of the range in which it is itself: its shape, for creep that is done within a sample is only
+/// a softer spring, or its size, where it takes most of what it corrects in the model. A sharp turn of friction is the ideal law.
+pub(crate) fn out_of_range(effect: &EffectSpec, model: &Model, policy: &Policy) -> bool {
     let Ok(info) = effect.info() else { return false };
-    info.parameters.iter().zip(&effect.values).enumerate().any(|(k, (parameter, value))| {
-        let (low, high) = parameter.typical;
-        let low = if parameter.name == "transition_speed" { 0.0 } else { low / policy.out_of_range };
-        parameter.shape
-            && parameter.typical.0 > 0.0
-            && effect.takes_part(k)
-            && !(low..=policy.out_of_range * high).contains(value)
-    })
+    let sizes = Sizes::of(&model.parameters);
+    let shapeless = info.parameters.iter().zip(&effect.values).enumerate().any(|(k, (parameter, value))| {
+        let (low, high) = range_of_shape(parameter, &sizes, policy.out_of_range);
+        let low = if parameter.name == "transition_speed" { 0.0 } else { low };
+        parameter.shape && parameter.typical.0 > 0.0 && effect.takes_part(k) && !(low..=high).contains(value)
+    });
+    shapeless || !leaves_enough(effect, &sizes)
 }

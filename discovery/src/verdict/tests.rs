@@ -284,6 +284,7 @@ fn what_free_runs_cannot_tell_is_told_by_the_likelihood() {
 
 mod effects {
     use cdpr::effect::EffectSpec;
+    use cdpr::model_file::Model;
 
     use super::super::facts::relative_error;
     use super::*;
@@ -307,10 +308,11 @@ mod effects {
     #[test]
     fn creep_within_a_sample_is_out_of_range() {
         let creep = |time: f64| EffectSpec::new("cable_creep", None, &[1e8, time]).unwrap();
-        assert!(out_of_range(&creep(0.01), &POLICY));
-        assert!(!out_of_range(&creep(18.0), &POLICY));
+        let out_of_range = |effect: &EffectSpec| out_of_range(effect, &Model::default(), &POLICY);
+        assert!(out_of_range(&creep(0.01)));
+        assert!(!out_of_range(&creep(18.0)));
         let sharp = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 1e-6, 0.0, 0.0]);
-        assert!(sharp.is_err() || !out_of_range(&sharp.unwrap(), &POLICY));
+        assert!(sharp.is_err() || !out_of_range(&sharp.unwrap()));
     }
 }
 

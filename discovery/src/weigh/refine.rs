@@ -10,13 +10,15 @@ use crate::filter::estimate::{Fit, Look, for_trial};
 use crate::filter::kalman::Randomness;
 use crate::filter::whiten::{Normal, whiten};
 use crate::hypothesis::along::Along;
+use crate::hypothesis::correction::smallest;
 use crate::hypothesis::friction::is_friction;
-use crate::hypothesis::parameter::{Free, free_parameters, parameter_step};
+use crate::hypothesis::parameter::{Free, free_parameters, parameter_step, range_of_shape};
 use crate::hypothesis::signature::{Varied, sensitivities};
 use crate::hypothesis::survey::regularise;
 use crate::hypothesis::term;
 use crate::instruments::clocks::Clocks;
 use crate::model::examined::Examined;
+use crate::model::sizes::Sizes;
 use crate::weigh::regression::ladder;
 use crate::weigh::solve::solve;
 
@@ -26,6 +28,8 @@ const SETTLED: f64 = 0.1;
 const FIRST_MOVES: usize = 3;
 /// Most further moves of a trajectory that overshoots.
 const MOST_MOVES: usize = 8;
+/// Factor beyond what is met in practice by which shapes are searched for.
+const FROM_TYPICAL: f64 = 10.0;
 /// Share of its promise that a proposal must keep to be taken without looking at others.
 const KEPT_PROMISE: f64 = 0.5;
 
@@ -207,6 +211,7 @@ fn moved(fit: &Fit, trials: &[Trial], parameters: &Parameters, proposal: &Propos
 /// Moves one parameter within its bounds. Sizes enter the model nearly linearly and move as far as they like; a shape
 /// changes at most fourfold, and an angle by half a radian.
 fn move_parameter(model: &mut Model, free: Free, change: f64) {
+    let sizes = Sizes::of(&model.parameters);
     let spec = &mut model.effects[free.effect];
     if spec.expression.is_some() {
         let moved = term::values(spec)[free.parameter] + change;
@@ -219,12 +224,12 @@ fn move_parameter(model: &mut Model, free: Free, change: f64) {
     let value = &mut spec.values[free.parameter];
     let before = *value;
     let change = if parameter.unit == "rad" { between(change, -0.5, 0.5) } else { change };
-    *value = between(before + change, parameter.min, parameter.max);
-    if parameter.shape && low > 0.0 {
+    *value = between(before + change, smallest(parameter, &sizes), parameter.max);
+    if parameter.shape {
         // Shapes stay where the law is itself.
-        *value = between(between(*value, 0.25 * before, 4.0 * before), 0.1 * low, 10.0 * high);
-    } else if parameter.shape {
-        *value = between(*value, 10.0 * low, 10.0 * high);
+        let (least, most) = range_of_shape(parameter, &sizes, FROM_TYPICAL);
+        *value = if low > 0.0 { between(*value, 0.25 * before, 4.0 * before) } else { *value };
+        *value = between(*value, least, most);
     } else if parameter.min == 0.0 {
         *value = value.max(1e-6 * before.max(0.05 * high));
     }

@@ -2,6 +2,9 @@
 
 use cdpr::effect::EffectSpec;
 
+use crate::hypothesis::correction::leaves_enough;
+use crate::model::sizes::Sizes;
+
 /// A column of the regression: a weighted sum of simulated variations of the model.
 pub(crate) type Combination = Vec<(usize, f64)>;
 
@@ -19,13 +22,16 @@ pub(crate) struct Candidate {
     /// Parameters found by trying several values rather than by regression.
     pub(crate) tried: usize,
     build: Build,
+    /// Sizes of the robot that it corrects, if any.
+    sizes: Option<Sizes>,
 }
 
 impl Candidate {
-    /// The effect with these amplitudes.
+    /// The effect with these amplitudes; none where it would not be itself.
     pub(crate) fn effect(&self, amplitudes: &[f64]) -> Option<EffectSpec> {
         let known = amplitudes.iter().all(|a| a.is_finite());
-        known.then(|| (self.build)(amplitudes)).flatten().filter(|spec| spec.check().is_ok())
+        let itself = |spec: &EffectSpec| self.sizes.is_none_or(|sizes| leaves_enough(spec, &sizes));
+        known.then(|| (self.build)(amplitudes)).flatten().filter(|spec| spec.check().is_ok() && itself(spec))
     }
 }
 
@@ -34,6 +40,8 @@ impl Candidate {
 pub(crate) struct Library {
     /// Cables of the robot.
     pub(super) cables: usize,
+    /// Sizes of the robot, where candidates correct what is given of it.
+    pub(super) sizes: Option<Sizes>,
     /// Each variation is one effect added to the model.
     pub(crate) variations: Vec<EffectSpec>,
     pub(crate) columns: Vec<Combination>,
@@ -124,7 +132,7 @@ impl Library {
         tried: usize,
         build: Build,
     ) {
-        self.candidates.push(Candidate { id, cable, columns, tried, build });
+        self.candidates.push(Candidate { id, cable, columns, tried, build, sizes: self.sizes });
     }
 
     /// For each single cable and, as their sum, for all cables: one column per set of values; `build` makes parameter
