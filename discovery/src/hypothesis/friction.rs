@@ -142,6 +142,12 @@ pub(crate) fn typical(cable: Option<usize>, tension: f64) -> Option<(EffectSpec,
     Some((effect(COULOMB, &[force, 0.02])?, rivals.into_iter().flatten().collect()))
 }
 
+/// Friction of a typical size on all winches, at a mean tension (N): of its own level, and in proportion to the force.
+pub(crate) fn on_all_winches(tension: f64) -> impl Iterator<Item = EffectSpec> {
+    let (own_level, rivals) = typical(None, tension).unzip();
+    own_level.into_iter().chain(rivals.into_iter().flatten().filter(|law| law.id == CAPSTAN))
+}
+
 /// Stribeck friction from where it can show that it is more than the Coulomb friction that stands, with the same turn.
 pub(crate) fn stribeck_containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
     let plain = ["tail", "algebraic"].iter().all(|shape| value_of(standing, shape) == Some(0.0));

@@ -1,17 +1,19 @@
 //! One round of the search: all candidates weighed, the best fitted, its rivals kept.
 
 use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
 
 use crate::data::Trial;
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
-use crate::hypothesis::candidates::{Candidate, Library};
+use crate::hypothesis::candidates::{Candidate, Library, is_there};
 use crate::hypothesis::correction::leaves_enough;
 use crate::hypothesis::facts::facts;
+use crate::hypothesis::friction::{is_friction, on_all_winches};
 use crate::hypothesis::stream::normals;
 use crate::journal::Outcome;
-use crate::model::sizes::Sizes;
+use crate::model::sizes::{Sizes, usual_force};
 use crate::strategy::context::Context;
 use crate::strategy::entrance::enter;
 use crate::strategy::fitted::{Fitted, Trained};
@@ -125,6 +127,11 @@ impl<'a> Weighing<'a> {
             let (next, rivals) = match self.source {
                 Source::Catalogue => {
                     let mut rivals = rivals(library, &self.ranked, chosen, base, context.policy);
+                    let known = |law: &EffectSpec| rivals.iter().any(|rival| is_there(rival, &law.id, law.cable));
+                    let force = usual_force(&context.evidence.train);
+                    let hidden = hidden(next.gap[0], &next.train.model, force, context.policy);
+                    let hidden: Vec<EffectSpec> = hidden.filter(|law| !known(law)).collect();
+                    rivals.extend(hidden);
                     let other = or_rival(context, standing, &next, &mut rivals);
                     let other = context.journal.tried(&effect, "its rivals in its place", other).flatten();
                     (other.unwrap_or(next), rivals)
@@ -248,6 +255,14 @@ fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64, poli
     out
 }
 
+/// Laws that a wrong trajectory may hide, where a `model` with an explanation leaves so much of the gap that the trajectory is
+/// wrong: friction on all winches, whose mean force is this (N). Forces that do next to nothing seem to explain more than
+/// what eats them, until both are fitted in full.
+fn hidden(gap: f64, model: &Model, force: f64, policy: &Policy) -> impl Iterator<Item = EffectSpec> {
+    let looked_for = gap > policy.strong && !model.effects.iter().any(is_friction);
+    looked_for.then(|| on_all_winches(force)).into_iter().flatten()
+}
+
 /// Whether the catalogue says that two laws are alike; the winches of one machine are built alike.
 fn is_alike(own: &Candidate, other: &Candidate) -> bool {
     let look_alikes = cdpr::effect::find(own.id).map_or(&[][..], |info| info.look_alikes);
@@ -262,8 +277,6 @@ pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64, policy: &
 
 #[cfg(test)]
 mod tests {
-    use cdpr::model_file::Model;
-
     use super::*;
     use crate::data::recording::record;
     use crate::hypothesis::candidates::{Situation, catalogue};
@@ -277,6 +290,21 @@ mod tests {
         assert!(fit.randomness.same(&ladder(&fit.randomness)[0]));
         let larger = Randomness { force: 2.0 * fit.randomness.force, ..fit.randomness.clone() };
         assert!(!fit.randomness.same(&larger));
+    }
+
+    /// On logs of a real robot a gain of -92 % came first, then a limit that left a constant force, and friction not at all.
+    #[test]
+    fn friction_is_a_rival_of_what_leaves_a_wrong_trajectory() {
+        let with = |effects: &[EffectSpec]| Model { effects: effects.to_vec(), ..Model::default() };
+        let rivals = |gap: f64, model: &Model| {
+            hidden(gap, model, 100.0, &POLICY).map(|law| (law.id, law.cable)).collect::<Vec<_>>()
+        };
+        let gain = EffectSpec::new("winch_force_gain", None, &[-0.5]).expect("an effect");
+        let both = ["winch_coulomb_friction", "pulley_capstan_loss"].map(|id| (id.to_owned(), None));
+        assert_eq!(rivals(POLICY.strong + 0.1, &with(std::slice::from_ref(&gain))), both);
+        assert!(rivals(POLICY.strong, &with(std::slice::from_ref(&gain))).is_empty());
+        let friction = EffectSpec::new("winch_coulomb_friction", Some(2), &[10.0]).expect("an effect");
+        assert!(rivals(400.0, &with(&[gain, friction])).is_empty());
     }
 
     /// Drag was not compared with viscous friction where three kinds of inertia explained more at first sight.
