@@ -7,7 +7,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 const PATIENCE: Duration = Duration::from_secs(2);
 const PARTS: u64 = 1000;
 
-/// Progress from 0 to 1. Nothing is drawn in the first two seconds, nor where stderr is no terminal.
+/// Progress from 0 to 1, with the time so far: a search that turns back says nothing of the time to come. Nothing is drawn in
+/// the first two seconds, nor where stderr is no terminal.
 pub(crate) struct Progress {
     what: String,
     begun: Instant,
@@ -23,7 +24,7 @@ impl Progress {
     /// This share of the work is done.
     pub(crate) fn update(&mut self, share: f64) {
         if self.bar.is_none() && self.begun.elapsed() > PATIENCE {
-            let style = ProgressStyle::with_template("{msg} [{bar:40}] {percent} %, {eta} left");
+            let style = ProgressStyle::with_template("{msg} [{bar:40}] {percent} %, {elapsed} so far");
             let bar = ProgressBar::new(PARTS).with_message(self.what.clone()).with_elapsed(self.begun.elapsed());
             self.bar = Some(match style {
                 Ok(style) => bar.with_style(style.progress_chars("=> ")),
