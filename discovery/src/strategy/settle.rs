@@ -68,7 +68,7 @@ fn compare(context: &Context<'_>, mut standing: Standing, may_replace: bool) -> 
 fn is_better(context: &Context<'_>, standing: &Standing, k: usize, rival: &Rival) -> bool {
     let richer = count_in_use(&rival.effect) > count_in_use(&standing.found(context)[k]);
     let limit = if richer { 2.0 * told_apart_from(standing.accepted[k].delta_bic) } else { 0.0 };
-    rival.delta_bic < -limit && !out_of_range(&rival.effect, &standing.fit.train.model, &POLICY)
+    rival.delta_bic < -limit && !out_of_range(&rival.effect, &[], &standing.fit.train.model, &POLICY)
 }
 
 /// What is reported of a rival in the place of a law of a model that explains so much.
@@ -80,7 +80,9 @@ fn alternative(rival: Rival, standing: &EffectSpec, explained: f64, model: &Mode
     };
     Alternative {
         separate_by: separate_by(standing, &rival.effect),
-        indistinguishable: rival.as_likely(explained) && !out_of_range(&rival.effect, model, &POLICY) && !needless(),
+        indistinguishable: rival.as_likely(explained)
+            && !out_of_range(&rival.effect, &[], model, &POLICY)
+            && !needless(),
         delta_bic: rival.delta_bic,
         correlation: None,
         effect: rival.effect,

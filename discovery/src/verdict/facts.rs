@@ -128,7 +128,7 @@ impl EffectFacts {
         Self {
             chance: found.null_test,
             relative_error: relative_error(&found.effect, &found.standard_error),
-            out_of_range: out_of_range(&found.effect, model, policy),
+            out_of_range: out_of_range(&found.effect, &found.standard_error, model, policy),
             has_twin: found.alternatives.iter().any(|a| a.indistinguishable),
             share,
             varies: found.stability.as_ref().filter(|stability| stability.varies()).map_or(0.0, |s| s.spread),
@@ -168,15 +168,26 @@ pub(crate) fn relative_error(effect: &EffectSpec, standard_error: &[Option<f64>]
     sizes.into_iter().filter_map(of).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether an effect has run out of the range in which it is itself: its shape, for creep that is done within a sample is only
-/// a softer spring, or its size, where it takes most of what it corrects in the model. A sharp turn of friction is the ideal law.
-pub(crate) fn out_of_range(effect: &EffectSpec, model: &Model, policy: &Policy) -> bool {
+/// Whether an effect has run out of the range in which it is itself, by more than its errors: its shape, for creep that is done
+/// within a sample is only a softer spring, or its size, where it takes most of what it corrects in the model. A sharp turn of
+/// friction is the ideal law, and a shape that is not known, as where what it shapes has no size, is nowhere.
+pub(crate) fn out_of_range(
+    effect: &EffectSpec,
+    standard_error: &[Option<f64>],
+    model: &Model,
+    policy: &Policy,
+) -> bool {
     let Ok(info) = effect.info() else { return false };
     let sizes = Sizes::of(&model.parameters);
     let shapeless = info.parameters.iter().zip(&effect.values).enumerate().any(|(k, (parameter, value))| {
         let (low, high) = range_of_shape(parameter, &sizes, policy.out_of_range);
         let low = if parameter.name == "transition_speed" { 0.0 } else { low };
-        parameter.shape && parameter.typical.0 > 0.0 && effect.takes_part(k) && !(low..=high).contains(value)
+        let error = standard_error.get(k).copied().flatten().filter(|error| error.is_finite()).unwrap_or(0.0);
+        let doubt = policy.out_by * error;
+        parameter.shape
+            && parameter.typical.0 > 0.0
+            && effect.takes_part(k)
+            && !(low - doubt..=high + doubt).contains(value)
     });
     shapeless || !leaves_enough(effect, &sizes)
 }

@@ -24,6 +24,8 @@ pub(crate) struct Policy {
     pub(crate) uncertain: f64,
     /// Factor by which a shape may leave the range met in practice before the law is no longer itself.
     pub(crate) out_of_range: f64,
+    /// Standard errors by which it must have left it: two.
+    pub(crate) out_by: f64,
     /// Share of the mean winch force below which a force at random does not matter: drives and load cells are no better.
     pub(crate) small_force: f64,
     /// The same up to which a force at random is one that acts on such machines, as wind does: half a per cent, as good load
@@ -55,6 +57,7 @@ pub(crate) const POLICY: Policy = Policy {
     holds: 0.5,
     uncertain: 0.5,
     out_of_range: 3.0,
+    out_by: 2.0,
     small_force: 1e-3,
     random_force: 5e-3,
     unsteady: 0.1,

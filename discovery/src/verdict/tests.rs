@@ -308,9 +308,13 @@ mod effects {
     #[test]
     fn creep_within_a_sample_is_out_of_range() {
         let creep = |time: f64| EffectSpec::new("cable_creep", None, &[1e8, time]).unwrap();
-        let out_of_range = |effect: &EffectSpec| out_of_range(effect, &Model::default(), &POLICY);
+        let beyond =
+            |effect: &EffectSpec, error: &[Option<f64>]| out_of_range(effect, error, &Model::default(), &POLICY);
+        let out_of_range = |effect: &EffectSpec| beyond(effect, &[]);
         assert!(out_of_range(&creep(0.01)));
         assert!(!out_of_range(&creep(18.0)));
+        // Friction of a real robot had no name for the speed at which a damping fades that it does not have.
+        assert!(beyond(&creep(0.1), &[Some(1e6), Some(0.05)]) && !beyond(&creep(0.1), &[Some(1e6), Some(0.2)]));
         let sharp = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 1e-6, 0.0, 0.0]);
         assert!(sharp.is_err() || !out_of_range(&sharp.unwrap()));
     }
