@@ -197,8 +197,10 @@ def test_friction_of_the_drive(cdpr, tmp_path):
         timeout=280,
     )
     found = json.loads((tmp_path / "found" / "discovery.json").read_text(encoding="utf-8"))
-    first = found["effects"][0]
-    assert first["id"] in ("winch_coulomb_friction", "winch_stribeck_friction")
+    laws = ("winch_coulomb_friction", "winch_stribeck_friction")
+    friction = next(effect for effect in found["effects"] if effect["id"] in laws)
     # More one way than the other: the constant force that others find beside friction.
-    assert first["parameters"]["asymmetry"]["value"] == pytest.approx(0.13, abs=0.03)
+    assert friction["parameters"]["asymmetry"]["value"] == pytest.approx(0.13, abs=0.03)
+    five_seconds = next(left for left in found["remaining"] if left["horizon_s"] == 5.0)
+    assert five_seconds["position_mm"] < 4.0
     assert found["gap"]["holdout"]["after"] < 0.1 * found["gap"]["holdout"]["before"]
