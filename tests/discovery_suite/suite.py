@@ -67,7 +67,7 @@ def _selected(names, small):
 SMALL = (
     "quadratic_drag",
     "coulomb_1_tanh",
-    "lag_and_gain",
+    "mass_and_rotational_damping",
     "null_00",
     "outside_skew_stiffness",
     "elasticity_plain",
