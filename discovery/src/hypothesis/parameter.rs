@@ -74,7 +74,7 @@ mod tests {
 
     use super::*;
 
-    /// A limit of 20 N on a robot of 3 m never moved: limits are 1 to 100 kN on large ones.
+    /// Upper limits of a force were held at 100 N at least on robots of any size: on large ones they are 1 to 100 kN.
     #[test]
     fn what_is_met_on_large_robots_says_nothing_of_forces_on_others() {
         let sizes = Sizes::of(&Parameters::default());

@@ -24,7 +24,7 @@ pub(crate) struct Policy {
     pub(crate) uncertain: f64,
     /// Factor by which a shape may leave the range met in practice before the law is no longer itself.
     pub(crate) out_of_range: f64,
-    /// Standard errors by which it must have left it: two.
+    /// Standard errors by which it must have left it: two, for nearer by it may well be inside.
     pub(crate) out_by: f64,
     /// Share of the mean winch force below which a force at random does not matter: drives and load cells are no better.
     pub(crate) small_force: f64,

@@ -26,9 +26,8 @@ use winches::winches;
 
 /// The catalogue, set up for this model and data.
 pub(crate) fn catalogue(model: &Model, situation: &Situation) -> Library {
-    let sizes = Some(Sizes::of(&model.parameters));
-    let mut lib = Library { sizes, ..Library::new(situation.cables()) };
     let sizes = &Sizes::of(&model.parameters);
+    let mut lib = Library { sizes: Some(*sizes), ..Library::new(situation.cables()) };
     let elastic = model.parameters.cable_model != CableModel::Rigid || model.effects.iter().any(is_elasticity);
     if elastic {
         cables(&mut lib, situation, sizes, model.parameters.cable_density);
