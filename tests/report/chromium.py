@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import json
+import os
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -43,6 +46,7 @@ class Browser:
             [program, *SWITCHES, f"--user-data-dir={self._profile.name}", "about:blank"],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
+            start_new_session=True,  # its helper processes end with it, see `_end_process`
         )
         self._next = 0
         self.errors: list[str] = []
@@ -156,4 +160,14 @@ class Browser:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        self._profile.cleanup()
+        # Helpers may outlive the browser and write to its profile, which then cannot be removed.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        for attempt in range(1, 11):
+            try:
+                self._profile.cleanup()
+                break
+            except OSError:
+                if attempt == 10:
+                    raise
+                time.sleep(0.1)
