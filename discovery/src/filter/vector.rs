@@ -4,21 +4,44 @@ use cdpr::dynamics::MAX_EFFECT_STATES;
 use cdpr::per_cable::MAX_CABLES;
 
 /// Runs a function for which a constant says whether the processor multiplies and adds in one instruction:
-/// `vectorised!(FUSED => work::<FUSED>(arguments))`. The function and what it calls must be `#[inline(always)]`.
+/// `vectorised!(FUSED => work::<FUSED>(arguments))`. The function and what it calls must be `#[inline(always)]`: it is compiled
+/// once for each kind of processor that is told apart.
 macro_rules! vectorised {
     ($fused:ident => $work:expr) => {{
         let once = $crate::filter::vector::Once;
-        if $crate::filter::vector::fuses() {
-            const $fused: bool = true;
-            pulp::Arch::new().dispatch(
-                #[inline(always)]
-                || {
-                    once.used();
-                    $work
-                },
-            )
-        } else {
-            const $fused: bool = false;
+        #[cfg(target_arch = "x86_64")]
+        match pulp::Arch::new() {
+            pulp::Arch::V4(registers) => {
+                const $fused: bool = true;
+                pulp::Simd::vectorize(
+                    registers,
+                    #[inline(always)]
+                    || {
+                        once.used();
+                        $work
+                    },
+                )
+            }
+            pulp::Arch::V3(registers) => {
+                const $fused: bool = true;
+                pulp::Simd::vectorize(
+                    registers,
+                    #[inline(always)]
+                    || {
+                        once.used();
+                        $work
+                    },
+                )
+            }
+            _ => {
+                const $fused: bool = false;
+                $work
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            const $fused: bool = cfg!(target_arch = "aarch64");
+            once.used();
             $work
         }
     }};
@@ -32,14 +55,6 @@ pub(crate) struct Once;
 impl Once {
     #[inline(always)]
     pub(crate) fn used(self) {}
-}
-
-/// Whether the processor multiplies and adds in one instruction. Elsewhere a fused product is a slow library call.
-pub(crate) fn fuses() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return std::arch::is_x86_feature_detected!("fma") && std::arch::is_x86_feature_detected!("avx2");
-    #[cfg(not(target_arch = "x86_64"))]
-    return cfg!(target_arch = "aarch64");
 }
 
 /// Numbers of a full register.
