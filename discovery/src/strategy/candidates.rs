@@ -40,9 +40,9 @@ pub(crate) fn signatures(
 pub(crate) fn situation(context: &Context<'_>, fit: &Fit) -> Situation {
     let trials = &context.evidence.train;
     let mut situation = Situation::of(trials);
-    situation.peaks = peaks(fit, trials);
-    situation.waves = waves(fit, trials);
-    let (each, all) = drum_waves(fit, trials);
+    let of_forces = || rayon::join(|| peaks(fit, trials), || waves(fit, trials));
+    let ((peaks, waves), (each, all)) = rayon::join(of_forces, || drum_waves(fit, trials));
+    (situation.peaks, situation.waves) = (peaks, waves);
     let radius = |number: Option<f64>| number.map(|number| 1.0 / number);
     situation.drums = (each.into_iter().map(radius).collect(), radius(all));
     situation

@@ -7,6 +7,8 @@
 //! is then fitted to the whole, and kept if the criterion falls by what counts. Presliding is tried on all friction at once:
 //! one machine has one kind of it, and as long as one winch lacks it, it does not show on another.
 
+use std::sync::Arc;
+
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 use rayon::prelude::*;
@@ -42,22 +44,49 @@ pub(crate) fn form_if(context: &Context<'_>, mut standing: Standing, share: f64)
         })
         .collect();
     let Some(first) = wanting.first().map(|k| standing.found(context)[*k].clone()) else { return standing };
-    (context.progress)("fitting the shape of friction", 0.2);
-    let forms = Forms { context, beginnings: &standing.beginnings };
-    let begun = forms.begun(&standing);
-    let begun = context.journal.tried(&first, "its form, on the beginnings of the trials", begun);
-    let Some(begun) = begun else { return standing };
     let places: Vec<usize> = wanting.iter().map(|k| context.at(*k)).collect();
-    let shaped = places.iter().fold(begun, |begun, at| forms.in_full(begun, *at));
-    let formed = context.journal.tried(&first, "in another form", forms.formed(&shaped, &places));
-    let Some(formed) = formed else { return standing };
+    let known = standing.chosen.take().filter(|known| known.is_of(&standing, &places));
+    let Some(chosen) = known.or_else(|| chosen(context, &standing, &first, places)) else { return standing };
+    let Chosen { shaped, formed, .. } = &chosen;
     if context.share(shaped.score, formed.score, &standing.beginnings) < share {
-        return as_begun(context, standing, &shaped);
+        let next = as_begun(context, standing, shaped);
+        return Standing { chosen: Some(chosen), ..next };
     }
     for k in wanting {
         standing.accepted[k].formed_among = Some(among);
     }
-    as_begun(context, standing, &formed)
+    as_begun(context, standing, formed)
+}
+
+/// The forms of friction that the beginnings of the trials ask for.
+#[derive(Clone)]
+pub(crate) struct Chosen {
+    /// The criterion of the fit that they were chosen beside, the beginnings, and the places of the friction in the model.
+    of: (f64, Arc<[Trial]>, Vec<usize>),
+    /// With each law's own shapes.
+    shaped: Arc<Trained>,
+    /// In the place of other laws as well, and with presliding.
+    formed: Arc<Trained>,
+}
+
+impl Chosen {
+    /// Whether the same would be chosen again.
+    fn is_of(&self, standing: &Standing, places: &[usize]) -> bool {
+        let (score, beginnings, chosen) = &self.of;
+        *score == standing.fit.score && Arc::ptr_eq(beginnings, &standing.beginnings) && chosen == places
+    }
+}
+
+/// The forms that the beginnings of the trials ask for of friction at some `places` of the model, `first` among them. What cannot
+/// be fitted is noted.
+fn chosen(context: &Context<'_>, standing: &Standing, first: &EffectSpec, places: Vec<usize>) -> Option<Chosen> {
+    (context.progress)("fitting the shape of friction", 0.2);
+    let forms = Forms { context, beginnings: &standing.beginnings };
+    let begun = context.journal.tried(first, "its form, on the beginnings of the trials", forms.begun(standing))?;
+    let shaped = places.iter().fold(begun, |begun, at| forms.in_full(begun, *at));
+    let formed = context.journal.tried(first, "in another form", forms.formed(&shaped, &places))?;
+    let of = (standing.fit.score, Arc::clone(&standing.beginnings), places);
+    Some(Chosen { of, shaped: Arc::new(shaped), formed: Arc::new(formed) })
 }
 
 /// What stands with the form of friction that was chosen by the beginnings of the trials, if it earns its place.

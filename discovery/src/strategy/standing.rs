@@ -12,6 +12,7 @@ use crate::journal::Outcome;
 use crate::outcome::{Alternative, NullTest};
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
+use crate::strategy::form::Chosen;
 use crate::strategy::policy::Policy;
 use crate::weigh::signatures::{Signatures, Source};
 
@@ -55,6 +56,8 @@ pub(crate) struct Standing {
     pub(crate) looked: bool,
     /// Candidates along the fit that was let in last, known by its score.
     pub(crate) weighed: Option<(Source, f64, Arc<Signatures>)>,
+    /// The forms of friction that were chosen last and not taken yet.
+    pub(crate) chosen: Option<Chosen>,
 }
 
 impl Standing {
@@ -68,6 +71,7 @@ impl Standing {
             chance: None,
             looked: false,
             weighed: None,
+            chosen: None,
         }
     }
 

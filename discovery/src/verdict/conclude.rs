@@ -55,10 +55,9 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     (context.progress)("verifying on held-out data", 0.92);
     let evidence = context.evidence;
     let About { holdout_source, outliers, mut remarks, begun } = about;
-    let standing = better_than_given(&context, standing);
-    let standing = beside_what_was_found(&context, standing)?;
-    let Standing { base, fit: fitted, .. } = &standing;
-    let horizons = horizon_gaps(&context, base, fitted);
+    let (standing, horizons) = better_than_given(&context, standing);
+    let (standing, horizons) = beside_what_was_found(&context, standing, horizons)?;
+    let Standing { fit: fitted, base, .. } = &standing;
     let by_block = ByBlock::new(&fitted.train, &evidence.train, context.free_from);
     let standard_errors = by_block.standard_errors(&fitted.train.model);
     let surveyed = surveyed(&context, fitted, &standard_errors);
@@ -148,35 +147,41 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     })
 }
 
-/// What was found, or the model as given where that is as good over every horizon of held-out data.
-fn better_than_given(context: &Context<'_>, standing: Standing) -> Standing {
+/// What was found, or the model as given where that is as good over every horizon of held-out data; with the gaps.
+fn better_than_given(context: &Context<'_>, standing: Standing) -> (Standing, Vec<HorizonGap>) {
     let Standing { base, fit, .. } = &standing;
-    let likelier = context.likelier(base, fit);
-    let horizons = HorizonFacts::all(&horizon_gaps(context, base, fit));
-    if standing.accepted.is_empty() || verdict::beats(&horizons, likelier, &POLICY) {
-        return standing;
+    let horizons = horizon_gaps(context, base, fit);
+    let beats = || verdict::beats(&HorizonFacts::all(&horizons), context.likelier(base, fit), &POLICY);
+    if standing.accepted.is_empty() || beats() {
+        return (standing, horizons);
     }
     let base = context.counted((**base).clone());
     let reason = "what was found does not beat the model as given on held-out data over every horizon";
-    standing.give_up(context, reason, base)
+    let standing = standing.give_up(context, reason, base);
+    let horizons = horizon_gaps(context, &standing.base, &standing.fit);
+    (standing, horizons)
 }
 
 /// What stands, and the model as given beside the instruments of what was found, as it is reported: its own may have stood for
-/// that.
-fn beside_what_was_found(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
+/// that. With the gaps of these, which are `horizons` where the model as given stays.
+fn beside_what_was_found(
+    context: &Context<'_>,
+    standing: Standing,
+    horizons: Vec<HorizonGap>,
+) -> Result<(Standing, Vec<HorizonGap>), FitError> {
     let plain = |fitted: &Fitted| instruments::parameters(&fitted.train.randomness) == 0;
     let Standing { base, fit, .. } = &standing;
     if standing.accepted.is_empty() || plain(base) && plain(fit) {
-        return Ok(standing);
+        return Ok((standing, horizons));
     }
     let beside = context.journal.or_remark(
         "Beside the instruments of what was found the model as given does not go with the data",
         beside_those_of(context, fit, base),
     )?;
-    Ok(match beside {
-        Some(beside) => Standing { base: Arc::new(beside), ..standing },
-        None => standing,
-    })
+    let Some(beside) = beside else { return Ok((standing, horizons)) };
+    let standing = Standing { base: Arc::new(beside), ..standing };
+    let horizons = horizon_gaps(context, &standing.base, &standing.fit);
+    Ok((standing, horizons))
 }
 
 /// Gaps of two models over the horizons that are reported.
