@@ -8,13 +8,17 @@ fn short(value: f64) -> String {
     crate::report::significant(value, 2)
 }
 
+/// A force (N) that is none: it moves no robot by what is measured.
+const NO_FORCE: f64 = 1e-6;
+
 /// What is left on held-out data, in units that a machine's owner knows.
 pub(crate) fn left_over(remaining: &[Remaining]) -> String {
     let over = |left: &Remaining| {
         let parts = [(left.position, "mm"), (left.rotation, "mrad in φ"), (left.length, "mm in the lengths")];
         let misses = parts.iter().filter_map(|(value, unit)| Some(format!("{} {unit}", short(1e3 * (*value)?))));
         let mut list: Vec<String> = misses.collect();
-        list.push(format!("{} N", short(left.force)));
+        // Where no force at random is left, what the smoother makes of none is rounding.
+        list.extend((left.force > NO_FORCE).then(|| format!("{} N", short(left.force))));
         format!("over {} s {}", left.horizon, list.join(", "))
     };
     format!("Left on held-out data are {}.", remaining.iter().map(over).collect::<Vec<_>>().join("; "))
@@ -94,5 +98,19 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
             "Free runs say nothing of the model: an error of their start grows too fast. The innovations are judged."
                 .to_owned()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// "1.2×10⁻⁹ N" was said to be left where an error of the recorded forces was found.
+    #[test]
+    fn no_force_is_left_where_none_acts_at_random() {
+        let left =
+            |force| Remaining { horizon: 5.0, position: None, rotation: None, length: Some(0.021), force, torque: 0.0 };
+        assert_eq!(left_over(&[left(1.2e-9)]), "Left on held-out data are over 5 s 21 mm in the lengths.");
+        assert_eq!(left_over(&[left(3.4)]), "Left on held-out data are over 5 s 21 mm in the lengths, 3.4 N.");
     }
 }
