@@ -31,6 +31,8 @@ pub(crate) struct Bench {
     scale: (f64, f64),
     /// Noise of x, y, φ and the lengths (m, rad).
     noise: [f64; 4],
+    /// Size (N) of a force on each winch that is another at each sample and is not recorded.
+    unrecorded: f64,
 }
 
 impl Bench {
@@ -45,7 +47,13 @@ impl Bench {
             tension: 40e3,
             scale: (1.0, 1.0),
             noise: [2e-3, 2e-3, 5e-5, 2e-3],
+            unrecorded: 0.0,
         }
+    }
+
+    /// The same driven by so much (N) at each winch that is not recorded.
+    pub(crate) fn with_unrecorded_forces(self, unrecorded: f64) -> Self {
+        Self { unrecorded, ..self }
     }
 
     /// One as large with six cables, on a frame without symmetry, and with gravity.
@@ -81,6 +89,7 @@ impl Bench {
             tension: 200.0,
             scale: (0.1, 0.2),
             noise: [2e-4, 2e-4, 2e-4, 2e-4],
+            unrecorded: 0.0,
         }
     }
 }
@@ -166,7 +175,11 @@ pub(crate) fn record_on(bench: &Bench, effects: &[EffectSpec], duration: f64, se
         simulation.advance_to(time).expect("a motion");
         let shown = simulation.outputs();
         let inputs = forces(time, shown.pose);
-        simulation.set_inputs(inputs);
+        let mut driving = inputs;
+        if bench.unrecorded > 0.0 {
+            driving.winch_force.iter_mut().for_each(|force| *force += bench.unrecorded * random.next());
+        }
+        simulation.set_inputs(driving);
         trial.time.push(time);
         trial.inputs.push(inputs);
         let values = shown.pose.iter().chain(&shown.unstretched_length);

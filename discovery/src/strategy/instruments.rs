@@ -196,7 +196,7 @@ mod tests {
     use cdpr::model_file::Model;
 
     use super::*;
-    use crate::data::recording::{noise, record};
+    use crate::data::recording::{Bench, noise, record, record_on};
     use crate::filter::estimate::noise_of_data;
     use crate::model::randomness::Memory;
     use crate::strategy::standing::Accepted;
@@ -228,6 +228,28 @@ mod tests {
         assert!(fit.train.model.effects.is_empty() && accepted.is_empty());
         assert!(fit.instruments.as_ref().is_some_and(|randomness| randomness.white_input() > 0.0));
         assert!(fit.gap[0] < 1.3 && base.gap == fit.gap, "{:?} {:?}", fit.gap, base.gap);
+    }
+
+    /// Winches that are driven by 500 N of which nothing is recorded, more than a tenth of what the recorded forces do: it is no
+    /// instrument's as long as an effect may explain it.
+    #[test]
+    fn an_error_of_forces_that_is_more_than_recordings_have_is_taken_where_nothing_else_was_found() {
+        let bench = Bench::large().with_unrecorded_forces(500.0);
+        let recorded = |seed: u64| record_on(&bench, &[], 40.0, seed);
+        let (train, holdout) = (vec![recorded(61), recorded(62)], vec![recorded(63)]);
+        let noise = noise_of_data(&train);
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
+        let asked_for = with_instruments(&context, &base, 0.0).expect("a fit");
+        let input = asked_for.as_ref().map_or(0.0, |fitted| fitted.train.randomness.white_input());
+        assert!(input < 300.0, "{input}");
+        let standing = Standing::new(&context, base);
+        let beside_an_effect = Standing { accepted: vec![Accepted::new(Vec::new(), -1.0, None)], ..standing.clone() };
+        assert!(!with_any_error_of_forces(&context, beside_an_effect).expect("a fit").white_force_error());
+        let found = with_any_error_of_forces(&context, standing).expect("a fit");
+        let input = found.fit.train.randomness.white_input();
+        assert!(found.white_force_error() && (450.0..550.0).contains(&input), "{input}");
     }
 
     /// Recordings with `hidden` effects, from this seed on, in which x wanders by so much (m).
