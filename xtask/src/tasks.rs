@@ -33,8 +33,9 @@ pub(crate) fn test(extent: Extent) -> Result<()> {
     runner.step("the controller's FMU", || pack_controller(&project, &controller))?;
     runner.step("tests seen from outside", || {
         let mut pytest = environment.python();
+        // Files side by side: most tests keep one processor busy, and what a file's tests share is made once.
         pytest
-            .args(["-m", "pytest"])
+            .args(["-m", "pytest", "-n", "auto", "--dist", "loadfile"])
             .current_dir(&project.root)
             .env("CDPR_BIN", project.binary("cdpr"))
             .env("CDPR_CONTROLLER_FMU", &controller);
