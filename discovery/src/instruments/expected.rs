@@ -10,7 +10,8 @@
 
 use std::sync::Arc;
 
-use rustdct::{DctPlanner, Dst1};
+use rustfft::num_complex::Complex64;
+use rustfft::{Fft, FftPlanner};
 
 use rayon::prelude::*;
 
@@ -215,12 +216,12 @@ fn expected_errors(series: &[Vec<f64>], deviation: f64) -> Errors {
 }
 
 /// What makes sums of sines of series, and series of them.
-struct Sines(Arc<dyn Dst1<f64>>);
+struct Sines(Arc<dyn Fft<f64>>);
 
 impl Sines {
     /// Over series of so many samples.
     fn over(len: usize) -> Self {
-        Self(DctPlanner::new().plan_dst1(len - 2))
+        Self(FftPlanner::new().plan_fft_forward(2 * (len - 1)))
     }
 
     /// What series less the straight lines through their ends are.
@@ -237,9 +238,15 @@ impl Sines {
 
     /// Forth or back, which is the same but for a factor, whose root makes both keep the power.
     fn turn(&self, values: &mut [f64]) {
-        let scale = (2.0 / (values.len() + 1) as f64).sqrt();
-        self.0.process_dst1(values);
-        values.iter_mut().for_each(|value| *value *= scale);
+        let half = values.len() + 1;
+        let mut odd = vec![Complex64::ZERO; 2 * half];
+        for (k, value) in values.iter().enumerate() {
+            (odd[k + 1].re, odd[2 * half - 1 - k].re) = (*value, -value);
+        }
+        self.0.process(&mut odd);
+        // Twice the sums of sines, below zero.
+        let scale = -(0.5 / half as f64).sqrt();
+        values.iter_mut().zip(&odd[1..]).for_each(|(value, sum)| *value = scale * sum.im);
     }
 }
 
