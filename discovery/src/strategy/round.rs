@@ -1,7 +1,6 @@
 //! One round of the search: all candidates weighed, the best fitted, its rivals kept.
 
 use cdpr::effect::EffectSpec;
-use cdpr::model_file::Model;
 
 use crate::data::Trial;
 use crate::filter::error::FitError;
@@ -129,7 +128,7 @@ impl<'a> Weighing<'a> {
                     let mut rivals = rivals(library, &self.ranked, chosen, base, context.policy);
                     let known = |law: &EffectSpec| rivals.iter().any(|rival| is_there(rival, &law.id, law.cable));
                     let force = usual_force(&context.evidence.train);
-                    let hidden = hidden(next.gap[0], &next.train.model, force, context.policy);
+                    let hidden = hidden(next.gap[0], &next.train, force, context.policy);
                     let hidden: Vec<EffectSpec> = hidden.filter(|law| !known(law)).collect();
                     rivals.extend(hidden);
                     let other = or_rival(context, standing, &next, &mut rivals);
@@ -255,11 +254,13 @@ fn rivals(library: &Library, ranked: &[Scored], chosen: &Scored, base: f64, poli
     out
 }
 
-/// Laws that a wrong trajectory may hide, where a `model` with an explanation leaves so much of the gap that the trajectory is
+/// Laws that a wrong trajectory may hide, where a `fit` with an explanation leaves so much of the gap that the trajectory is
 /// wrong: friction on all winches, whose mean force is this (N). Forces that do next to nothing seem to explain more than
-/// what eats them, until both are fitted in full.
-fn hidden(gap: f64, model: &Model, force: f64, policy: &Policy) -> impl Iterator<Item = EffectSpec> {
-    let looked_for = gap > policy.strong && !model.effects.iter().any(is_friction);
+/// what eats them, until both are fitted in full. Where the recorded forces were found to have an error they are looked for
+/// whatever is left: what friction takes from forces looks like one, and gaps count by it.
+fn hidden(gap: f64, fit: &Fit, force: f64, policy: &Policy) -> impl Iterator<Item = EffectSpec> {
+    let wrong = gap > policy.strong || fit.randomness.expected.is_some();
+    let looked_for = wrong && !fit.model.effects.iter().any(is_friction);
     looked_for.then(|| on_all_winches(force)).into_iter().flatten()
 }
 
@@ -277,9 +278,12 @@ pub(crate) fn is_rival(own: &Candidate, other: &Candidate, share: f64, policy: &
 
 #[cfg(test)]
 mod tests {
+    use cdpr::model_file::Model;
+
     use super::*;
     use crate::data::recording::record;
     use crate::hypothesis::candidates::{Situation, catalogue};
+    use crate::instruments::expected::with_memory;
     use crate::strategy::policy::POLICY;
 
     /// The noise of a channel that is not measured is no number, and no number equals itself: all was weighed anew each time.
@@ -295,14 +299,17 @@ mod tests {
     /// On logs of a real robot a gain of -92 % came first, then a limit that left a constant force, and friction not at all.
     #[test]
     fn friction_is_a_rival_of_what_leaves_a_wrong_trajectory() {
-        let with = |effects: &[EffectSpec]| Model { effects: effects.to_vec(), ..Model::default() };
-        let rivals = |gap: f64, model: &Model| {
-            hidden(gap, model, 100.0, &POLICY).map(|law| (law.id, law.cable)).collect::<Vec<_>>()
-        };
-        let gain = EffectSpec::new("winch_force_gain", None, &[-0.5]).expect("an effect");
+        let trials = [record(&[], 5.0, 1)];
+        let with = |effects: &[EffectSpec]| crate::data::recording::fitted(effects, &trials);
+        let rivals =
+            |gap: f64, fit: &Fit| hidden(gap, fit, 100.0, &POLICY).map(|law| (law.id, law.cable)).collect::<Vec<_>>();
+        let gain = EffectSpec::new("winch_force_gain", None, &[-0.05]).expect("an effect");
         let both = ["winch_coulomb_friction", "pulley_capstan_loss"].map(|id| (id.to_owned(), None));
         assert_eq!(rivals(POLICY.strong + 0.1, &with(std::slice::from_ref(&gain))), both);
         assert!(rivals(POLICY.strong, &with(std::slice::from_ref(&gain))).is_empty());
+        let mut beside_an_error = with(std::slice::from_ref(&gain));
+        beside_an_error.randomness.expected = Some(with_memory(0.05, 0.02));
+        assert_eq!(rivals(1.0, &beside_an_error), both);
         let friction = EffectSpec::new("winch_coulomb_friction", Some(2), &[10.0]).expect("an effect");
         assert!(rivals(400.0, &with(&[gain, friction])).is_empty());
     }
