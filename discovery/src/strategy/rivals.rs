@@ -126,18 +126,21 @@ pub(crate) fn or_rival(
         let tried = context.journal.tried(rival, "as a rival", tried)?;
         (tried.score < limit).then_some((number, tried))
     });
-    let best = context.journal.side_by_side(|| tried.min_by(|a, b| a.1.score.total_cmp(&b.1.score)));
-    let Some((number, better)) = best else { return Ok(None) };
-    let other = context.train(&better.fit.model, &fitted.train, &context.evidence.train, policy.rounds, None)?;
-    if other.score >= next.score {
-        return Ok(None);
+    let mut better: Vec<(usize, Trained)> = context.journal.side_by_side(|| tried.collect());
+    better.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
+    // What is better on the beginnings may not be on the whole, and leaves its place to the next.
+    for (number, begun) in better {
+        let whole = context.train(&begun.fit.model, &fitted.train, &context.evidence.train, policy.rounds, None);
+        let whole = context.journal.tried(&rivals[number], "as a rival on the whole", whole);
+        let Some(whole) = whole.filter(|whole| whole.score < next.score) else { continue };
+        let other = context.verified(whole, fitted);
+        let other = context.journal.tried(&rivals[number], "as a rival on held-out data", other);
+        if let Some(other) = other.filter(|other| other.helps(next, policy)) {
+            rivals[number].clone_from(&next.train.model.effects[fitted.train.model.effects.len()]);
+            return Ok(Some(other));
+        }
     }
-    let other = context.verified(other, fitted)?;
-    if !other.helps(next, policy) {
-        return Ok(None);
-    }
-    rivals[number].clone_from(&next.train.model.effects[fitted.train.model.effects.len()]);
-    Ok(Some(other))
+    Ok(None)
 }
 
 #[cfg(test)]
