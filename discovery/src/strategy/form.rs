@@ -46,7 +46,7 @@ pub(crate) fn form_if(context: &Context<'_>, mut standing: Standing, share: f64)
     let Some(first) = wanting.first().map(|k| standing.found(context)[*k].clone()) else { return standing };
     let places: Vec<usize> = wanting.iter().map(|k| context.at(*k)).collect();
     let known = standing.chosen.take().filter(|known| known.is_of(&standing, &places));
-    let Some(chosen) = known.or_else(|| chosen(context, &standing, &first, places)) else { return standing };
+    let Some(chosen) = known.or_else(|| choose(context, &standing, &first, places)) else { return standing };
     let Chosen { shaped, formed, .. } = &chosen;
     if context.share(shaped.score, formed.score, &standing.beginnings) < share {
         let next = as_begun(context, standing, shaped);
@@ -79,7 +79,7 @@ impl Chosen {
 
 /// The forms that the beginnings of the trials ask for of friction at some `places` of the model, `first` among them. What cannot
 /// be fitted is noted.
-fn chosen(context: &Context<'_>, standing: &Standing, first: &EffectSpec, places: Vec<usize>) -> Option<Chosen> {
+fn choose(context: &Context<'_>, standing: &Standing, first: &EffectSpec, places: Vec<usize>) -> Option<Chosen> {
     (context.progress)("fitting the shape of friction", 0.2);
     let forms = Forms { context, beginnings: &standing.beginnings };
     let begun = context.journal.tried(first, "its form, on the beginnings of the trials", forms.begun(standing))?;
