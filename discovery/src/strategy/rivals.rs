@@ -32,10 +32,11 @@ pub(crate) struct Rival {
 
 impl Rival {
     /// Whether it is a law so near one that explains `explained` that the data do not tell the two apart. Data tell laws apart
-    /// by how well they fit, and not by how many parameters they have: the price of those says which one to believe first.
+    /// by how well they fit, and not by how many parameters they have: the price of those says which one to believe first. What
+    /// explains nothing is no law that may be missing.
     pub(crate) fn as_likely(&self, explained: f64) -> bool {
         let fit = (self.delta_bic - self.price.max(0.0)) / self.overdispersion;
-        self.whole.is_some() && fit < told_apart_from(explained)
+        self.whole.is_some() && fit < told_apart_from(explained) && self.delta_bic < -explained
     }
 }
 
@@ -165,6 +166,8 @@ mod tests {
         assert!(rival(2.0, -10.46).as_likely(-900.0));
         // No law is known to be exact: 1 % of what the effect explains.
         assert!(rival(80.0, 0.0).as_likely(-9000.0));
+        // Worse than no law at all: friction of 0.6 N beside damping that explained 25.
+        assert!(!rival(26.0, 20.9).as_likely(-25.0) && rival(20.0, 20.9).as_likely(-25.0));
         let begun = Rival { whole: None, ..rival(0.0, 0.0) };
         assert!(!begun.as_likely(-900.0));
     }

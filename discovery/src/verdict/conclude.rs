@@ -147,19 +147,38 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     })
 }
 
-/// What was found, or the model as given where that is as good over every horizon of held-out data; with the gaps.
+/// What was found, or the model as given where that is as good over every horizon of held-out data, or where chance may have
+/// found it; with the gaps.
 fn better_than_given(context: &Context<'_>, standing: Standing) -> (Standing, Vec<HorizonGap>) {
     let Standing { base, fit, .. } = &standing;
     let horizons = horizon_gaps(context, base, fit);
-    let beats = || verdict::beats(&HorizonFacts::all(&horizons), context.likelier(base, fit), &POLICY);
-    if standing.accepted.is_empty() || beats() {
+    if standing.accepted.is_empty() {
         return (standing, horizons);
     }
+    let facts = HorizonFacts::all(&horizons);
+    let reason = if !verdict::beats(&facts, context.likelier(base, fit), &POLICY) {
+        "what was found does not beat the model as given on held-out data over every horizon"
+    } else if !verdict::shows(&facts, &POLICY) && !is_of_certain_size(context, &standing) {
+        "no size of what was found is certain, and free runs show nothing of it"
+    } else {
+        return (standing, horizons);
+    };
     let base = context.counted((**base).clone());
-    let reason = "what was found does not beat the model as given on held-out data over every horizon";
     let standing = standing.give_up(context, reason, base);
     let horizons = horizon_gaps(context, &standing.base, &standing.fit);
     (standing, horizons)
+}
+
+/// Whether an effect that was found has a size that is known well enough for a name.
+fn is_of_certain_size(context: &Context<'_>, standing: &Standing) -> bool {
+    let fit = &standing.fit.train;
+    let by_block = ByBlock::new(fit, &context.evidence.train, context.free_from);
+    let errors = by_block.standard_errors(&fit.model);
+    let is_certain = |at: usize| {
+        let effect = &fit.model.effects[at];
+        verdict::relative_error(effect, &errors_of(&errors, effect, at)) <= POLICY.uncertain
+    };
+    (0..standing.accepted.len()).map(|k| context.at(k)).any(is_certain)
 }
 
 /// What stands, and the model as given beside the instruments of what was found, as it is reported: its own may have stood for

@@ -22,7 +22,7 @@ pub(crate) enum Reason {
     ExplainsLittle,
     /// Innovations that are not white, by channel.
     Coloured { channels: Vec<String> },
-    /// An effect (its index) whose size is not known: its standard error in multiples of it.
+    /// An effect (its index) whose size is not known well enough for a name: its standard error in multiples of it.
     Uncertain { effect: usize, relative_error: f64 },
     /// An effect whose shape is out of its range.
     OutOfRange { effect: usize },

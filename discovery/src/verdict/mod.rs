@@ -21,7 +21,9 @@ mod tests;
 pub(crate) mod verify;
 mod words;
 
-pub(crate) use facts::{Disturbance, EffectFacts, Facts, HorizonFacts, left, out_of_range, share_taken};
+pub(crate) use facts::{
+    Disturbance, EffectFacts, Facts, HorizonFacts, left, out_of_range, relative_error, share_taken,
+};
 pub(crate) use growth::{Reach, Reaches, attainable};
 pub(crate) use judge::{Judgement, beats, judge, shows};
 pub(crate) use policy::POLICY;

@@ -68,7 +68,8 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
             channels.join(", ")
         ),
         Reason::Uncertain { effect, relative_error } if relative_error.is_finite() => format!(
-            "The size of the {} is not known: its standard error is {} times the size.",
+            "The size of the {} is not known well enough for a name: its standard error is {} times the size, which the best of \
+             all laws may reach by chance.",
             name(effect),
             short(*relative_error)
         ),
