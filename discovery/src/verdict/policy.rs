@@ -19,8 +19,8 @@ pub(crate) struct Policy {
     /// Share of what training data of the same length gain by an effect that held-out data must gain where no gap shows it:
     /// half, for they are other motions.
     pub(crate) holds: f64,
-    /// Standard error of an effect's size, in multiples of the size, from which the effect may be chance: of a hundred laws at
-    /// their places one comes to 3.7 standard errors in one of a hundred recordings in which nothing is missing.
+    /// Standard error of an effect's size, in multiples of the size, from which the effect may be chance: of fifty laws,
+    /// as many as the catalogue has, one comes to 3.7 standard errors in one of a hundred recordings with nothing missing.
     pub(crate) uncertain: f64,
     /// Factor by which a shape may leave the range met in practice before the law is no longer itself.
     pub(crate) out_of_range: f64,
