@@ -8,31 +8,10 @@ use cdpr::per_cable::MAX_CABLES;
 /// once for each kind of processor that is told apart.
 macro_rules! vectorised {
     ($fused:ident => $work:expr) => {{
-        let once = $crate::filter::vector::Once;
         #[cfg(target_arch = "x86_64")]
         match pulp::Arch::new() {
-            pulp::Arch::V4(registers) => {
-                const $fused: bool = true;
-                pulp::Simd::vectorize(
-                    registers,
-                    #[inline(always)]
-                    || {
-                        once.used();
-                        $work
-                    },
-                )
-            }
-            pulp::Arch::V3(registers) => {
-                const $fused: bool = true;
-                pulp::Simd::vectorize(
-                    registers,
-                    #[inline(always)]
-                    || {
-                        once.used();
-                        $work
-                    },
-                )
-            }
+            pulp::Arch::V4(registers) => vectorised!(registers, $fused => $work),
+            pulp::Arch::V3(registers) => vectorised!(registers, $fused => $work),
             _ => {
                 const $fused: bool = false;
                 $work
@@ -41,9 +20,20 @@ macro_rules! vectorised {
         #[cfg(not(target_arch = "x86_64"))]
         {
             const $fused: bool = cfg!(target_arch = "aarch64");
-            once.used();
             $work
         }
+    }};
+    ($registers:ident, $fused:ident => $work:expr) => {{
+        const $fused: bool = true;
+        let once = $crate::filter::vector::Once;
+        pulp::Simd::vectorize(
+            $registers,
+            #[inline(always)]
+            || {
+                once.used();
+                $work
+            },
+        )
     }};
 }
 pub(crate) use vectorised;
