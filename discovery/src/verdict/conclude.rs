@@ -158,7 +158,7 @@ fn better_than_given(context: &Context<'_>, standing: Standing) -> (Standing, Ve
     let facts = HorizonFacts::all(&horizons);
     let reason = if !verdict::beats(&facts, context.likelier(base, fit), &POLICY) {
         "what was found does not beat the model as given on held-out data over every horizon"
-    } else if !verdict::shows(&facts, &POLICY) && !is_of_certain_size(context, &standing) {
+    } else if verdict::may_be_chance(&facts, || relative_errors(context, &standing), &POLICY) {
         "no size of what was found is certain, and free runs show nothing of it"
     } else {
         return (standing, horizons);
@@ -169,16 +169,15 @@ fn better_than_given(context: &Context<'_>, standing: Standing) -> (Standing, Ve
     (standing, horizons)
 }
 
-/// Whether an effect that was found has a size that is known well enough for a name.
-fn is_of_certain_size(context: &Context<'_>, standing: &Standing) -> bool {
+/// Standard error of the size of each effect that was found, in multiples of the size.
+fn relative_errors(context: &Context<'_>, standing: &Standing) -> Vec<f64> {
     let fit = &standing.fit.train;
-    let by_block = ByBlock::new(fit, &context.evidence.train, context.free_from);
-    let errors = by_block.standard_errors(&fit.model);
-    let is_certain = |at: usize| {
+    let errors = ByBlock::new(fit, &context.evidence.train, context.free_from).standard_errors(&fit.model);
+    let of = |at: usize| {
         let effect = &fit.model.effects[at];
-        verdict::relative_error(effect, &errors_of(&errors, effect, at)) <= POLICY.uncertain
+        verdict::relative_error(effect, &errors_of(&errors, effect, at))
     };
-    (0..standing.accepted.len()).map(|k| context.at(k)).any(is_certain)
+    (0..standing.accepted.len()).map(|k| of(context.at(k))).collect()
 }
 
 /// What stands, and the model as given beside the instruments of what was found, as it is reported: its own may have stood for

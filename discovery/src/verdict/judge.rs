@@ -162,6 +162,16 @@ pub(crate) fn beats(horizons: &[HorizonFacts], likelier: bool, policy: &Policy) 
     telling().all(no_worse) && (likelier || telling().any(|h| h.change() <= -policy.scatter))
 }
 
+/// Whether chance may have found all that a model has more than another one: none of it has a size (its standard error in
+/// multiples of it) that is known well enough for a name, and free runs show nothing.
+pub(crate) fn may_be_chance(
+    horizons: &[HorizonFacts],
+    relative_errors: impl FnOnce() -> Vec<f64>,
+    policy: &Policy,
+) -> bool {
+    !shows(horizons, policy) && relative_errors().iter().all(|error| *error > policy.uncertain)
+}
+
 /// Whether free runs show what a model has more than another one: without it more than noise is left over some horizon that the
 /// growth allows, and with it less, by more than chance makes of so many runs.
 pub(crate) fn shows(horizons: &[HorizonFacts], policy: &Policy) -> bool {

@@ -25,7 +25,7 @@ pub(crate) use facts::{
     Disturbance, EffectFacts, Facts, HorizonFacts, left, out_of_range, relative_error, share_taken,
 };
 pub(crate) use growth::{Reach, Reaches, attainable};
-pub(crate) use judge::{Judgement, beats, judge, shows};
+pub(crate) use judge::{Judgement, beats, judge, may_be_chance, shows};
 pub(crate) use policy::POLICY;
 pub(crate) use remaining::remaining;
 pub(crate) use words::{left_over, sentence};
