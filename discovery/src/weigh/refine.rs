@@ -1,5 +1,7 @@
 //! Parameters of a model's effects, refined by Gauss-Newton on the innovations.
 
+use std::ops::RangeInclusive;
+
 use cdpr::model_file::Model;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -20,7 +22,7 @@ use crate::instruments::clocks::Clocks;
 use crate::model::examined::Examined;
 use crate::model::sizes::Sizes;
 use crate::weigh::regression::ladder;
-use crate::weigh::solve::solve;
+use crate::weigh::solve::{solve, solve_within};
 
 /// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
 const SETTLED: f64 = 0.1;
@@ -56,8 +58,16 @@ struct Proposal {
     normal: Normal,
     step: Vec<f64>,
     covariance: DMatrix<f64>,
-    /// `-2 log L` that the step would reach if the model were linear in its parameters.
+    /// `-2 log L` that the step, the best within the bounds of the parameters, would reach if the model were linear in them.
     promise: f64,
+}
+
+impl Proposal {
+    /// The same of a share of the step.
+    fn promise_of(&self, share: f64) -> f64 {
+        let part: Vec<f64> = self.step.iter().map(|step| share * step).collect();
+        self.promise + self.normal.drop(&self.step) - self.normal.drop(&part)
+    }
 }
 
 /// Proposals at every size of `sizes`, and the indices of the free parameters that can be varied; the clocks come after them.
@@ -84,13 +94,16 @@ fn proposals(
             whitened.collect()
         })
         .collect();
+    let changes = usable.iter().map(|at| range_of_change(&fit.model, free[*at]));
+    let any = f64::NEG_INFINITY..=f64::INFINITY;
+    let ranges: Vec<RangeInclusive<f64>> = changes.chain(std::iter::repeat_n(any, clocks.count())).collect();
     let solved = sizes.iter().enumerate().map(|(level, randomness)| {
         let mut normal = Normal::empty(usable.len() + clocks.count());
         parts.iter().for_each(|part| normal.add(&part[level]));
         regularise(&mut normal, &fit.model, usable.iter().map(|at| Some(free[*at])));
-        let (step, covariance) = solve(&normal);
-        let drop: f64 = step.iter().zip(&normal.right).map(|(a, b)| a * b).sum();
-        let promise = normal.minus_two_log_likelihood - drop;
+        let (free, covariance) = solve(&normal);
+        let step = solve_within(&normal, &free, &ranges);
+        let promise = normal.minus_two_log_likelihood - normal.drop(&step);
         Proposal { randomness: randomness.clone(), normal, step, covariance, promise }
     });
     (solved.collect(), usable)
@@ -146,6 +159,10 @@ pub(crate) fn refine_free(
         let mut best: Option<(Look, Fit)> = None;
         'tries: for proposal in &proposals[..=last] {
             for damping in [1.0, 0.3, 0.09] {
+                // Of a step with other latent forces a part may promise less than there is.
+                if start - proposal.promise_of(damping) < SETTLED {
+                    break;
+                }
                 let parameters = Parameters { free, usable: &usable, clocks: &clocks };
                 let Some(next) = moved(fit, trials, &parameters, proposal, damping) else { continue };
                 let look = next.look(trials, next.randomness.clone());
@@ -208,31 +225,50 @@ fn moved(fit: &Fit, trials: &[Trial], parameters: &Parameters, proposal: &Propos
     Some(next)
 }
 
-/// Moves one parameter within its bounds. Sizes enter the model nearly linearly and move as far as they like; a shape
-/// changes at most fourfold, and an angle by half a radian.
+/// Moves one parameter within its bounds.
 fn move_parameter(model: &mut Model, free: Free, change: f64) {
-    let sizes = Sizes::of(&model.parameters);
+    let range = range_of_move(model, free);
     let spec = &mut model.effects[free.effect];
+    let moved = between(term::values(spec)[free.parameter] + change, *range.start(), *range.end());
+    *spec = term::with_value(spec, free.parameter, moved);
+}
+
+/// The changes of a parameter that a move may make, nothing among them.
+fn range_of_change(model: &Model, free: Free) -> RangeInclusive<f64> {
+    let (range, before) = (range_of_move(model, free), term::values(&model.effects[free.effect])[free.parameter]);
+    (range.start() - before).min(0.0)..=(range.end() - before).max(0.0)
+}
+
+/// Where a move may lead a parameter. Sizes enter the model nearly linearly and move as far as they like; a shape changes at most
+/// fourfold, and an angle by half a radian.
+fn range_of_move(model: &Model, free: Free) -> RangeInclusive<f64> {
+    let sizes = Sizes::of(&model.parameters);
+    let spec = &model.effects[free.effect];
+    let all = f64::NEG_INFINITY..=f64::INFINITY;
     if spec.expression.is_some() {
-        let moved = term::values(spec)[free.parameter] + change;
-        *spec = term::with_value(spec, free.parameter, moved);
-        return;
+        return all;
     }
-    let Ok(info) = spec.info() else { return };
+    let Ok(info) = spec.info() else { return all };
     let parameter = &info.parameters[free.parameter];
-    let (low, high) = parameter.typical;
-    let value = &mut spec.values[free.parameter];
-    let before = *value;
-    let change = if parameter.unit == "rad" { between(change, -0.5, 0.5) } else { change };
-    *value = between(before + change, smallest(parameter, &sizes), parameter.max);
+    let (typical, before) = (parameter.typical, spec.values[free.parameter]);
+    let (mut low, mut high) = (smallest(parameter, &sizes), parameter.max);
+    let mut within = |one: f64, other: f64| {
+        (low, high) = (between(one.min(other), low, high), between(one.max(other), low, high));
+    };
+    if parameter.unit == "rad" {
+        within(before - 0.5, before + 0.5);
+    }
     if parameter.shape {
+        if typical.0 > 0.0 {
+            within(0.25 * before, 4.0 * before);
+        }
         // Shapes stay where the law is itself.
         let (least, most) = range_of_shape(parameter, &sizes, FROM_TYPICAL);
-        *value = if low > 0.0 { between(*value, 0.25 * before, 4.0 * before) } else { *value };
-        *value = between(*value, least, most);
+        within(least, most);
     } else if parameter.min == 0.0 {
-        *value = value.max(1e-6 * before.max(0.05 * high));
+        within(1e-6 * before.max(0.05 * typical.1), f64::INFINITY);
     }
+    low..=high
 }
 
 /// The value nearest to `value` between two bounds in any order: those of a parameter below zero come the other way round.
