@@ -75,8 +75,13 @@ impl<'a> Context<'a> {
         self.given + k
     }
 
-    /// Whether a fit to `trials` leaves innovations that are not white: more than a force at random explains.
+    /// Whether a fit to `trials` leaves anything: for latent forces, or beside them.
     pub(crate) fn something_left(&self, fit: &Fit, trials: &[Trial]) -> bool {
+        fit.randomness.has_latents() || self.more_than_latents(fit, trials)
+    }
+
+    /// Whether a fit to `trials` leaves innovations that are not white: more than a force at random explains.
+    pub(crate) fn more_than_latents(&self, fit: &Fit, trials: &[Trial]) -> bool {
         verify::whiteness(fit, trials, &fit.randomness.noise).iter().any(|w| w.statistic > w.limit)
     }
 

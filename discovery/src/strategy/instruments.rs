@@ -74,7 +74,7 @@ fn with_those(
     sizing: &Sizing<'_>,
 ) -> Result<Option<Fitted>, FitError> {
     let trials = &context.evidence.train;
-    if !fitted.train.randomness.has_latents() && !context.something_left(&fitted.train, trials) {
+    if !context.something_left(&fitted.train, trials) {
         return Ok(None);
     }
     let taken = sizing.take_up(&fitted.train, gain, context.free_from);

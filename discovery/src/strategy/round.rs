@@ -65,7 +65,7 @@ pub(crate) fn round(
     let (fit, trials) = (&standing.fit.train, &context.evidence.train);
     let weighed = signatures.weighed(fit, trials, &weighing.sizes[0]);
     let chance = weighed.null_test(library, context.penalty, EVIDENCE);
-    let left = fit.randomness.has_latents() || context.something_left(fit, trials);
+    let left = context.something_left(fit, trials);
     let ranked = weighing.ranked;
     standing.chance = chance;
     if left && let Some(found) = for_a_while(context, &standing, library, &ranked, 0.0)? {

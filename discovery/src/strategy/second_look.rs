@@ -29,9 +29,9 @@ use crate::weigh::signatures::Source;
 
 /// Whether a law may be missing from a fit that is so strong that it hides itself, and was not looked for yet.
 pub(crate) fn may_hide(context: &Context<'_>, standing: &Standing, fitted: &Fitted) -> bool {
-    let something_left = || context.something_left(&fitted.train, &context.evidence.train);
+    let more_than_latents = || context.more_than_latents(&fitted.train, &context.evidence.train);
     let taken = !standing.accepted.is_empty();
-    !standing.looked && hides(fitted.gap[0], taken, standing.chance, context.policy, something_left)
+    !standing.looked && hides(fitted.gap[0], taken, standing.chance, context.policy, more_than_latents)
 }
 
 /// The same by the gap of the model as given, whether anything was accepted, what chance did where nothing was, and whether
@@ -44,9 +44,9 @@ fn hides(
     accepted: bool,
     chance: Option<NullTest>,
     policy: &Policy,
-    something_left: impl FnOnce() -> bool,
+    more_than_latents: impl FnOnce() -> bool,
 ) -> bool {
-    gap > policy.strong && (accepted || chance.is_some_and(|test| test.as_strong == 0) || something_left())
+    gap > policy.strong && (accepted || chance.is_some_and(|test| test.as_strong == 0) || more_than_latents())
 }
 
 /// What stands with the law that explains most from a typical start in the place of all that was found, if that leaves less
