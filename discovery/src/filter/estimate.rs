@@ -378,21 +378,6 @@ impl Fit {
         self.pace.iter().any(|pace| *pace < 1.0)
     }
 
-    /// The same model and sizes along other linear trials, to run the filter on.
-    pub(crate) fn along(&self, linear: Vec<LinearTrial>) -> Self {
-        Self {
-            model: self.model.clone(),
-            examined: self.examined.clone(),
-            first: self.first.clone(),
-            trajectories: Vec::new(),
-            late: self.late.clone(),
-            defects: linear.iter().map(LinearTrial::total_defect).collect(),
-            linear: Linear::Given(Arc::new(linear)),
-            randomness: self.randomness.clone(),
-            pace: self.pace.clone(),
-        }
-    }
-
     /// The same fit on parts of its trials.
     pub(crate) fn part(&self, trials: &[Trial], parts: &[Trial]) -> Result<Self, FitError> {
         let mut of_parts = Self { linear: Linear::Given(Arc::default()), ..self.clone() };

@@ -142,32 +142,6 @@ impl LinearTrial {
         Self { latents: vec![0.0; self.latents.len()], ..self.clone() }
     }
 
-    /// The first samples of it.
-    pub(crate) fn beginning(&self, len: usize) -> Self {
-        let len = len.min(self.len);
-        let cut = |values: &[f64], each: usize| values[..len * each].to_vec();
-        let (n, m, steps) = (self.states, self.channels, len - 1);
-        Self {
-            len,
-            interval: self.interval[..steps].to_vec(),
-            transition: Arc::new(self.transition[..steps * self.padded * self.width()].to_vec()),
-            defect: self.defect[..steps * n].to_vec(),
-            latents: cut(&self.latents, self.disturbances),
-            shows: self.shows.clone(),
-            slopes: cut(&self.slopes, self.slopes_of_sample()),
-            first_slope: self.first_slope.clone(),
-            shown: cut(&self.shown, m),
-            rate: cut(&self.rate, m),
-            residual: cut(&self.residual, m),
-            outside: self.outside.clone(),
-            felt: self.felt[..len].to_vec(),
-            slack: self.slack[..len].to_vec(),
-            prior: self.prior.clone(),
-            prior_deviation: self.prior_deviation.clone(),
-            ..*self
-        }
-    }
-
     /// Compares channel `j` with what was shown along the trajectory when it was so.
     fn delay(&mut self, trial: &Trial, j: usize, clock: Clock) {
         let m = self.channels;

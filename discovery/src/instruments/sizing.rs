@@ -9,7 +9,6 @@ use crate::data::{Channel, Trial};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
-use crate::filter::path::LinearTrial;
 use crate::hypothesis::parameter::{Free, free_parameters};
 use crate::instruments::clocks::{Clocks, less_one_clock};
 use crate::instruments::device::Device;
@@ -80,6 +79,12 @@ fn adapts(fit: &Fit, free: &[Free], trials: &[Trial]) -> bool {
     !free.is_empty() || Clocks::set(&fit.randomness, trials).count() > 0
 }
 
+/// The sizes of a kind that are likeliest.
+fn likeliest(weighed: &[(Kind, At)], kind: Kind) -> Option<(Kind, Randomness)> {
+    let of_kind = weighed.iter().filter(|(own, _)| *own == kind);
+    of_kind.min_by(|a, b| a.1.value.total_cmp(&b.1.value)).map(|(kind, at)| (*kind, at.randomness.clone()))
+}
+
 /// Sizes between two, with a step between them (powers of ten).
 fn spaced((least, most): (f64, f64), step: f64) -> impl Iterator<Item = f64> {
     let count = ((most / least).log10() / step).round() as i32;
@@ -94,6 +99,7 @@ pub(super) struct At {
 }
 
 /// Instruments under examination.
+#[derive(Clone)]
 pub(crate) struct Sizing<'a> {
     pub(super) trials: &'a [Trial],
     /// White noise of each channel by differences.
@@ -202,14 +208,14 @@ impl<'a> Sizing<'a> {
     /// near enough for an instrument to do without these.
     pub(crate) fn take_up(&self, fit: &Fit, gain: f64, first: usize) -> Result<Option<Fit>, FitError> {
         let free = free_parameters(&fit.model, first);
-        if gain > 0.0 && !self.promises(fit, gain) {
+        if gain > 0.0 && !self.promises(fit, gain)? {
             return Ok(None);
         }
         let mut fit = fit.clone();
         let mut best = self.at(&fit, fit.randomness.clone());
         let (begin, mut taken) = (best.value, false);
         loop {
-            let mut scanned = self.scan_all(&fit, &free, &best);
+            let mut scanned = self.scan_all(&fit, &free, &best)?;
             scanned.extend(self.clocks(&fit, &best));
             scanned.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
             let Some((kind, start)) = scanned.into_iter().next() else { break };
@@ -250,20 +256,19 @@ impl<'a> Sizing<'a> {
     }
 
     /// Whether a look at the beginnings of the trials says that the instruments may have what an explanation gains.
-    fn promises(&self, fit: &Fit, gain: f64) -> bool {
-        let count = |t: &Trial| t.time.iter().take_while(|time| **time - t.time[0] <= POLICY.beginning).count();
-        let whole = fit.linear(self.trials);
-        let linear: Vec<LinearTrial> = whole.iter().zip(self.trials).map(|(l, t)| l.beginning(count(t))).collect();
-        let samples = |linear: &[LinearTrial]| linear.iter().map(|l| l.len).sum::<usize>() as f64;
-        let share = samples(&linear) / samples(&whole);
-        let begun = fit.along(linear);
-        let begin = self.at(&begun, fit.randomness.clone());
+    fn promises(&self, fit: &Fit, gain: f64) -> Result<bool, FitError> {
+        let beginnings = self.beginnings().unwrap_or_else(|| self.trials.to_vec());
+        let (begun, sizing) = (fit.part(self.trials, &beginnings)?, self.on(&beginnings));
+        let samples = |trials: &[Trial]| trials.iter().map(Trial::len).sum::<usize>() as f64;
+        let share = samples(&beginnings) / samples(self.trials);
+        let begin = sizing.at(&begun, fit.randomness.clone());
         let kinds = self.kinds(&fit.randomness).into_iter().filter(|kind| !matches!(kind, Kind::Drift(_)));
-        let scanned = kinds.map(|kind| self.scan(&begun, kind, &begin).value);
-        let clocks = self.clocks(&begun, &begin).into_iter();
+        let starts = kinds.flat_map(|kind| self.all_starts(kind, &fit.randomness));
+        let values = starts.map(|start| sizing.at(&begun, start).value);
+        let clocks = sizing.clocks(&begun, &begin).into_iter();
         let clocks = clocks.filter(|(kind, _)| *kind != Kind::Late(Device::Pose)).map(|(_, at)| at.value);
-        let least = scanned.chain(clocks).fold(f64::INFINITY, f64::min);
-        begin.value - least >= PROMISING * share * gain
+        let least = values.chain(clocks).fold(f64::INFINITY, f64::min);
+        Ok(begin.value - least >= PROMISING * share * gain)
     }
 
     pub(super) fn at(&self, fit: &Fit, randomness: Randomness) -> At {
@@ -338,31 +343,50 @@ impl<'a> Sizing<'a> {
         starts
     }
 
-    /// The best of the first sizes of a kind.
-    fn scan(&self, fit: &Fit, kind: Kind, from: &At) -> At {
-        let starts = self.all_starts(kind, &from.randomness).into_iter();
-        starts
-            .map(|start| self.at(fit, start))
-            .min_by(|a, b| a.value.total_cmp(&b.value))
-            .unwrap_or_else(|| from.clone())
+    /// The first sizes of all kinds, with what the parameters that are `free` and the clocks would gain beside them: of each kind
+    /// those that are likeliest on the beginnings of the trials, but of a drift, which shows on the whole.
+    fn scan_all(&self, fit: &Fit, free: &[Free], from: &At) -> Result<Vec<(Kind, At)>, FitError> {
+        let kinds = self.kinds(&from.randomness).into_iter();
+        let starts = kinds.flat_map(|kind| {
+            self.all_starts(kind, &from.randomness).into_iter().map(move |randomness| (kind, randomness))
+        });
+        let starts: Vec<(Kind, Randomness)> = starts.collect();
+        let Some(beginnings) = self.beginnings() else { return Ok(self.weighed(fit, free, starts)) };
+        let (whole, begun): (Vec<_>, Vec<_>) = starts.into_iter().partition(|(kind, _)| matches!(kind, Kind::Drift(_)));
+        let begun = self.on(&beginnings).weighed(&fit.part(self.trials, &beginnings)?, free, begun);
+        let best = self.kinds(&from.randomness).into_iter().filter_map(|kind| likeliest(&begun, kind));
+        Ok(self.weighed(fit, free, whole.into_iter().chain(best).collect()))
     }
 
-    /// The first sizes of all kinds, with what the parameters that are `free` and the clocks would gain beside them.
-    fn scan_all(&self, fit: &Fit, free: &[Free], from: &At) -> Vec<(Kind, At)> {
-        let kinds = self.kinds(&from.randomness).into_iter();
-        if !adapts(fit, free, self.trials) {
-            return kinds.map(|kind| (kind, self.scan(fit, kind, from))).collect();
-        }
-        let starts: Vec<(Kind, Randomness)> = kinds
-            .flat_map(|kind| self.all_starts(kind, &from.randomness).into_iter().map(move |start| (kind, start)))
-            .collect();
+    /// Some sizes, with their `-2 log L` beside what the parameters that are `free` and the clocks would gain.
+    fn weighed(&self, fit: &Fit, free: &[Free], starts: Vec<(Kind, Randomness)>) -> Vec<(Kind, At)> {
+        let alone = |randomness: &Randomness| fit.minus_two_log_likelihood(self.trials, randomness);
         let sizes: Vec<Randomness> = starts.iter().map(|(_, start)| start.clone()).collect();
-        let mut values = promises(fit, self.trials, free, &sizes);
-        // Forces with an error are those to be expected, whatever else adapts.
-        for ((_, start), value) in starts.iter().zip(&mut values).filter(|((kind, _), _)| *kind == Kind::Input) {
-            *value = value.min(fit.minus_two_log_likelihood(self.trials, start));
-        }
+        let values: Vec<f64> = if adapts(fit, free, self.trials) {
+            let values = promises(fit, self.trials, free, &sizes).into_iter().zip(&starts);
+            // Forces with an error are those to be expected, whatever else adapts.
+            let of_forces = |kind: &Kind, start| if *kind == Kind::Input { alone(start) } else { f64::INFINITY };
+            values.map(|(value, (kind, start))| value.min(of_forces(kind, start))).collect()
+        } else {
+            sizes.iter().map(alone).collect()
+        };
         starts.into_iter().zip(values).map(|((kind, randomness), value)| (kind, At { randomness, value })).collect()
+    }
+
+    /// The beginnings of the trials; none where these are the whole.
+    fn beginnings(&self) -> Option<Vec<Trial>> {
+        let end = |trial: &Trial| trial.time.partition_point(|time| *time - trial.time[0] <= POLICY.beginning);
+        let part = |trial: &Trial| trial.part(0..end(trial), trial.name.clone());
+        let shorter = self.trials.iter().any(|trial| end(trial) < trial.len());
+        shorter.then(|| self.trials.iter().map(part).collect())
+    }
+
+    /// The same on parts of the trials.
+    fn on<'b>(&self, trials: &'b [Trial]) -> Sizing<'b>
+    where
+        'a: 'b,
+    {
+        Sizing { trials, ..self.clone() }
     }
 
     /// `fit` with the sizes of `start`, its parameters that are `free` and its clocks moved to where they belong beside them.
