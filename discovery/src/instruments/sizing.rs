@@ -112,8 +112,6 @@ pub(crate) struct Sizing<'a> {
     pub(super) tension: f64,
     /// Longest time constant of noise with memory (s).
     pub(super) longest: f64,
-    /// Whether an instrument may drift.
-    pub(super) drifts: bool,
     /// The largest white error of the recorded forces (N).
     pub(super) largest_input: f64,
 }
@@ -181,7 +179,6 @@ impl<'a> Sizing<'a> {
             duration,
             tension: forces.iter().map(|f| f.abs()).sum::<f64>() / forces.len().max(1) as f64,
             longest: LONGEST * duration,
-            drifts: true,
             largest_input: largest_error(trials, VERDICT.unrecorded),
         }
     }
@@ -194,11 +191,6 @@ impl<'a> Sizing<'a> {
     /// The same where any white error of the recorded forces may be, whatever it says of the recordings.
     pub(crate) fn with_any_error_of_forces(self) -> Self {
         Self { largest_input: f64::INFINITY, ..self }
-    }
-
-    /// The same where instruments remember for no longer than this (s), and never drift.
-    pub(crate) fn remembering_at_most(self, longest: f64) -> Self {
-        Self { longest: longest.min(self.longest), drifts: false, ..self }
     }
 
     /// `fit` with what its instruments ask for; `None` where they ask for nothing, or far less than the `gain` of an explanation
@@ -296,10 +288,7 @@ impl<'a> Sizing<'a> {
         let mut kinds = Vec::new();
         for (device, drift) in Device::ALL.into_iter().flat_map(|device| [(device, false), (device, true)]) {
             let channels = self.without_memory(randomness, device, drift).len();
-            if (self.drifts || !drift)
-                && channels > 0
-                && randomness.memory.len() + channels <= crate::model::randomness::MOST_MEMORIES
-            {
+            if channels > 0 && randomness.memory.len() + channels <= crate::model::randomness::MOST_MEMORIES {
                 kinds.push(if drift { Kind::Drift(device) } else { Kind::Colour(device) });
             }
         }

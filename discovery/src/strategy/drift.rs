@@ -13,13 +13,16 @@ use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::entrance::enter;
 use crate::strategy::fitted::Fitted;
-use crate::strategy::instruments::{with_forgetful_instruments, with_instruments_anew, with_plain_instruments};
+use crate::strategy::instruments::{with_instruments_anew, with_other_instruments};
 use crate::strategy::pair::best_pair;
 use crate::strategy::round::best_alone;
 use crate::strategy::rounds::rounds;
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::signatures::Source;
+
+/// Share of what a drift explains that laws in its place must, before instruments are looked for beside them.
+const LEAST_SHARE: f64 = 0.5;
 
 /// What stands, or, where that has a drift, what laws in the place of that explain if that is more; the model as given then has
 /// the same instruments.
@@ -42,6 +45,10 @@ pub(crate) fn instead_of_drift(context: &Context<'_>, standing: Standing) -> Res
         model.effects.extend(effects.clone());
         let next = context.fit(&model, &steady);
         let Some(next) = context.journal.tried(&effects[0], "in the place of a drift", next) else { continue };
+        // A drift stands for what explains as much, and not for what explains a little where nothing else does.
+        if steady.score - next.score < LEAST_SHARE * (steady.score - fitted.score) {
+            continue;
+        }
         let next = with_instruments_anew(context, &next)?.unwrap_or(next);
         if best.as_ref().is_none_or(|(best, _)| next.score < best.score) {
             best = Some((next, rivals));
@@ -60,11 +67,11 @@ pub(crate) fn instead_of_drift(context: &Context<'_>, standing: Standing) -> Res
     rounds(context, entered)
 }
 
-/// A fit with instruments that forget.
+/// A fit with those of its instruments that forget.
 fn steadied(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
-    let Some(plain) = with_plain_instruments(context, fitted)? else { return Ok(None) };
-    let steady = with_forgetful_instruments(context, &plain)?;
-    Ok(Some(steady.unwrap_or(plain)))
+    let mut randomness = fitted.train.randomness.clone();
+    randomness.memory.retain(|memory| !memory.drift && memory.time <= randomness.time);
+    with_other_instruments(context, fitted, randomness.bounded())
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
+use crate::filter::kalman::Randomness;
 use crate::instruments::{self, Sizing};
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
@@ -45,13 +46,6 @@ pub(crate) fn better_instruments(
 pub(crate) fn with_instruments(context: &Context<'_>, fitted: &Fitted, gain: f64) -> Result<Option<Fitted>, FitError> {
     let Evidence { train, noise, .. } = context.evidence;
     with_those(context, fitted, gain, &Sizing::new(train, noise, context.penalty))
-}
-
-/// The same where instruments forget within the time of the latent forces.
-pub(crate) fn with_forgetful_instruments(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
-    let Evidence { train, noise, .. } = context.evidence;
-    let sizing = Sizing::new(train, noise, context.penalty).remembering_at_most(fitted.train.randomness.time);
-    with_those(context, fitted, 0.0, &sizing)
 }
 
 /// What stands where no effect was found and an error of the recorded forces explains what is left, though it is more than
@@ -132,14 +126,23 @@ pub(crate) fn with_instruments_anew(context: &Context<'_>, fitted: &Fitted) -> R
 }
 
 /// The model of `fitted` with instruments that have white noise alone; latent forces carry what else they did.
-pub(crate) fn with_plain_instruments(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+fn with_plain_instruments(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+    with_other_instruments(context, fitted, fitted.train.randomness.with_white_noise())
+}
+
+/// The model of `fitted` with the instruments of `randomness`; latent forces carry what else they did.
+pub(crate) fn with_other_instruments(
+    context: &Context<'_>,
+    fitted: &Fitted,
+    randomness: Randomness,
+) -> Result<Option<Fitted>, FitError> {
     let (model, trials) = (&fitted.train.model, &context.evidence.train);
     let mut start = fitted.train.clone();
-    start.randomness = start.randomness.with_white_noise();
+    start.randomness = randomness;
     let start = context.loosened(model, &start, trials);
     let trained = start.and_then(|start| context.train(model, &start, trials, context.policy.rounds, None));
-    let plain = trained.and_then(|trained| context.verified(trained, fitted));
-    context.journal.or_remark("With plain instruments the model does not go with the data", plain)
+    let other = trained.and_then(|trained| context.verified(trained, fitted));
+    context.journal.or_remark("With other instruments the model does not go with the data", other)
 }
 
 /// What stands without what its instruments were given before its effects were known, where it is as good without: a drift
