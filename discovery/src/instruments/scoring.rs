@@ -4,6 +4,8 @@
 //! IEEE Transactions on Automatic Control 19, 1974). All sizes move at once: noise with memory, its time constant and white
 //! noise can stand for one another, and by themselves would take many small steps.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -13,7 +15,9 @@ use crate::data::Trial;
 use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::{Keep, Run, STRETCH};
 use crate::filter::path::LinearTrial;
+use crate::filter::whiten::Normal;
 use crate::model::randomness::Randomness;
+use crate::weigh::solve::{solve, solve_within};
 
 /// Change of the logarithm of a size for its slopes.
 const STEP: f64 = 1e-3;
@@ -56,19 +60,19 @@ impl Slopes {
         }
     }
 
-    /// The move of each size, damped, and the fall of `-2 log L` that it promises.
-    fn step(&self, damping: f64) -> (Vec<f64>, f64) {
-        let live: Vec<usize> = (0..self.slope.len()).filter(|i| self.information[(*i, *i)] > NOTHING).collect();
-        let entry = |r: usize, c: usize| self.information[(live[r.max(c)], live[r.min(c)])];
-        let matrix =
-            DMatrix::from_fn(live.len(), live.len(), |r, c| entry(r, c) * if r == c { 1.0 + damping } else { 1.0 });
-        let mut step = vec![0.0; self.slope.len()];
-        let Some(cholesky) = matrix.cholesky() else { return (step, 0.0) };
-        let moves = cholesky.solve(&DVector::from_fn(live.len(), |r, _| -self.slope[live[r]]));
-        for (at, value) in live.iter().zip(&moves) {
-            step[*at] = value.clamp(-MOST, MOST);
+    /// The best move of the sizes within these ranges, damped, and the fall of `-2 log L` that it promises.
+    fn step(&self, damping: f64, ranges: &[RangeInclusive<f64>]) -> (Vec<f64>, f64) {
+        let n = self.slope.len();
+        let mut normal = Normal::empty(n);
+        for (r, c) in (0..n).flat_map(|r| (0..n).map(move |c| (r, c))) {
+            let damped = if r == c { 1.0 + damping } else { 1.0 };
+            normal.gram[r * n + c] = damped * self.information[(r.max(c), r.min(c))];
         }
-        let promise = -0.5 * live.iter().zip(&moves).map(|(at, value)| self.slope[*at] * value).sum::<f64>();
+        normal.right.iter_mut().zip(&self.slope).for_each(|(slot, slope)| *slot = -slope);
+        let unknown: Vec<usize> = (0..n).filter(|i| self.information[(*i, *i)] <= NOTHING).collect();
+        normal.silence(&unknown);
+        let step = solve_within(&normal, &solve(&normal).0, ranges);
+        let promise = 0.5 * normal.drop(&step);
         (step, promise)
     }
 }
@@ -83,9 +87,11 @@ impl Sizing<'_> {
         let mut damping = first;
         for _ in 0..ROUNDS {
             let slopes = self.slopes(fit, sizes, &best.randomness);
+            let ranges: Vec<RangeInclusive<f64>> =
+                sizes.iter().map(|size| self.range_of_move(&best.randomness, *size)).collect();
             let begin = best.value;
             while damping <= most {
-                let (step, promise) = slopes.step(damping);
+                let (step, promise) = slopes.step(damping, &ranges);
                 if promise < LEAST {
                     return best;
                 }
@@ -107,11 +113,18 @@ impl Sizing<'_> {
         best
     }
 
+    /// By how much the logarithm of a size may move in one round: not beyond a bound at which it is.
+    fn range_of_move(&self, from: &Randomness, size: Size) -> RangeInclusive<f64> {
+        let [down, up] =
+            [-MOST, MOST].map(|step| if self.scaled(from, size, step.exp()).same(from) { 0.0 } else { step });
+        down..=up
+    }
+
     fn slopes(&self, fit: &Fit, sizes: &[Size], from: &Randomness) -> Slopes {
         // Away from a bound where a size is at one.
         let varied = |size: &Size| {
             let moved = [STEP, -STEP].map(|step| (step, self.scaled(from, *size, step.exp())));
-            moved.into_iter().find(|(_, randomness)| randomness != from)
+            moved.into_iter().find(|(_, randomness)| !randomness.same(from))
         };
         let varied: Vec<Option<(f64, Randomness)>> = sizes.iter().map(varied).collect();
         let steps: Vec<Option<f64>> = varied.iter().map(|varied| varied.as_ref().map(|(step, _)| *step)).collect();
@@ -204,6 +217,21 @@ mod tests {
             let expected = (value(1e-3) - value(-1e-3)) / 2e-3;
             assert!((found - expected).abs() < 0.02 * expected.abs() + 0.5, "{size:?}: {found} {expected}");
         }
+    }
+
+    /// Noise at the least that it can be goes up and not down, also where other channels are not measured.
+    #[test]
+    fn a_size_at_its_bound_moves_away_from_it() {
+        let (trials, fit) = wandering();
+        let noise = fit.randomness.noise.clone();
+        let sizing = Sizing::new(&trials, &noise, Penalty::NONE);
+        assert!(noise.iter().any(|noise| noise.is_nan()));
+        let mut bounded = fit.randomness.clone();
+        bounded.least_noise[0] = bounded.noise[0];
+        assert_eq!(sizing.range_of_move(&bounded, Size::WhiteOf(0)), 0.0..=MOST);
+        assert_eq!(sizing.range_of_move(&bounded, Size::Memory(0)), -MOST..=MOST);
+        let of_noise = sizing.slopes(&fit, &[Size::WhiteOf(0)], &bounded).slope[0];
+        assert!(of_noise.abs() > 1.0, "{of_noise}");
     }
 
     #[test]
