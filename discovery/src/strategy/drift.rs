@@ -1,8 +1,9 @@
 //! Laws in the place of a drift.
 //!
 //! A sensor that drifts bends to nearly anything, also to what several laws do together of which none alone explains as much.
-//! So where a drift was taken up, laws are weighed as well where none is allowed, beside instruments that forget and latent
-//! forces: the best alone, and the best pair. Whatever is likelier with the instruments that belong to it stands.
+//! So where a drift was taken up, laws are weighed as well where none is allowed, beside those of the instruments that forget and
+//! latent forces: the best alone, and the best pair. Where that explains half of what the drift does, whatever is likelier with the
+//! instruments that belong to it stands.
 
 use std::sync::Arc;
 
