@@ -79,12 +79,6 @@ fn adapts(fit: &Fit, free: &[Free], trials: &[Trial]) -> bool {
     !free.is_empty() || Clocks::set(&fit.randomness, trials).count() > 0
 }
 
-/// The sizes of a kind that are likeliest.
-fn likeliest(weighed: &[(Kind, At)], kind: Kind) -> Option<(Kind, Randomness)> {
-    let of_kind = weighed.iter().filter(|(own, _)| *own == kind);
-    of_kind.min_by(|a, b| a.1.value.total_cmp(&b.1.value)).map(|(kind, at)| (*kind, at.randomness.clone()))
-}
-
 /// Sizes between two, with a step between them (powers of ten).
 fn spaced((least, most): (f64, f64), step: f64) -> impl Iterator<Item = f64> {
     let count = ((most / least).log10() / step).round() as i32;
@@ -207,7 +201,7 @@ impl<'a> Sizing<'a> {
         let mut best = self.at(&fit, fit.randomness.clone());
         let (begin, mut taken) = (best.value, false);
         loop {
-            let mut scanned = self.scan_all(&fit, &free, &best)?;
+            let mut scanned = self.scan_all(&fit, &free, &best);
             scanned.extend(self.clocks(&fit, &best));
             scanned.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
             let Some((kind, start)) = scanned.into_iter().next() else { break };
@@ -332,19 +326,13 @@ impl<'a> Sizing<'a> {
         starts
     }
 
-    /// The first sizes of all kinds, with what the parameters that are `free` and the clocks would gain beside them: of each kind
-    /// those that are likeliest on the beginnings of the trials, but of a drift, which shows on the whole.
-    fn scan_all(&self, fit: &Fit, free: &[Free], from: &At) -> Result<Vec<(Kind, At)>, FitError> {
+    /// The first sizes of all kinds, with what the parameters that are `free` and the clocks would gain beside them.
+    fn scan_all(&self, fit: &Fit, free: &[Free], from: &At) -> Vec<(Kind, At)> {
         let kinds = self.kinds(&from.randomness).into_iter();
         let starts = kinds.flat_map(|kind| {
             self.all_starts(kind, &from.randomness).into_iter().map(move |randomness| (kind, randomness))
         });
-        let starts: Vec<(Kind, Randomness)> = starts.collect();
-        let Some(beginnings) = self.beginnings() else { return Ok(self.weighed(fit, free, starts)) };
-        let (whole, begun): (Vec<_>, Vec<_>) = starts.into_iter().partition(|(kind, _)| matches!(kind, Kind::Drift(_)));
-        let begun = self.on(&beginnings).weighed(&fit.part(self.trials, &beginnings)?, free, begun);
-        let best = self.kinds(&from.randomness).into_iter().filter_map(|kind| likeliest(&begun, kind));
-        Ok(self.weighed(fit, free, whole.into_iter().chain(best).collect()))
+        self.weighed(fit, free, starts.collect())
     }
 
     /// Some sizes, with their `-2 log L` beside what the parameters that are `free` and the clocks would gain.
