@@ -75,7 +75,7 @@ def parameter_errors(answer, truth):
                 continue
             values = _aligned(found["parameters"], item["parameters"])
             for name in item["compare"]:
-                target = item["parameters"][name]
+                target = item["parameters"][name] + _more(truth, item["id"], name)
                 entry = values.get(name)
                 if entry is None:
                     name = f"{item['id']}.{name}"
@@ -96,6 +96,13 @@ def parameter_errors(answer, truth):
                     }
                 )
     return rows
+
+
+def _more(truth, effect, parameter):
+    """What marred recordings add to a parameter: a late pose is late by its stamp as well."""
+    if (effect, parameter) != ("pose_sensor_delay", "delay"):
+        return 0.0
+    return (truth.get("imperfections") or {}).get("pose_late", 0.0)
 
 
 def _times(item):

@@ -63,6 +63,14 @@ def test_a_late_pose_may_have_its_name_beside_what_is_hidden():
     assert not row(clean, "named", MASS, DELAY)["correct"]
 
 
+def test_a_hidden_delay_of_a_late_pose_is_the_sum_of_both():
+    hidden = {"id": "pose_sensor_delay", "parameters": {"delay": 0.08}, "compare": ["delay"]}
+    truth = TRUTH | {"effects": [TRUTH["effects"][0] | hidden]}
+    for delay, right in [(0.1, True), (0.08, False)]:
+        found = effect("pose_sensor_delay", delay=(delay, 1e-4))
+        assert row(truth, "named", found)["correct"] == right
+
+
 def test_with_nothing_hidden_only_the_delay_may_be_named():
     nothing = dict(TRUTH, group="null", effects=[])
     assert row(nothing, "named", DELAY)["exact"]
