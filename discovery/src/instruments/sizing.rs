@@ -332,11 +332,7 @@ impl<'a> Sizing<'a> {
         let starts = kinds.flat_map(|kind| {
             self.all_starts(kind, &from.randomness).into_iter().map(move |randomness| (kind, randomness))
         });
-        self.weighed(fit, free, starts.collect())
-    }
-
-    /// Some sizes, with their `-2 log L` beside what the parameters that are `free` and the clocks would gain.
-    fn weighed(&self, fit: &Fit, free: &[Free], starts: Vec<(Kind, Randomness)>) -> Vec<(Kind, At)> {
+        let starts: Vec<(Kind, Randomness)> = starts.collect();
         let alone = |randomness: &Randomness| fit.minus_two_log_likelihood(self.trials, randomness);
         let sizes: Vec<Randomness> = starts.iter().map(|(_, start)| start.clone()).collect();
         let values: Vec<f64> = if adapts(fit, free, self.trials) {

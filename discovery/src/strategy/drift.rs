@@ -22,9 +22,6 @@ use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::signatures::Source;
 
-/// Share of what a drift explains that laws in its place must, before instruments are looked for beside them.
-const LEAST_SHARE: f64 = 0.5;
-
 /// What stands, or, where that has a drift, what laws in the place of that explain if that is more; the model as given then has
 /// the same instruments.
 pub(crate) fn instead_of_drift(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
@@ -47,7 +44,7 @@ pub(crate) fn instead_of_drift(context: &Context<'_>, standing: Standing) -> Res
         let next = context.fit(&model, &steady);
         let Some(next) = context.journal.tried(&effects[0], "in the place of a drift", next) else { continue };
         // A drift stands for what explains as much, and not for what explains a little where nothing else does.
-        if steady.score - next.score < LEAST_SHARE * (steady.score - fitted.score) {
+        if steady.score - next.score < context.policy.of_a_drift * (steady.score - fitted.score) {
             continue;
         }
         let next = with_instruments_anew(context, &next)?.unwrap_or(next);
