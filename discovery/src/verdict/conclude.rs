@@ -71,7 +71,6 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         .collect();
     let facts = Facts {
         horizons: HorizonFacts::all(&horizons),
-        main: context.reaches.main.horizon,
         coloured,
         disturbance: Disturbance::of(&fitted.train, &evidence.train),
         unrecorded: fitted.train.randomness.expected.map_or(0.0, |expected| expected.unrecorded),

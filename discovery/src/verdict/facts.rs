@@ -140,8 +140,6 @@ impl EffectFacts {
 #[derive(Clone, Debug)]
 pub(crate) struct Facts {
     pub(crate) horizons: Vec<HorizonFacts>,
-    /// The main horizon (s).
-    pub(crate) main: f64,
     /// Channels whose innovations are not white.
     pub(crate) coloured: Vec<String>,
     /// What stays unexplained with everything found.

@@ -2,7 +2,7 @@
 
 use super::facts::{Disturbance, EffectFacts, Facts, HorizonFacts};
 use super::policy::Policy;
-use crate::outcome::{NullTest, Verdict};
+use crate::outcome::{HORIZON, NullTest, Verdict};
 use crate::weigh::criterion::EVIDENCE;
 
 /// Why a verdict is no better, or what it does not say by itself.
@@ -47,15 +47,16 @@ pub(crate) struct Judgement {
 
 /// Judges what was found.
 ///
-/// Gaps count in multiples of what a model without fault would leave, over the main horizon and shorter ones that the growth
-/// of errors allows: over a longer one even the errors of well-known parameters show.
+/// Gaps count in multiples of what a model without fault would leave, over every horizon up to [`HORIZON`] that the growth of
+/// errors allows with what was found, also where the search had to go by a shorter one: over longer ones even the errors of
+/// well-known parameters show.
 pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
     let mut reasons = Vec::new();
     let longest = facts.horizons.iter().filter(|h| h.tells(policy)).map(|h| h.reach.horizon).fold(0.0, f64::max);
     if facts.horizons.iter().any(|h| !h.tells(policy)) {
         reasons.push(Reason::Growth { horizon: longest });
     }
-    let counts = |h: &&HorizonFacts| h.tells(policy) && h.reach.horizon <= facts.main;
+    let counts = |h: &&HorizonFacts| h.tells(policy) && h.reach.horizon <= HORIZON;
     let telling: Vec<&HorizonFacts> = facts.horizons.iter().filter(counts).collect();
     let worst = telling.iter().copied().max_by(|a, b| a.after().total_cmp(&b.after()));
     let at_noise = worst.is_none_or(|h| h.after() <= policy.at_noise);

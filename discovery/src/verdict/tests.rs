@@ -32,7 +32,6 @@ fn facts(gaps: [(f64, f64); 3], effects: &[EffectFacts]) -> Facts {
             horizon(5.0, five.0, five.1, 1.01),
             horizon(20.0, twenty.0, twenty.1, 1.1),
         ],
-        main: 5.0,
         coloured: Vec::new(),
         disturbance: NOTHING,
         unrecorded: 0.0,
@@ -240,7 +239,7 @@ fn growth_of_a_small_robots_rotation_is_no_missing_effect() {
         horizon(5.0, 1748.0, 1748.0, 1e9),
         horizon(20.0, 1900.0, 1900.0, 1e40),
     ];
-    let lab = Facts { horizons, main: 0.2, ..facts(NOISE, &[]) };
+    let lab = Facts { horizons, ..facts(NOISE, &[]) };
     let judgement = judged(&lab);
     assert_eq!(judgement.verdict, Verdict::NoMissingEffect);
     assert_eq!(judgement.reasons, [Reason::Growth { horizon: 0.2 }]);
@@ -251,6 +250,19 @@ fn growth_of_a_small_robots_rotation_is_no_missing_effect() {
     // But growth is no excuse: what misses at once, misses.
     found.horizons[0] = horizon(0.2, 30.0, 5.0, 1.1);
     assert_eq!(verdict(&found), Verdict::PartlyNamed);
+}
+
+/// A real robot: beside the model as given free runs told nothing beyond half a second, and the search went by that. With what was
+/// found they tell more, and 5 s ahead more than the noise is left.
+#[test]
+fn what_leaves_more_than_noise_over_a_horizon_that_tells_is_not_named() {
+    let judged_by = |after: f64| {
+        let horizons = vec![horizon(0.5, 3.3, 1.12, 1.0), horizon(1.0, 3.9, 1.3, 1.0), horizon(5.0, 2.7, after, 1.0)];
+        judged(&Facts { horizons, ..facts(NOISE, &[SURE]) })
+    };
+    assert_eq!(judged_by(1.4).verdict, Verdict::Named);
+    assert_eq!(judged_by(1.68).verdict, Verdict::PartlyNamed);
+    assert_eq!(judged_by(1.68).reasons, [Reason::MoreIsLeft { gap: 1.68, horizon: 5.0 }]);
 }
 
 /// Sets that were taken up though they made held-out data worse.
