@@ -167,11 +167,13 @@ impl Simulation {
 
     /// Sets the inputs from now on, held constant.
     pub fn set_inputs(&mut self, inputs: Inputs) {
+        if self.held && inputs == self.inputs {
+            return;
+        }
+        self.change_rates(&inputs);
         if !self.held {
             self.input_slopes = Inputs::none(self.plant.cables());
             self.held = true;
-        } else if inputs == self.inputs {
-            return;
         }
         self.take_inputs(inputs);
     }
@@ -181,14 +183,24 @@ impl Simulation {
         if inputs == self.inputs() && slopes == self.input_slopes {
             return;
         }
+        self.change_rates(&inputs);
         self.input_slopes = slopes;
         self.held = slopes.is_zero();
         self.take_inputs(inputs);
     }
 
+    /// The inputs are about to become these: so do the rates, where forces at winches do nothing else.
+    fn change_rates(&mut self, inputs: &Inputs) {
+        let before = self.inputs();
+        if !self.plant.pulls_apart() || before.disturbance != inputs.disturbance {
+            self.integrator.equations_changed();
+        } else if let Some(rates) = self.integrator.known_rates() {
+            self.plant.pull_harder(&self.y, |i| inputs.winch_force[i] - before.winch_force[i], rates);
+        }
+    }
+
     /// Takes up inputs; their slopes are there.
     fn take_inputs(&mut self, inputs: Inputs) {
-        self.integrator.equations_changed();
         self.inputs = inputs;
         self.input_time = self.time;
         self.commands.push(self.time, &self.inputs, &self.input_slopes);

@@ -204,6 +204,20 @@ impl Plant {
         });
     }
 
+    /// Whether winch forces do nothing but accelerate the ends of their own cables: lumped masses without effects.
+    pub(crate) fn pulls_apart(&self) -> bool {
+        self.plain
+    }
+
+    /// Changes the rates at `y` by what a change of the winch forces (N) does where it does nothing else.
+    #[inline]
+    pub(crate) fn pull_harder(&self, y: &[f64], change: impl Fn(usize) -> f64, rates: &mut [f64]) {
+        let (pairs, rates) = (y[6..].as_chunks::<2>().0, rates[6..].as_chunks_mut::<2>().0);
+        for (i, ([length, _], [_, acceleration])) in pairs.iter().zip(rates).enumerate() {
+            *acceleration -= change(i) / self.constants.axial_mass(i, *length);
+        }
+    }
+
     /// Tensions (N) before they are cut off at zero.
     pub(crate) fn uncut_tensions(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> PerCable<f64> {
         with_lanes!(self, LANES => {

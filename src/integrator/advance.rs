@@ -39,7 +39,8 @@ pub struct Memory {
     pub settling: f64,
     /// Last step size and error, for predictive control.
     pub last: (f64, f64),
-    /// Rates at the end of the last explicit step, with which the next begins; empty where the equations have changed since.
+    /// Rates at the end of the last step, with which the next begins: after an implicit step the slope of its polynomial. Empty where
+    /// the equations have changed since.
     pub rates: Vec<f64>,
     /// Time (s) at which the equations were first found to be stiff.
     pub stiff_since: Option<f64>,
@@ -186,6 +187,12 @@ impl Integrator {
         self.stiff_since = None;
         self.choice = Choice::default();
         self.hold_to_tolerance();
+    }
+
+    /// The rates at the present state, where they are known: to be changed with the equations, where what the change does is known
+    /// as well.
+    pub(crate) fn known_rates(&mut self) -> Option<&mut [f64]> {
+        self.rates_known.then_some(&mut self.rates)
     }
 
     /// The equations or the state have changed since the last call: rates are to be evaluated anew.
@@ -404,18 +411,15 @@ impl Integrator {
                         if explicit {
                             work.rates.copy_from_slice(&work.f[5]);
                             self.note_stiffness(at_the_end, t);
-                        } else if remaining > 0.0 {
-                            work.end_rates(h);
                         } else {
-                            // The polynomial's slope is not quite what the equations say.
-                            rates_known = false;
+                            work.end_rates(h);
                         }
                     }
                     if self.solver == Solver::Auto
                         && self.is_explicit() == explicit
                         && self.choice.note(crossing.map_or(h, |fraction| fraction * h), &prices)
                     {
-                        // An explicit step takes its rates for exact.
+                        // An explicit step takes its rates for exact, and the polynomial's slope is not quite what the equations say.
                         rates_known &= explicit;
                         self.begin_with_the_other();
                     }
