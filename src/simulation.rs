@@ -192,7 +192,7 @@ impl Simulation {
     /// The inputs are about to become these: so do the rates, where forces at winches do nothing else.
     fn change_rates(&mut self, inputs: &Inputs) {
         let before = self.inputs();
-        if !self.plant.pulls_apart() || before.disturbance != inputs.disturbance {
+        if !self.plant.pulls_apart || before.disturbance != inputs.disturbance {
             self.integrator.equations_changed();
         } else if let Some(rates) = self.integrator.known_rates() {
             self.plant.pull_harder(&self.y, |i| inputs.winch_force[i] - before.winch_force[i], rates);

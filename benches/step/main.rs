@@ -75,6 +75,7 @@ impl Method for DenseRadau {
 
     fn advance(&mut self, inputs: &Inputs) {
         self.system.inputs = *inputs;
+        self.integrator.equations_changed();
         let time = STEP * self.steps as f64;
         self.integrator.advance(&mut self.system, time, &mut self.states, STEP).expect("as with the structured solve");
         self.steps += 1;

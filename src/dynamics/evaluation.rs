@@ -204,17 +204,11 @@ impl Plant {
         });
     }
 
-    /// Whether winch forces do nothing but accelerate the ends of their own cables: lumped masses without effects.
-    pub(crate) fn pulls_apart(&self) -> bool {
-        self.plain
-    }
-
-    /// Changes the rates at `y` by what a change of the winch forces (N) does where it does nothing else.
+    /// Changes the rates at `y` by what a change of the winch forces (N) does where it pulls apart ([`Plant::pulls_apart`]).
     #[inline]
     pub(crate) fn pull_harder(&self, y: &[f64], change: impl Fn(usize) -> f64, rates: &mut [f64]) {
-        let (pairs, rates) = (y[6..].as_chunks::<2>().0, rates[6..].as_chunks_mut::<2>().0);
-        for (i, ([length, _], [_, acceleration])) in pairs.iter().zip(rates).enumerate() {
-            *acceleration -= change(i) / self.constants.axial_mass(i, *length);
+        for (i, &at) in self.offset.iter().enumerate() {
+            rates[at + 1] -= change(i) / self.constants.axial_mass(i, y[at]);
         }
     }
 

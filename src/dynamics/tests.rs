@@ -230,3 +230,38 @@ fn newton_matrix_is_nearly_exact_with_all_effects() {
         }
     }
 }
+
+/// Where winch forces are said to do nothing but accelerate the ends of their cables, the rates under others are told exactly.
+#[test]
+fn rates_follow_winch_forces_where_they_pull_apart() {
+    let mut random = Random(23);
+    let mut apart = Vec::new();
+    for model in MODELS {
+        for spec in everything(&mut random) {
+            let id = spec.id.clone();
+            let plant = plant(model, CableInertia::Paper, vec![spec]);
+            if !plant.pulls_apart {
+                continue;
+            }
+            apart.push(id.clone());
+            for slack in [[false; 4], [false, true, false, true]].map(PerCable::from) {
+                let (y, u) = state(&mut random, &plant, 1.0);
+                let pulled = Inputs { winch_force: PerCable::from_fn(4, |_| 2e4 + 5e3 * random.next()), ..u };
+                let rates = |u: &Inputs| {
+                    let mut rates = vec![0.0; y.len()];
+                    plant.rates(0.0, &y, u, &slack, &mut rates);
+                    rates
+                };
+                let (mut followed, evaluated) = (rates(&u), rates(&pulled));
+                plant.pull_harder(&y, |i| pulled.winch_force[i] - u.winch_force[i], &mut followed);
+                for (a, b) in followed.iter().zip(&evaluated) {
+                    assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{id}: {a}, evaluated {b}");
+                }
+            }
+        }
+    }
+    for expected in ["platform_quadratic_drag", "cable_sag", "cable_creep", "cable_transverse_mode"] {
+        assert!(apart.iter().any(|id| id == expected), "{expected}");
+    }
+    assert!(!apart.iter().any(|id| id.starts_with("winch_") && id.contains("friction")), "{apart:?}");
+}

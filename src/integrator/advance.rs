@@ -249,7 +249,8 @@ impl Integrator {
         }
     }
 
-    /// Advances `y` from `time` by `duration`, locating switches on the way.
+    /// Advances `y` from `time` by `duration`, locating switches on the way. It begins with the rates that the last call ended with,
+    /// unless [`Integrator::equations_changed`] was called since.
     ///
     /// # Errors
     /// When no step size gives convergence, the equations do not hold, or the work does not get anywhere. `y` is then the

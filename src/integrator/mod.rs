@@ -1,7 +1,7 @@
 //! Radau IIA of order 5 for stiff and implicit systems, and Dormand and Prince's explicit pair of orders 5 and 4 for others.
 //!
 //! One-step methods on purpose: inputs jump at every communication point, and saving the integrator is saving the
-//! state, the last step sizes, the point of the last Jacobian and the last explicit step's rates ([`Memory`]).
+//! state, the last step sizes, the point of the last Jacobian and the rates at the end ([`Memory`]).
 //!
 //! The implicit method and its control follow E. Hairer, G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., 1996,
 //! sections IV.5 and IV.8; the step size control is K. Gustafsson's, *ACM Trans. Math. Softw.* 20 (1994).

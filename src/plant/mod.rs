@@ -134,6 +134,8 @@ pub struct Plant {
     pub(crate) has: Has,
     /// It has nothing of that.
     pub(crate) plain: bool,
+    /// Winch forces do nothing but accelerate the ends of their own cables.
+    pub(crate) pulls_apart: bool,
     /// The plant between the times at which effects begin or end: each from when on (s), the first before all time. Empty where
     /// none does; then this plant is the one there is.
     phases: Vec<(f64, Self)>,
@@ -278,6 +280,8 @@ impl Plant {
             states: cable.iter().any(|c| c.states > 0),
             platform_side: data.cables.iter().any(|c| c.model != CableModel::LumpedMass),
         };
+        let reads_inputs = effects.iter().any(|spec| spec.expression.is_some());
+        let by_force = !(has.servo || has.torque || reads_inputs || cable.iter().any(on_cable));
         let constants = CableConstants::new(&data.cables);
         let ends = CableEnds::new(&data.geometry);
         let clearance = Clearance::new(&data.geometry);
@@ -297,6 +301,7 @@ impl Plant {
             clearance,
             has,
             plain: has == Has::default(),
+            pulls_apart: by_force && !has.platform_side,
             phases: Vec::new(),
             fingerprint: OnceLock::new(),
         })

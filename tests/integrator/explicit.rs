@@ -204,6 +204,7 @@ fn simulation(model: CableModel, effects: Vec<EffectSpec>, solver: Solver) -> Si
 #[test]
 fn a_step_costs_six_evaluations_and_one_where_the_equations_change() {
     let drag = EffectSpec::new("platform_quadratic_drag", None, &[20.0, 0.0, 0.0]).unwrap();
+    let gain = EffectSpec::new("winch_force_gain", None, &[0.01]).unwrap();
     let count = |effects: &[EffectSpec], inputs: &dyn Fn(u32) -> Inputs| {
         let mut simulation = simulation(CableModel::LumpedMass, effects.to_vec(), Solver::DormandPrince);
         for k in 0..100 {
@@ -218,14 +219,17 @@ fn a_step_costs_six_evaluations_and_one_where_the_equations_change() {
     assert_eq!(count(&[], &|_| Inputs::pulling(4, 2e4)), (100, 601));
     assert_eq!(count(&[], &pulled), (100, 601));
     assert_eq!(count(&[], &pushed), (100, 700));
-    assert_eq!(count(&[drag], &pulled), (100, 700));
+    assert_eq!(count(&[drag], &pulled), (100, 601));
+    assert_eq!(count(&[gain], &pulled), (100, 700));
 }
 
 /// Commands that jump, and that then rise.
 #[test]
 fn rates_that_follow_the_winch_forces_are_those_of_an_evaluation() {
+    // Of states between those of the cables as well.
+    let creep = EffectSpec::new("cable_creep", Some(2), &[1e8, 10.0]).unwrap();
     for (solver, most) in [(Solver::DormandPrince, 1e-12), (Solver::Radau, 1e-10)] {
-        let mut followed = simulation(CableModel::LumpedMass, Vec::new(), solver);
+        let mut followed = simulation(CableModel::LumpedMass, vec![creep.clone()], solver);
         let mut evaluated = followed.clone();
         for k in 0..300_u32 {
             let pull = |by: f64| Inputs::pulling(4, 2e4 + 300.0 * (by * f64::from(k)).sin());
