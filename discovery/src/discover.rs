@@ -135,8 +135,13 @@ pub(crate) fn examine(
         let ready = Ready { evidence, holdout_source, outliers, remarks };
         return examine(model, survey, free_from, ready, begun, progress);
     }
+    let geometry_is_off = || {
+        let asked = is_survey(&context, &standing);
+        let asked = context.journal.or_remark("Whether the geometry is off could not be asked", asked)?;
+        Ok::<_, FitError>(asked.unwrap_or(false))
+    };
     if let Some(errors) = survey
-        && is_survey(&context, &standing)?
+        && geometry_is_off()?
     {
         progress("finding errors of the geometry as well", 0.02);
         let ready = Ready {

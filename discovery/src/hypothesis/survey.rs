@@ -13,7 +13,7 @@ use cdpr::model_file::Model;
 
 use crate::data::{Channel, Trial};
 use crate::filter::whiten::Normal;
-use crate::hypothesis::candidates::{Known, Library};
+use crate::hypothesis::candidates::{Known, Library, is_there};
 use crate::hypothesis::parameter::Free;
 use crate::model::sizes::Sizes;
 
@@ -79,7 +79,7 @@ pub(crate) fn survey_errors(model: &Model, trials: &[Trial]) -> Vec<EffectSpec> 
         );
     }
     let known = |error: &EffectSpec| {
-        let same = |e: &EffectSpec| (&e.id, e.cable, &e.channel) == (&error.id, error.cable, &error.channel);
+        let same = |e: &EffectSpec| is_there(e, &error.id, error.cable) && channel_of(e) == channel_of(error);
         model.effects.iter().any(same)
     };
     errors.retain(|error| !known(error));
@@ -88,12 +88,15 @@ pub(crate) fn survey_errors(model: &Model, trials: &[Trial]) -> Vec<EffectSpec> 
 
 const LENGTH_BIAS: &str = "length_sensor_bias";
 
+/// The length that an effect of length sensors is of.
+fn channel_of(effect: &EffectSpec) -> &str {
+    effect.channel.as_deref().unwrap_or("unstretched_length")
+}
+
 /// Has the length of cable `cable` (from 1) that is measured as `channel` be shown longer by `change` (m).
 pub(crate) fn shift_length(effects: &mut Vec<EffectSpec>, cable: usize, channel: &str, change: f64) {
     let same = |effect: &&mut EffectSpec| {
-        effect.id == LENGTH_BIAS
-            && effect.cable == Some(cable)
-            && effect.channel.as_deref().unwrap_or("unstretched_length") == channel
+        effect.id == LENGTH_BIAS && effect.cable == Some(cable) && channel_of(effect) == channel
     };
     if let Some(bias) = effects.iter_mut().find(same) {
         bias.values[0] += change;
@@ -190,6 +193,12 @@ mod tests {
         assert_eq!(all.len(), 3 * lengths);
         let known = Model { effects: vec![effect("anchor_offset", 2, &[0.01, 0.0])], ..Model::default() };
         assert_eq!(survey_errors(&known, &trials).len(), all.len() - 1);
+        // A law on all cables stands beside none on one: a search ended with "given twice for cable 1".
+        let anchors = EffectSpec::new("anchor_offset", None, &[0.01, 0.0]).expect("an effect");
+        let known = Model { effects: vec![anchors], ..Model::default() };
+        let errors = survey_errors(&known, &trials);
+        assert_eq!(errors.len(), all.len() - lengths);
+        assert!(with_errors(&known, &errors).plant().is_ok());
         let blind = [trials[0].clone()].map(|mut trial| {
             trial.channels.iter_mut().for_each(|channel| {
                 if let Channel::UnstretchedLength(cable) = *channel {
