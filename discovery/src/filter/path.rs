@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cdpr::dynamics::Inputs;
+use cdpr::dynamics::{Evaluation, Inputs};
 use cdpr::per_cable::PerCable;
 use rayon::prelude::*;
 
@@ -294,13 +294,7 @@ impl Part<'_> {
         let mut variation = Variation::new(model);
         let mut carries = vec![0.0; self.transition.len() / len];
         let steps = self.transition.chunks_exact_mut(self.transition.len() / len).zip(self.defect.chunks_exact_mut(n));
-        let moving: Vec<(usize, usize)> = (0..3)
-            .map(|axis| (axis, 3 + axis))
-            .chain(
-                (0..model.plant.cables())
-                    .filter_map(|i| Some((model.plant.unstretched_index(i)?, model.plant.rate_index(i)?))),
-            )
-            .collect();
+        let mut before: Option<Before> = None;
         let mut sensor = vec![0.0; len * m * n];
         let samples = sensor.chunks_exact_mut(m * n).zip(self.shown.chunks_exact_mut(m));
         let samples = samples.zip(self.residual.chunks_exact_mut(m)).zip(self.felt.iter_mut().zip(self.slack));
@@ -324,7 +318,11 @@ impl Part<'_> {
             }
             for (slopes, clock) in slopes.chunks_exact_mut(n).zip(clocks) {
                 let Some(rest) = clock.map(|clock| clock.rest(&trial.time, k)) else { continue };
-                moving.iter().for_each(|(position, velocity)| slopes[*velocity] -= rest * slopes[*position]);
+                let before = before.get_or_insert_with(|| {
+                    let (time, interval) = (trial.time[k], trial.interval());
+                    Before::of(&mut Variation::new(model), &Step { time, interval, from: x, to: x, felt, slack })
+                });
+                before.shown(&e, rest, slopes);
             }
             if k + 1 == trial.len() {
                 break;
@@ -346,6 +344,38 @@ impl Part<'_> {
             transition.iter_mut().zip(&carries).for_each(|(slot, value)| *slot = *value as f32);
         }
         Ok(Slopes::of(&sensor, m, n))
+    }
+}
+
+/// How positions were a while before, by the rates that are.
+struct Before {
+    /// Positions by their own rates.
+    own: Vec<(usize, usize)>,
+    /// Lengths of cables that ring within an interval about their chords, with the cables: they were where the chord was.
+    ringing: Vec<(usize, usize)>,
+}
+
+impl Before {
+    /// By what rings at a step.
+    fn of(variation: &mut Variation<'_>, step: &Step<'_>) -> Self {
+        let mut before = Self { own: Vec::new(), ringing: Vec::new() };
+        let (moving, ringing) = variation.ringing(step);
+        for (moving, rings) in moving.iter().zip(ringing) {
+            match moving.cable.filter(|_| rings) {
+                Some(cable) => before.ringing.push((moving.position, cable)),
+                None => before.own.push((moving.position, moving.rate)),
+            }
+        }
+        before
+    }
+
+    /// Has a channel that shows these slopes of a deviation show it as it was by so much (s) before.
+    fn shown(&self, e: &Evaluation, rest: f64, slopes: &mut [f64]) {
+        self.own.iter().for_each(|(position, rate)| slopes[*rate] -= rest * slopes[*position]);
+        for (position, cable) in &self.ringing {
+            let row = e.kinematics[*cable].jacobian_row();
+            (0..3).for_each(|axis| slopes[3 + axis] -= rest * slopes[*position] * row[axis]);
+        }
     }
 }
 
