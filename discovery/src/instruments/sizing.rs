@@ -73,6 +73,8 @@ pub(super) const WORTH: f64 = 0.5;
 
 /// Rounds in which parameters adapt to a size.
 const ADAPTING: usize = 4;
+/// Further moves of a trajectory that has lost by the first one what its linear model promised.
+const FOLLOWING: usize = 2;
 
 /// Whether anything of a fit adapts to the sizes of what is random.
 fn adapts(fit: &Fit, free: &[Free], trials: &[Trial]) -> bool {
@@ -200,11 +202,14 @@ impl<'a> Sizing<'a> {
         let mut fit = fit.clone();
         let mut best = self.at(&fit, fit.randomness.clone());
         let (begin, mut taken) = (best.value, false);
+        let mut refused: Vec<(Kind, bool)> = Vec::new();
         loop {
             let mut scanned = self.scan_all(&fit, &free, &best);
             scanned.extend(self.clocks(&fit, &best));
+            scanned.retain(|(kind, start)| !refused.contains(&(*kind, start.randomness.has_latents())));
             scanned.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
             let Some((kind, start)) = scanned.into_iter().next() else { break };
+            let with_latents = start.randomness.has_latents();
             if !taken && begin - start.value < PROMISING * gain {
                 return Ok(None);
             }
@@ -225,11 +230,10 @@ impl<'a> Sizing<'a> {
             if best.value - next.value < cost + EVIDENCE {
                 break;
             }
-            (fit, best, taken) = (next_fit, next, true);
-            // The trajectory no longer bends to what the instrument did.
-            fit.randomness = best.randomness.clone();
-            fit.smooth(self.trials)?;
-            best = self.at(&fit, best.randomness);
+            match self.followed(next_fit, next, best.value - cost - EVIDENCE)? {
+                Some(followed) => ((fit, best), taken) = (followed, true),
+                None => refused.push((kind, with_latents)),
+            }
         }
         if !taken {
             return Ok(None);
@@ -239,6 +243,27 @@ impl<'a> Sizing<'a> {
         fit.randomness = best.randomness;
         fit.smooth(self.trials)?;
         Ok(Some(fit))
+    }
+
+    /// `fit` at the sizes of `at` on the trajectory that belongs to them, which no longer bends to what the instruments did; none
+    /// where it is not as likely there as asked for, or there is none: what latent forces carried, as those of a law that is missing,
+    /// lets the model go where its linear one does not tell.
+    fn followed(&self, mut fit: Fit, at: At, enough: f64) -> Result<Option<(Fit, At)>, FitError> {
+        fit.randomness = at.randomness.clone();
+        // One move does where the model is nearly linear.
+        for moves in [1, FOLLOWING] {
+            for _ in 0..moves {
+                match fit.smooth(self.trials) {
+                    Err(FitError::Diverged { .. } | FitError::Simulation(_)) => return Ok(None),
+                    moved => moved?,
+                };
+            }
+            let there = self.at(&fit, at.randomness.clone());
+            if there.value < enough {
+                return Ok(Some((fit, there)));
+            }
+        }
+        Ok(None)
     }
 
     /// Whether a look at the beginnings of the trials says that the instruments may have what an explanation gains.
