@@ -17,8 +17,8 @@ use crate::hypothesis::sensor::lateness_of_pose;
 pub(crate) const WRENCH: usize = 3;
 
 /// Tolerance of the simulations of one sample as a share of the robot's reach (1/m): a hundredth of the noise of instruments that
-/// are off by a millionth of it, which few are. A tenth of that took 1.4 times the steps on a robot of 4 m.
-const TOLERANCE: f64 = 1e-8;
+/// are off by a hundred-thousandth of it, as the best are. A tenth of that takes 1.5 times the steps on a robot of 4 m.
+const TOLERANCE: f64 = 1e-7;
 /// Largest tolerance, of robots of 100 m and more: a micrometre.
 const LARGEST_TOLERANCE: f64 = 1e-6;
 
@@ -277,8 +277,8 @@ mod tests {
         for axis in 0..3 {
             let errors = own.iter().zip(&exact).map(|(a, b)| (a[axis] - b[axis]).abs());
             let worst = errors.fold(0.0, f64::max);
-            // A thousandth of the noise (m, m, rad).
-            assert!(worst < 2e-7, "axis {axis}: {worst}");
+            // A two-hundredth of the noise (m, m, rad).
+            assert!(worst < 1e-6, "axis {axis}: {worst}");
         }
     }
 }
