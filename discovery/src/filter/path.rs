@@ -383,10 +383,11 @@ impl Before {
 mod tests {
     use cdpr::effect::EffectSpec;
     use cdpr::model_file::Model;
-    use cdpr::simulation::Simulation;
+    use cdpr::simulation::{Simulation, Start};
 
     use super::*;
     use crate::data::recording::{fitted, record};
+    use crate::filter::variation::tests::ringing;
 
     /// Late by more than a sample, as an effect or by its clock: what is measured is compared with what was then.
     #[test]
@@ -442,6 +443,30 @@ mod tests {
         for (c, sum) in sums.iter().enumerate() {
             assert!(*sum < 1e-4, "state {c}: {sum}");
         }
+    }
+
+    /// Its own rate says nothing of where a length that rings was two milliseconds before; the chord's does.
+    #[test]
+    fn a_length_that_rings_was_where_its_chord_was() {
+        let (model, still) = ringing();
+        let before = |model: &Examined, simulation: &Simulation| {
+            let (from, felt, slack) = (simulation.states(), simulation.inputs(), simulation.slack());
+            Before::of(&mut Variation::new(model), &Step { time: 0.0, interval: 0.01, from, to: from, felt, slack })
+        };
+        let ringing = before(&model, &still);
+        assert_eq!((ringing.own.len(), ringing.ringing.len()), (3, 4));
+        let [at, rate] = [model.plant.unstretched_index(2), model.plant.rate_index(2)].map(Option::unwrap);
+        let e = still.evaluate();
+        let mut slopes = vec![0.0; model.states()];
+        slopes[at] = 1.0;
+        ringing.shown(&e, 2e-3, &mut slopes);
+        let row = e.kinematics[2].jacobian_row();
+        assert_eq!((slopes[3..6].to_vec(), slopes[rate]), (row.map(|slope| -2e-3 * slope).to_vec(), 0.0));
+        // On a large robot cables swing slower than that.
+        let large = Examined::new(&Model::default()).unwrap();
+        let start = Start { inputs: Inputs::pulling(4, 2e4), ..Start::default() };
+        let resting = before(&large, &Simulation::new(large.plant.clone(), &start, 1e-8).unwrap());
+        assert_eq!((resting.own.len(), resting.ringing.len()), (7, 0));
     }
 
     #[test]
