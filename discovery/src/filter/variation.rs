@@ -42,10 +42,12 @@ pub(crate) struct Moving {
 
 /// Solver of the variational equation `Ẋ = (∂f/∂x) X + ∂f/∂w` (`w`: latents or parameters) over one interval, by the two-stage Radau IIA method.
 ///
-/// Order 3 and L-stable: friction near rest and hard springs decay as they should. Springs that ring for longer than an interval, as
-/// of light winches on short cables, are followed in as many parts of it as their frequency asks for, with the mean slopes. For a linear equation the two stages
+/// Order 3 and L-stable: friction near rest and hard springs decay as they should. For a linear equation the two stages
 /// reduce to one system, `(I - 5/12 hJ₁ - 1/4 hJ₂ + 1/6 h²J₁J₂) X = I + 1/3 hJ₁`, with `J₁` a third into the interval and
 /// `J₂` at its end (the method: E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, section IV.5).
+///
+/// Springs that ring for longer than an interval, as of light winches on short cables, are followed in as many parts of it as their
+/// frequency asks for, by the slopes in the middle of each half.
 pub(crate) struct Variation<'a> {
     model: &'a Examined,
     moving: Vec<Moving>,
