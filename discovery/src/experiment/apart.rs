@@ -24,7 +24,7 @@ use crate::instruments::latents::first_randomness;
 use crate::model::examined::Examined;
 use crate::model::randomness::Memory;
 use crate::weigh::criterion::{EVIDENCE, Penalty, told_apart_from};
-use crate::weigh::refine::varied_models;
+use crate::weigh::proposal::varied_models;
 
 use super::drive::{Driven, drive};
 use super::limits::Limits;

@@ -16,7 +16,7 @@ use crate::strategy::context::Context;
 use crate::strategy::fitted::Evidence;
 use crate::verdict::detection::{GUST, columns_of, detection_limits, readings_of};
 use crate::weigh::criterion::EVIDENCE;
-use crate::weigh::refine::varied_models;
+use crate::weigh::proposal::varied_models;
 
 use super::Lowered;
 use super::apart::{Bench, CERTAIN, left};

@@ -1,11 +1,17 @@
 //! What is estimated of a model: the parameters that are free, and the steps by which they are varied.
 
+use std::ops::RangeInclusive;
+
 use cdpr::effect::ParameterInfo;
 use cdpr::model_file::Model;
 
+use crate::hypothesis::correction::smallest;
 use crate::hypothesis::extension::{in_use, index_of, value_of};
 use crate::hypothesis::term;
 use crate::model::sizes::Sizes;
+
+/// Factor beyond what is met in practice by which shapes are searched for.
+const FROM_TYPICAL: f64 = 10.0;
 
 /// A parameter of the model that is estimated: effect index and parameter index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,8 +74,60 @@ pub(crate) fn parameter_step(model: &Model, free: Free) -> f64 {
     }
 }
 
+/// Moves one parameter within its bounds.
+pub(crate) fn move_parameter(model: &mut Model, free: Free, change: f64) {
+    let range = range_of_move(model, free);
+    let spec = &mut model.effects[free.effect];
+    let moved = between(term::values(spec)[free.parameter] + change, *range.start(), *range.end());
+    *spec = term::with_value(spec, free.parameter, moved);
+}
+
+/// The changes of a parameter that a move may make, nothing among them.
+pub(crate) fn range_of_change(model: &Model, free: Free) -> RangeInclusive<f64> {
+    let (range, before) = (range_of_move(model, free), term::values(&model.effects[free.effect])[free.parameter]);
+    (range.start() - before).min(0.0)..=(range.end() - before).max(0.0)
+}
+
+/// Where a move may lead a parameter. Sizes enter the model nearly linearly and move as far as they like; a shape changes at most
+/// fourfold, and an angle by half a radian.
+fn range_of_move(model: &Model, free: Free) -> RangeInclusive<f64> {
+    let sizes = Sizes::of(&model.parameters);
+    let spec = &model.effects[free.effect];
+    let all = f64::NEG_INFINITY..=f64::INFINITY;
+    if spec.expression.is_some() {
+        return all;
+    }
+    let Ok(info) = spec.info() else { return all };
+    let parameter = &info.parameters[free.parameter];
+    let (typical, before) = (parameter.typical, spec.values[free.parameter]);
+    let (mut low, mut high) = (smallest(parameter, &sizes), parameter.max);
+    let mut within = |one: f64, other: f64| {
+        (low, high) = (between(one.min(other), low, high), between(one.max(other), low, high));
+    };
+    if parameter.unit == "rad" {
+        within(before - 0.5, before + 0.5);
+    }
+    if parameter.shape {
+        if typical.0 > 0.0 {
+            within(0.25 * before, 4.0 * before);
+        }
+        // Shapes stay where the law is itself.
+        let (least, most) = range_of_shape(parameter, &sizes, FROM_TYPICAL);
+        within(least, most);
+    } else if parameter.min == 0.0 {
+        within(1e-6 * before.max(0.05 * typical.1), f64::INFINITY);
+    }
+    low..=high
+}
+
+/// The value nearest to `value` between two bounds in any order: those of a parameter below zero come the other way round.
+fn between(value: f64, one: f64, other: f64) -> f64 {
+    if value.is_nan() { value } else { value.max(one.min(other)).min(one.max(other)) }
+}
+
 #[cfg(test)]
 mod tests {
+    use cdpr::effect::EffectSpec;
     use cdpr::parameters::Parameters;
 
     use super::*;
@@ -88,5 +146,26 @@ mod tests {
         assert_eq!(range("cable_creep", "time_constant"), (0.1, 1e5));
         assert_eq!(range("periodic_gust", "phase"), (-32.0, 32.0));
         assert_eq!(range("umbilical", "x"), (-sizes.reach, sizes.reach));
+    }
+
+    /// The angle by which a drum of 0.3 m turns over 900 m changes by 3 rad where the radius does by a thousandth.
+    #[test]
+    fn a_drum_is_not_varied_by_a_turn() {
+        let drum = EffectSpec::new("winch_drum_eccentricity", Some(1), &[0.01, 0.3, 0.4]).unwrap();
+        let model = Model { effects: vec![drum], ..Model::default() };
+        let step = parameter_step(&model, Free { effect: 0, parameter: 1 });
+        assert!(step > 0.0 && step * 900.0 / (0.3 * 0.3) < 0.1, "{step}");
+    }
+
+    /// Where all forces push, so do the limits of a winch's force, and four times such a limit lies below a quarter of it.
+    #[test]
+    fn a_shape_below_zero_moves_within_its_bounds() {
+        let limits = EffectSpec::new("winch_saturation", None, &[-25e3, -15e3]).unwrap();
+        let mut model = Model { effects: vec![limits], ..Model::default() };
+        move_parameter(&mut model, Free { effect: 0, parameter: 1 }, -100.0);
+        let moved = model.effects[0].values[1];
+        assert!(moved.is_finite(), "{moved}");
+        assert_eq!(between(5.0, 2.0, -1.0), 2.0);
+        assert_eq!(between(-5.0, 2.0, -1.0), -1.0);
     }
 }

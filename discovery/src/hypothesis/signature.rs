@@ -397,7 +397,7 @@ mod tests {
         simulated.advance(along, &(0..along.linear.len)).unwrap()
     }
     use crate::hypothesis::parameter::free_parameters;
-    use crate::weigh::refine::varied_models;
+    use crate::weigh::proposal::varied_models;
 
     /// Sensitivities by the variational equation, against differences of simulations.
     #[test]

@@ -17,7 +17,8 @@ use crate::model::randomness::Memory;
 use crate::strategy::policy::POLICY;
 use crate::verdict::POLICY as VERDICT;
 use crate::weigh::criterion::{EVIDENCE, Penalty};
-use crate::weigh::refine::{promises, refine_free};
+use crate::weigh::proposal::promises;
+use crate::weigh::refine::refine_free;
 
 /// What an instrument may add.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -364,7 +365,9 @@ impl<'a> Sizing<'a> {
             let values = promises(fit, self.trials, free, &sizes).into_iter().zip(&starts);
             // Forces with an error are those to be expected, whatever else adapts.
             let of_forces = |kind: &Kind, start| if *kind == Kind::Input { alone(start) } else { f64::INFINITY };
-            values.map(|(value, (kind, start))| value.min(of_forces(kind, start))).collect()
+            values
+                .map(|(promise, (kind, start))| promise.minus_two_log_likelihood.min(of_forces(kind, start)))
+                .collect()
         } else {
             sizes.iter().map(alone).collect()
         };

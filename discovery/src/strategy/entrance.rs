@@ -28,7 +28,7 @@ use crate::strategy::standing::{Accepted, Standing};
 use crate::verdict::POLICY;
 use crate::weigh::chance::Chance;
 use crate::weigh::criterion::EVIDENCE;
-use crate::weigh::refine::Certainty;
+use crate::weigh::proposal::Certainty;
 use crate::weigh::signatures::{Signatures, Source};
 
 /// `standing` with the last effects of `next`, those that it lacks, each with its rivals, if all of them explain more than

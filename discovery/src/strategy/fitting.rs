@@ -14,7 +14,8 @@ use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained, instruments_of};
 use crate::verdict::gap::{gap, predict};
 use crate::verdict::{self, HorizonFacts, POLICY, Reach, Reaches};
-use crate::weigh::refine::{Certainty, certainty, refine};
+use crate::weigh::proposal::{Certainty, certainty};
+use crate::weigh::refine::refine;
 
 impl Context<'_> {
     /// A model fitted to both sets from the data alone; gaps count as those of `from`.

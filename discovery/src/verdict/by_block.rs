@@ -17,7 +17,7 @@ use crate::hypothesis::survey::regularise;
 use crate::instruments::clocks::Clocks;
 use crate::model::examined::Examined;
 use crate::outcome::Block;
-use crate::weigh::refine::varied_models;
+use crate::weigh::proposal::varied_models;
 use crate::weigh::solve::solve;
 
 /// Blocks of time over all trials, as far as they are long enough.

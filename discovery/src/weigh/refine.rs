@@ -1,28 +1,13 @@
 //! Parameters of a model's effects, refined by Gauss-Newton on the innovations.
 
-use std::ops::RangeInclusive;
-
-use cdpr::model_file::Model;
-use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
-
 use crate::data::Trial;
 use crate::filter::error::FitError;
-use crate::filter::estimate::{Fit, Look, for_trial};
-use crate::filter::kalman::Randomness;
-use crate::filter::whiten::{Normal, whiten};
-use crate::hypothesis::along::Along;
-use crate::hypothesis::correction::smallest;
+use crate::filter::estimate::{Fit, Look};
 use crate::hypothesis::friction::is_friction;
-use crate::hypothesis::parameter::{Free, free_parameters, parameter_step, range_of_shape};
-use crate::hypothesis::signature::{Varied, sensitivities};
-use crate::hypothesis::survey::regularise;
-use crate::hypothesis::term;
+use crate::hypothesis::parameter::{Free, free_parameters, move_parameter};
 use crate::instruments::clocks::Clocks;
-use crate::model::examined::Examined;
-use crate::model::sizes::Sizes;
+use crate::weigh::proposal::{Proposal, proposals};
 use crate::weigh::regression::ladder;
-use crate::weigh::solve::{solve, solve_within};
 
 /// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
 const SETTLED: f64 = 0.1;
@@ -30,91 +15,8 @@ const SETTLED: f64 = 0.1;
 const FIRST_MOVES: usize = 3;
 /// Most further moves of a trajectory that overshoots.
 const MOST_MOVES: usize = 8;
-/// Factor beyond what is met in practice by which shapes are searched for.
-const FROM_TYPICAL: f64 = 10.0;
 /// Share of its promise that a proposal must keep to be taken without looking at others.
 const KEPT_PROMISE: f64 = 0.5;
-
-/// Models with each free parameter moved by its step, away from its bounds.
-pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<Varied>> {
-    free.iter()
-        .map(|f| {
-            let step = parameter_step(model, *f);
-            [step, -step].into_iter().find_map(|step| {
-                let mut varied = model.clone();
-                let moved = term::values(&model.effects[f.effect])[f.parameter] + step;
-                varied.effects[f.effect] = term::with_value(&model.effects[f.effect], f.parameter, moved);
-                varied.effects[f.effect].check().ok()?;
-                let effect = varied.effects[f.effect].id.clone();
-                Some(Varied { examined: Examined::new(&varied).ok()?, effect, size: step })
-            })
-        })
-        .collect()
-}
-
-/// The normal equations of the free parameters at one size of the latent disturbances, solved.
-struct Proposal {
-    randomness: Randomness,
-    normal: Normal,
-    step: Vec<f64>,
-    covariance: DMatrix<f64>,
-    /// `-2 log L` that the step, the best within the bounds of the parameters, would reach if the model were linear in them.
-    promise: f64,
-}
-
-impl Proposal {
-    /// The same of a share of the step.
-    fn promise_of(&self, share: f64) -> f64 {
-        let part: Vec<f64> = self.step.iter().map(|step| share * step).collect();
-        self.promise + self.normal.drop(&self.step) - self.normal.drop(&part)
-    }
-}
-
-/// Proposals at every size of `sizes`, and the indices of the free parameters that can be varied; the clocks come after them.
-fn proposals(
-    fit: &Fit,
-    trials: &[Trial],
-    free: &[Free],
-    clocks: &Clocks,
-    sizes: &[Randomness],
-) -> (Vec<Proposal>, Vec<usize>) {
-    let varied = varied_models(&fit.model, free);
-    let usable: Vec<usize> = (0..free.len()).filter(|i| varied[*i].is_some()).collect();
-    let varied: Vec<Varied> = varied.into_iter().flatten().collect();
-    let linear = fit.linear(trials);
-    let parts: Vec<Vec<Normal>> = (0..trials.len())
-        .into_par_iter()
-        .map(|t| {
-            let forcing = sensitivities(&Along::new(fit, &linear, trials, t), &varied);
-            let forcing = clocks.beside(forcing, &linear[t], &trials[t]);
-            let whitened = sizes.par_iter().map(|randomness| {
-                let randomness = for_trial(randomness, &trials[t]);
-                whiten(&linear[t], &randomness, &forcing)
-            });
-            whitened.collect()
-        })
-        .collect();
-    let changes = usable.iter().map(|at| range_of_change(&fit.model, free[*at]));
-    let any = f64::NEG_INFINITY..=f64::INFINITY;
-    let ranges: Vec<RangeInclusive<f64>> = changes.chain(std::iter::repeat_n(any, clocks.count())).collect();
-    let solved = sizes.iter().enumerate().map(|(level, randomness)| {
-        let mut normal = Normal::empty(usable.len() + clocks.count());
-        parts.iter().for_each(|part| normal.add(&part[level]));
-        regularise(&mut normal, &fit.model, usable.iter().map(|at| Some(free[*at])));
-        let (free, covariance) = solve(&normal);
-        let step = solve_within(&normal, &free, &ranges);
-        let promise = normal.minus_two_log_likelihood - normal.drop(&step);
-        Proposal { randomness: randomness.clone(), normal, step, covariance, promise }
-    });
-    (solved.collect(), usable)
-}
-
-/// The `-2 log L` that each of `sizes` would reach if the model were linear in its parameters that are `free` and its clocks.
-pub(crate) fn promises(fit: &Fit, trials: &[Trial], free: &[Free], sizes: &[Randomness]) -> Vec<f64> {
-    let clocks = Clocks::set(&fit.randomness, trials);
-    let (proposals, _) = proposals(fit, trials, free, &clocks, sizes);
-    proposals.iter().map(|proposal| proposal.promise).collect()
-}
 
 /// Refines the parameters of the effects from `first` on by Gauss-Newton on the innovations, in fewer than `rounds` moves.
 ///
@@ -225,104 +127,16 @@ fn moved(fit: &Fit, trials: &[Trial], parameters: &Parameters, proposal: &Propos
     Some(next)
 }
 
-/// Moves one parameter within its bounds.
-fn move_parameter(model: &mut Model, free: Free, change: f64) {
-    let range = range_of_move(model, free);
-    let spec = &mut model.effects[free.effect];
-    let moved = between(term::values(spec)[free.parameter] + change, *range.start(), *range.end());
-    *spec = term::with_value(spec, free.parameter, moved);
-}
-
-/// The changes of a parameter that a move may make, nothing among them.
-fn range_of_change(model: &Model, free: Free) -> RangeInclusive<f64> {
-    let (range, before) = (range_of_move(model, free), term::values(&model.effects[free.effect])[free.parameter]);
-    (range.start() - before).min(0.0)..=(range.end() - before).max(0.0)
-}
-
-/// Where a move may lead a parameter. Sizes enter the model nearly linearly and move as far as they like; a shape changes at most
-/// fourfold, and an angle by half a radian.
-fn range_of_move(model: &Model, free: Free) -> RangeInclusive<f64> {
-    let sizes = Sizes::of(&model.parameters);
-    let spec = &model.effects[free.effect];
-    let all = f64::NEG_INFINITY..=f64::INFINITY;
-    if spec.expression.is_some() {
-        return all;
-    }
-    let Ok(info) = spec.info() else { return all };
-    let parameter = &info.parameters[free.parameter];
-    let (typical, before) = (parameter.typical, spec.values[free.parameter]);
-    let (mut low, mut high) = (smallest(parameter, &sizes), parameter.max);
-    let mut within = |one: f64, other: f64| {
-        (low, high) = (between(one.min(other), low, high), between(one.max(other), low, high));
-    };
-    if parameter.unit == "rad" {
-        within(before - 0.5, before + 0.5);
-    }
-    if parameter.shape {
-        if typical.0 > 0.0 {
-            within(0.25 * before, 4.0 * before);
-        }
-        // Shapes stay where the law is itself.
-        let (least, most) = range_of_shape(parameter, &sizes, FROM_TYPICAL);
-        within(least, most);
-    } else if parameter.min == 0.0 {
-        within(1e-6 * before.max(0.05 * typical.1), f64::INFINITY);
-    }
-    low..=high
-}
-
-/// The value nearest to `value` between two bounds in any order: those of a parameter below zero come the other way round.
-fn between(value: f64, one: f64, other: f64) -> f64 {
-    if value.is_nan() { value } else { value.max(one.min(other)).min(one.max(other)) }
-}
-
-/// How certain the sizes of effects are.
-pub(crate) struct Certainty {
-    /// How many times the variance that the model says the innovations have, one at least.
-    pub(crate) spread: f64,
-    /// Wald statistic of each effect by white noise of that spread: how far its size is from zero, as a chi-square. None (NaN)
-    /// of effects that were not free and of those that have no size.
-    pub(crate) wald: Vec<f64>,
-}
-
-/// How certain the sizes of the effects from `first` on are in a fit.
-pub(crate) fn certainty(fit: &Fit, trials: &[Trial], first: usize) -> Certainty {
-    let free = free_parameters(&fit.model, first);
-    let clocks = Clocks::set(&fit.randomness, trials);
-    let (proposals, usable) = proposals(fit, trials, &free, &clocks, std::slice::from_ref(&fit.randomness));
-    let (model, Proposal { normal, covariance, .. }) = (&fit.model, &proposals[0]);
-    let spread = (normal.total / normal.count.max(1) as f64).max(1.0);
-    let wald = (0..model.effects.len())
-        .map(|effect| {
-            // The parameters that are zero when the effect is absent carry its size; shapes do not.
-            let slots: Vec<(usize, f64)> = usable
-                .iter()
-                .enumerate()
-                .filter(|(_, at)| {
-                    free[**at].effect == effect && !term::is_shape(&model.effects[effect], free[**at].parameter)
-                })
-                .map(|(slot, at)| (slot, term::values(&model.effects[effect])[free[*at].parameter]))
-                .filter(|(slot, _)| covariance[(*slot, *slot)].is_finite())
-                .collect();
-            if slots.is_empty() {
-                return f64::NAN;
-            }
-            let v = DMatrix::from_fn(slots.len(), slots.len(), |r, c| covariance[(slots[r].0, slots[c].0)]);
-            let x = DVector::from_fn(slots.len(), |r, _| slots[r].1);
-            v.clone().try_inverse().map_or(f64::NAN, |i| (x.transpose() * i * &x)[(0, 0)]) / spread
-        })
-        .collect();
-    Certainty { spread, wald }
-}
-
 #[cfg(test)]
 mod tests {
     use cdpr::effect::EffectSpec;
+    use cdpr::model_file::Model;
 
     use super::*;
     use crate::data::Channel;
     use crate::data::recording::record;
     use crate::filter::estimate::noise_of_data;
+    use crate::filter::kalman::Randomness;
     use crate::instruments::latents::first_randomness;
     use crate::verdict::by_block::ByBlock;
 
@@ -374,26 +188,5 @@ mod tests {
             last = value;
         }
         assert!((fit.model.effects[0].values[0] / 60.0 - 1.0).abs() < 0.1, "{:?}", fit.model.effects);
-    }
-
-    /// The angle by which a drum of 0.3 m turns over 900 m changes by 3 rad where the radius does by a thousandth.
-    #[test]
-    fn a_drum_is_not_varied_by_a_turn() {
-        let drum = EffectSpec::new("winch_drum_eccentricity", Some(1), &[0.01, 0.3, 0.4]).unwrap();
-        let model = Model { effects: vec![drum], ..Model::default() };
-        let step = parameter_step(&model, Free { effect: 0, parameter: 1 });
-        assert!(step > 0.0 && step * 900.0 / (0.3 * 0.3) < 0.1, "{step}");
-    }
-
-    /// Where all forces push, so do the limits of a winch's force, and four times such a limit lies below a quarter of it.
-    #[test]
-    fn a_shape_below_zero_moves_within_its_bounds() {
-        let limits = EffectSpec::new("winch_saturation", None, &[-25e3, -15e3]).unwrap();
-        let mut model = Model { effects: vec![limits], ..Model::default() };
-        move_parameter(&mut model, Free { effect: 0, parameter: 1 }, -100.0);
-        let moved = model.effects[0].values[1];
-        assert!(moved.is_finite(), "{moved}");
-        assert_eq!(between(5.0, 2.0, -1.0), 2.0);
-        assert_eq!(between(-5.0, 2.0, -1.0), -1.0);
     }
 }

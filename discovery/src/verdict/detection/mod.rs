@@ -37,7 +37,7 @@ use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
 use crate::verdict::{POLICY, Reach};
 use crate::weigh::criterion::EVIDENCE;
-use crate::weigh::refine::varied_models;
+use crate::weigh::proposal::varied_models;
 
 use free_run::{Course, FreeRuns, Runs};
 use motion::{is_of_motion, moves};
