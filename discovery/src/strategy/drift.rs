@@ -57,7 +57,7 @@ pub(crate) fn instead_of_drift(context: &Context<'_>, standing: Standing) -> Res
         return Ok(standing);
     }
     let next = context.counted(next);
-    let entered = enter(context, &standing, next, rivals, Source::Catalogue, "in the place of a drift")?;
+    let entered = enter(context, &standing, next, rivals, Source::Catalogue, "in the place of a drift")?.entered();
     let Some(mut entered) = entered else { return Ok(standing) };
     if let Some(base) = steadied(context, &context.counted_as(&entered.base, &entered.fit))? {
         entered.base = Arc::new(base);

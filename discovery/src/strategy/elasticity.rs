@@ -28,7 +28,7 @@ pub(crate) fn elasticity(context: &Context<'_>, standing: Standing) -> Result<St
     let next = context.journal.tried(&effect, "it cannot be fitted", context.fit(&model, fitted));
     let Some(next) = next else { return Ok(standing) };
     if next.score < fitted.score - EVIDENCE && next.helps(fitted, context.policy) {
-        let entered = enter(context, &standing, next, vec![Vec::new()], Source::Catalogue, "")?;
+        let entered = enter(context, &standing, next, vec![Vec::new()], Source::Catalogue, "")?.entered();
         return Ok(entered.unwrap_or(standing));
     }
     let change = next.score - fitted.score;

@@ -31,8 +31,26 @@ use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::proposal::Certainty;
 use crate::weigh::signatures::{Signatures, Source};
 
-/// `standing` with the last effects of `next`, those that it lacks, each with its rivals, if all of them explain more than
-/// chance; none where chance explains as much. `how` they were found is noted.
+/// What comes of effects at the entrance.
+pub(crate) enum Entry {
+    Entered(Box<Standing>),
+    /// They act on the noise, which says nothing of others that explain less.
+    OnNoise,
+    /// Chance explains as much, and so more than others that explain less.
+    Chance,
+}
+
+impl Entry {
+    pub(crate) fn entered(self) -> Option<Standing> {
+        match self {
+            Self::Entered(standing) => Some(*standing),
+            Self::OnNoise | Self::Chance => None,
+        }
+    }
+}
+
+/// `standing` with the last effects of `next`, those that it lacks, each with its rivals, if all of them are seen and explain
+/// more than chance. `how` they were found is noted.
 pub(crate) fn enter(
     context: &Context<'_>,
     standing: &Standing,
@@ -40,7 +58,7 @@ pub(crate) fn enter(
     rivals: Vec<Vec<EffectSpec>>,
     source: Source,
     how: &str,
-) -> Result<Option<Standing>, FitError> {
+) -> Result<Entry, FitError> {
     let effects = next.train.model.effects[next.train.model.effects.len() - rivals.len()..].to_vec();
     let without = without_each(context, &standing.fit, &next, effects.len());
     let weights: Vec<f64> = without.iter().map(|without| without.score - next.score).collect();
@@ -53,7 +71,7 @@ pub(crate) fn enter(
         for (effect, weight) in effects.iter().zip(weights) {
             context.journal.note(effect, Outcome::Refused, -weight, ACTS_ON_NOISE);
         }
-        return Ok(None);
+        return Ok(Entry::OnNoise);
     }
     let signatures = signatures(context, standing, &next, source);
     let chance = chance(context, &next, &signatures);
@@ -64,7 +82,7 @@ pub(crate) fn enter(
         for (effect, weight) in effects.iter().zip(weights) {
             context.journal.note(effect, Outcome::Refused, -weight, &reason);
         }
-        return Ok(None);
+        return Ok(Entry::Chance);
     }
     let mut accepted = standing.accepted.clone();
     let together = rivals.len() > 1;
@@ -75,7 +93,7 @@ pub(crate) fn enter(
         accepted.push(Accepted { without: together.then_some(without), ..Accepted::new(rivals, -weight, test) });
     }
     let weighed = Some((source, next.score, signatures));
-    Ok(Some(Standing { fit: next, accepted, weighed, ..standing.clone() }))
+    Ok(Entry::Entered(Box::new(Standing { fit: next, accepted, weighed, ..standing.clone() })))
 }
 
 /// For each of the last so many effects of `next` the best model known without it: `before`, or a fit with the others.
@@ -153,7 +171,7 @@ mod tests {
         let next = context.fit(&Model { effects: proposed.to_vec(), ..Model::default() }, &base).expect("a fit");
         let rivals = vec![Vec::new(); proposed.len()];
         let standing = Standing::new(&context, base);
-        let entered = enter(&context, &standing, next, rivals, Source::Catalogue, "").expect("an answer");
+        let entered = enter(&context, &standing, next, rivals, Source::Catalogue, "").expect("an answer").entered();
         let enters = entered.is_some();
         let accepted = entered.map_or_else(Vec::new, |entered| entered.accepted);
         let as_strong = accepted.iter().map(|accepted| accepted.null_test.expect("room for shifts").as_strong);
@@ -191,6 +209,7 @@ mod tests {
         context.policy = &DEMANDING;
         // Free runs show it.
         let entered = enter(&context, &standing, next, vec![Vec::new()], Source::Catalogue, "").expect("an answer");
+        let entered = entered.entered();
         assert!(weight > 200.0 && entered.is_some(), "{weight} {:?}", standing.base.gap);
     }
 
@@ -206,10 +225,10 @@ mod tests {
         let mut entered = |policy: &'static Policy| {
             context.policy = policy;
             let rivals = vec![Vec::new()];
-            enter(&context, &standing, next.clone(), rivals, Source::Catalogue, "").expect("an answer").is_some()
+            enter(&context, &standing, next.clone(), rivals, Source::Catalogue, "").expect("an answer")
         };
-        assert!(entered(&SEARCH));
-        assert!(!entered(&DEMANDING), "{:?}", standing.base.gap);
+        assert!(matches!(entered(&SEARCH), Entry::Entered(_)));
+        assert!(matches!(entered(&DEMANDING), Entry::OnNoise), "{:?}", standing.base.gap);
         let [.., last] = &context.journal.written().entries[..] else { panic!("an entry") };
         assert!(last.outcome == Outcome::Refused && last.reason.contains("noise"), "{last:?}");
     }

@@ -25,7 +25,8 @@ pub(crate) fn evident_delay(context: &Context<'_>, standing: Standing) -> Result
         context.journal.note(&effect, Outcome::Refused, next.score - fitted.score, reason);
         return Ok(standing);
     }
-    let entered = enter(context, &standing, next, vec![Vec::new()], Source::Catalogue, "kinematics alone show it")?;
+    let entered =
+        enter(context, &standing, next, vec![Vec::new()], Source::Catalogue, "kinematics alone show it")?.entered();
     Ok(entered.unwrap_or(standing))
 }
 

@@ -50,7 +50,7 @@ pub(crate) fn pair(context: &Context<'_>, standing: Standing, signatures: &Signa
     if next.gap[0] > context.policy.nothing_left || !next.helps(found, context.policy) {
         return Ok(standing);
     }
-    let entered = enter(context, &standing.anew(), next, rivals, Source::Catalogue, "as one of a pair")?;
+    let entered = enter(context, &standing.anew(), next, rivals, Source::Catalogue, "as one of a pair")?.entered();
     Ok(entered.unwrap_or(standing))
 }
 

@@ -14,7 +14,7 @@ use crate::hypothesis::stream::normals;
 use crate::journal::Outcome;
 use crate::model::sizes::{Sizes, usual_force};
 use crate::strategy::context::Context;
-use crate::strategy::entrance::enter;
+use crate::strategy::entrance::{Entry, enter};
 use crate::strategy::fitted::{Fitted, Trained};
 use crate::strategy::instruments::better_instruments;
 use crate::strategy::limits::both_limits;
@@ -137,8 +137,12 @@ impl<'a> Weighing<'a> {
                 }
                 Source::Terms => (next, Vec::new()),
             };
-            // What explains less than what is chance is chance as well.
-            return enter(context, standing, next, vec![rivals], self.source, "");
+            match enter(context, standing, next, vec![rivals], self.source, "")? {
+                Entry::Entered(entered) => return Ok(Some(*entered)),
+                Entry::OnNoise => {}
+                // What explains less than what is chance is chance as well.
+                Entry::Chance => return Ok(None),
+            }
         }
         Ok(None)
     }

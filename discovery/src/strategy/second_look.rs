@@ -86,7 +86,7 @@ pub(crate) fn second_look(context: &Context<'_>, standing: &Standing) -> Result<
         return Ok(None);
     }
     let rivals = best.law.into_iter().map(|(_, rivals)| rivals).collect();
-    enter(context, &standing.anew(), next, rivals, Source::Catalogue, "refined from a typical size")
+    Ok(enter(context, &standing.anew(), next, rivals, Source::Catalogue, "refined from a typical size")?.entered())
 }
 
 /// A law of friction in the form that the beginnings of the trials ask for.

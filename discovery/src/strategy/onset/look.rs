@@ -56,7 +56,7 @@ pub(crate) fn for_a_while(
     for (number, next) in fits {
         let others = proposed.iter().enumerate().filter(|(other, _)| *other != number);
         let rivals = others.map(|(_, (_, effect))| effect.clone()).collect();
-        let entered = enter(context, standing, next, vec![rivals], Source::Catalogue, "begins or ends")?;
+        let entered = enter(context, standing, next, vec![rivals], Source::Catalogue, "begins or ends")?.entered();
         if let Some(mut entered) = entered {
             entered.begin_in_force(context);
             return Ok(Some(entered));
