@@ -133,6 +133,13 @@ impl Randomness {
         !self.memory.is_empty() || self.input > 0.0 || self.jitter > 0.0
     }
 
+    /// The same with drifts that stay as they are.
+    pub(crate) fn with_drifts_held(&self) -> Self {
+        let mut held = self.clone();
+        held.memory.iter_mut().filter(|memory| memory.drift).for_each(|memory| memory.time = f64::INFINITY);
+        held
+    }
+
     /// Whether an instrument drifts.
     pub(crate) fn drifts(&self) -> bool {
         self.memory.iter().any(|memory| memory.drift)

@@ -330,10 +330,12 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
 }
 
 /// How far simulations that run freely from what the filter knows are from the measurements where the model is right: sum
-/// of squares and count by channel. They begin anew at each of the samples `restarts`.
+/// of squares and count by channel. They begin anew at each of the samples `restarts`. How a drift changes
+/// from there on is known.
 pub(crate) fn spread(linear: &LinearTrial, randomness: &Randomness, restarts: &[usize]) -> Vec<(f64, usize)> {
     let known = covariances(linear, randomness, restarts.iter().copied());
-    by_width!(linear, randomness, spread_in, linear, randomness, &known, restarts)
+    let held = randomness.with_drifts_held();
+    by_width!(linear, held, spread_in, linear, &held, &known, restarts)
 }
 
 #[inline(always)]
@@ -495,19 +497,30 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
 /// G. J. Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973). On the way there the filter
 /// is only told where it stands now and then; what the smoother needs of the samples between it tells again on the way back.
 pub(crate) fn smooth(linear: &LinearTrial, randomness: &Randomness) -> (Vec<f64>, f64) {
-    let acting = linear.width();
+    smooth_first(linear, randomness, linear.width())
+}
+
+/// The smoothed noise with memory and other processes that move no state, all of them a sample.
+pub(crate) fn smoothed_memory(linear: &LinearTrial, randomness: &Randomness) -> Vec<Vec<f64>> {
+    let all = linear.states + randomness.processes();
+    let (deviation, _) = smooth_first(linear, randomness, all);
+    deviation.chunks_exact(all).map(|row| row[linear.width()..].to_vec()).collect()
+}
+
+/// The first so many of the smoothed deviations of a sample.
+fn smooth_first(linear: &LinearTrial, randomness: &Randomness, width: usize) -> (Vec<f64>, f64) {
     let mut run = Run::new(linear, randomness);
     let mut passed = Vec::new();
     while run.standing.next + STRETCH < linear.len {
         passed.push(run.standing.clone());
         run.advance(run.standing.next + STRETCH, Keep::Likelihood);
     }
-    let mut deviation = vec![0.0; linear.len * acting];
+    let mut deviation = vec![0.0; linear.len * width];
     let mut lambda = vec![0.0; linear.states + randomness.processes()];
     let mut back = |filtered: &Filtered| {
-        let deviation = &mut deviation[filtered.first * acting..];
+        let deviation = &mut deviation[filtered.first * width..];
         let lambda = &mut lambda;
-        by_width!(linear, randomness, smooth_in, linear, randomness, filtered, lambda, deviation);
+        by_width!(linear, randomness, smooth_in, linear, randomness, filtered, lambda, deviation, width);
     };
     let last = run.advance(linear.len, Keep::Covariance);
     back(&last);
@@ -526,6 +539,7 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
     filtered: &Filtered,
     adjoint: &mut [f64],
     deviation: &mut [f64],
+    width: usize,
 ) {
     let (n, acting, m) = (linear.states, linear.width(), linear.channels);
     let w = n + randomness.processes();
@@ -553,7 +567,7 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
         for (row, value) in covariance.iter().zip(&lambda) {
             add::<FUSED>(&mut moved, -value, row);
         }
-        deviation[kept * acting..(kept + 1) * acting].copy_from_slice(&moved[..acting]);
+        deviation[kept * width..(kept + 1) * width].copy_from_slice(&moved[..width]);
         if k > 0 {
             linear.columns(k - 1, columns.as_flattened_mut());
             let mut back = [0.0; W];
