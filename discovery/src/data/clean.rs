@@ -20,15 +20,22 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
 /// The differences are divided ones, scaled so that white noise of size one leaves one: the numbers need not be in every row,
 /// nor at equal distances. Robust (median absolute deviation), so gaps and outliers do not count.
 pub(crate) fn noise_by_differences(trial: &Trial, j: usize) -> f64 {
-    let rows: Vec<usize> = (0..trial.len()).filter(|k| trial.measured[*k][j].is_finite()).collect();
+    let known = (0..trial.len()).filter(|k| trial.measured[*k][j].is_finite());
+    let (times, values): (Vec<f64>, Vec<f64>) = known.map(|k| (trial.time[k], trial.measured[k][j])).unzip();
+    white_noise(&times, &values)
+}
+
+/// The same of a signal by its samples.
+pub(crate) fn white_noise(times: &[f64], values: &[f64]) -> f64 {
+    let rows: Vec<usize> = (0..times.len()).collect();
     let differences = rows.windows(5).map(|rows| {
         let (mut difference, mut square) = (0.0, 0.0);
         for a in rows {
             let others = rows.iter().filter(|b| *b != a);
             // In shares of the whole, so that nothing overflows.
-            let apart = |b: &usize| (trial.time[*a] - trial.time[*b]) / (trial.time[rows[4]] - trial.time[rows[0]]);
+            let apart = |b: &usize| (times[*a] - times[*b]) / (times[rows[4]] - times[rows[0]]);
             let weight = 1.0 / others.map(apart).product::<f64>();
-            difference += weight * trial.measured[*a][j];
+            difference += weight * values[*a];
             square += weight * weight;
         }
         difference.abs() / square.sqrt()

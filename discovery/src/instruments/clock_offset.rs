@@ -8,6 +8,7 @@
 
 use crate::data::clean::noise_by_differences;
 use crate::data::{Channel, Trial};
+use crate::instruments::mismatch::{Lengths, stiffness};
 use crate::model::examined::Examined;
 use crate::model::sizes::usual_force;
 
@@ -47,24 +48,19 @@ pub(crate) fn clock_offset(model: &Examined, trials: &[Trial]) -> Option<f64> {
 
 impl Sums {
     fn add(&mut self, model: &Examined, trial: &Trial, cable: usize) {
-        let of_pose: Vec<f64> = (0..trial.len()).map(|k| length_of_pose(model, trial, k, cable)).collect();
+        let Lengths { of_pose, mismatch } = Lengths::of(model, trial, cable);
         let position = |channel: &Channel| matches!(channel, Channel::Pose(0 | 1));
         let noise = (0..trial.channels.len()).filter(|j| position(&trial.channels[*j]));
         let noise = noise.map(|j| noise_by_differences(trial, j)).fold(0.0, f64::max);
         let rates = rates(&trial.time, &of_pose, noise);
         let seen: Vec<[f64; 2]> = (0..trial.len())
-            .filter_map(|k| {
-                let shown = |wanted: Channel| value(trial, k, wanted);
-                let mismatch = of_pose[k] - model.lengths(shown, &trial.inputs[k])[cable]?;
-                (rates[k].is_finite() && mismatch.is_finite()).then_some([mismatch, rates[k]])
-            })
+            .map(|k| [mismatch[k], rates[k]])
+            .filter(|values| values.iter().all(|value| value.is_finite()))
             .collect();
         let count = seen.len() as f64;
         let mean = |part: usize| seen.iter().map(|values| values[part]).sum::<f64>() / count;
         let means = [mean(0), mean(1)];
-        let elastic = model.plant.unstretched_index(cable).is_some();
-        let middle = of_pose.iter().copied().find(|length| length.is_finite()).unwrap_or(f64::INFINITY);
-        let stiffness = if elastic { model.plant.data().cables[cable].axial_stiffness / middle } else { f64::INFINITY };
+        let stiffness = stiffness(model, &of_pose, cable);
         for values in &seen {
             let [mismatch, rate] = [values[0] - means[0], values[1] - means[1]];
             self.mismatch += mismatch * mismatch;
@@ -96,18 +92,6 @@ fn rates(time: &[f64], signal: &[f64], noise: f64) -> Vec<f64> {
         }
         half *= 2;
     }
-}
-
-/// What a channel shows at sample `k`.
-fn value(trial: &Trial, k: usize, wanted: Channel) -> Option<f64> {
-    let j = trial.channels.iter().position(|c| *c == wanted)?;
-    Some(trial.measured[k][j]).filter(|value| value.is_finite())
-}
-
-/// Length of a cable (m) at the measured pose; `NAN` where that is not measured.
-fn length_of_pose(model: &Examined, trial: &Trial, k: usize, cable: usize) -> f64 {
-    let pose: [f64; 3] = std::array::from_fn(|axis| value(trial, k, Channel::Pose(axis)).unwrap_or(f64::NAN));
-    cdpr::kinematics::cable_lengths(model.plant.geometry(), &pose)[cable]
 }
 
 #[cfg(test)]

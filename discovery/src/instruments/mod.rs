@@ -6,6 +6,7 @@ pub(crate) mod clocks;
 mod device;
 pub(crate) mod expected;
 pub(crate) mod latents;
+pub(crate) mod mismatch;
 mod scoring;
 pub(crate) mod sizing;
 mod summary;

@@ -13,7 +13,9 @@ use crate::hypothesis::parameter::{Free, free_parameters};
 use crate::instruments::clocks::{Clocks, less_one_clock};
 use crate::instruments::device::Device;
 use crate::instruments::expected::largest_error;
-use crate::model::randomness::Memory;
+use crate::instruments::mismatch::Wander;
+use crate::model::randomness::{MOST_MEMORIES, Memory};
+use crate::model::sizes::Sizes;
 use crate::strategy::policy::POLICY;
 use crate::verdict::POLICY as VERDICT;
 use crate::weigh::criterion::{EVIDENCE, Penalty};
@@ -72,6 +74,8 @@ const PROMISING: f64 = 0.3;
 /// Half the fall of `-2 log L` that a first look must promise.
 pub(super) const WORTH: f64 = 0.5;
 
+/// Share of the size from which latent forces are searched for elsewhere, where instruments do what these would carry.
+const FEW_LATENTS: f64 = 0.03;
 /// Rounds in which parameters adapt to a size.
 const ADAPTING: usize = 4;
 /// Further moves of a trajectory that has lost by the first one what its linear model promised.
@@ -246,6 +250,39 @@ impl<'a> Sizing<'a> {
         Ok(Some(fit))
     }
 
+    /// The model of `given` where pose and lengths wander by so much against each other, each as far as the data say, with latent
+    /// forces that need not do it; the parameters of the effects from `first` on adapt. A trajectory that follows such errors has
+    /// cables slack that were not, and says nothing.
+    pub(crate) fn wandering(&self, given: &Fit, wander: Wander, first: usize) -> Result<Option<Fit>, FitError> {
+        let (model, from) = (&given.model, &given.randomness);
+        let Wander { deviation, time } = wander;
+        let arm = Sizes::of(&model.parameters).arm;
+        let mut randomness = from.with_latents(FEW_LATENTS);
+        for device in [Device::Pose, Device::CableLengths, Device::UnstretchedLengths] {
+            for channel in self.without_memory(&randomness, device, false) {
+                let deviation = if self.all[channel] == Channel::Pose(2) { deviation / arm } else { deviation };
+                let time = time.clamp(SHORTEST * self.interval, self.longest);
+                randomness = randomness.with_memory(Memory { channel, deviation, time, drift: false });
+            }
+        }
+        if randomness.memory.len() > MOST_MEMORIES {
+            return Ok(None);
+        }
+        let mut fit = Fit::new(model, self.trials, &randomness, None)?;
+        let devices = Device::ALL.into_iter().filter(|device| self.has_memory(&randomness, *device, false));
+        let together: Vec<Size> = devices.flat_map(|device| self.sizes(Kind::Colour(device))).collect();
+        for sizes in [together, self.each(&randomness)] {
+            fit.settle(self.trials, POLICY.first_moves)?;
+            fit.randomness = self.most_likely(&fit, &sizes, self.at(&fit, fit.randomness.clone())).randomness;
+        }
+        let best = self.at(&fit, fit.randomness.clone());
+        fit.randomness = self.pruned(&fit, best).randomness;
+        fit.settle(self.trials, POLICY.first_moves)?;
+        // What is slower than noise with memory may be drifts.
+        let taken = self.take_up(&fit, 0.0, first)?;
+        Ok(Some(taken.unwrap_or(fit)))
+    }
+
     /// `fit` at the sizes of `at` on the trajectory that belongs to them, which no longer bends to what the instruments did; none
     /// where it is not as likely there as asked for, or there is none: what latent forces carried, as those of a law that is missing,
     /// lets the model go where its linear one does not tell.
@@ -308,7 +345,7 @@ impl<'a> Sizing<'a> {
         let mut kinds = Vec::new();
         for (device, drift) in Device::ALL.into_iter().flat_map(|device| [(device, false), (device, true)]) {
             let channels = self.without_memory(randomness, device, drift).len();
-            if channels > 0 && randomness.memory.len() + channels <= crate::model::randomness::MOST_MEMORIES {
+            if channels > 0 && randomness.memory.len() + channels <= MOST_MEMORIES {
                 kinds.push(if drift { Kind::Drift(device) } else { Kind::Colour(device) });
             }
         }

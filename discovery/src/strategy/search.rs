@@ -8,8 +8,8 @@ use crate::strategy::elasticity::elasticity;
 use crate::strategy::evident_delay::evident_delay;
 use crate::strategy::form::{form, form_if, settle_extensions};
 use crate::strategy::instruments::{
-    beside_instruments, better_instruments, instruments_anew, instruments_instead, with_any_error_of_forces,
-    without_idle_instruments,
+    beside_instruments, better_instruments, evident_wander, instruments_anew, instruments_instead,
+    with_any_error_of_forces, without_idle_instruments,
 };
 use crate::strategy::onset::onset;
 use crate::strategy::pair::pair;
@@ -32,7 +32,8 @@ const ONCE_FOUND: [Step; 5] =
 /// Looks for effects of the catalogue and settles what was found; terms outside the catalogue are not looked for yet. Where
 /// the recorded forces have an error it ends as soon as that is known.
 pub(crate) fn search(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
-    let standing = catalogue_rounds(context, evident_delay(context, standing)?)?;
+    let standing = evident_wander(context, evident_delay(context, standing)?)?;
+    let standing = catalogue_rounds(context, standing)?;
     let standing = with_any_error_of_forces(context, standing)?;
     if standing.white_force_error() {
         return Ok(standing);
