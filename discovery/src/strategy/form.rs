@@ -33,7 +33,8 @@ pub(crate) fn form(context: &Context<'_>, standing: Standing) -> Standing {
     form_if(context, standing, f64::NEG_INFINITY)
 }
 
-/// As [`form`], but law and presliding only if they explain more than this share of the evidence that is left.
+/// As [`form`], but its shapes only if these explain more than this share of the evidence that is left, and so law and presliding:
+/// what else is missing may take part of a shape that explains less.
 pub(crate) fn form_if(context: &Context<'_>, mut standing: Standing, share: f64) -> Standing {
     let among = standing.effects().len();
     let wanting: Vec<usize> = (0..standing.accepted.len())
@@ -47,8 +48,12 @@ pub(crate) fn form_if(context: &Context<'_>, mut standing: Standing, share: f64)
     let places: Vec<usize> = wanting.iter().map(|k| context.at(*k)).collect();
     let known = standing.chosen.take().filter(|known| known.is_of(&standing, &places));
     let Some(chosen) = known.or_else(|| choose(context, &standing, &first, places)) else { return standing };
-    let Chosen { shaped, formed, .. } = &chosen;
-    if context.share(shaped.score, formed.score, &standing.beginnings) < share {
+    let Chosen { begun, shaped, formed, .. } = &chosen;
+    let explained = |from: f64, to: f64| context.share(from, to, &standing.beginnings);
+    if explained(*begun, shaped.score).max(explained(*begun, formed.score)) < share {
+        return Standing { chosen: Some(chosen), ..standing };
+    }
+    if explained(shaped.score, formed.score) < share {
         let next = as_begun(context, standing, shaped);
         return Standing { chosen: Some(chosen), ..next };
     }
@@ -63,6 +68,8 @@ pub(crate) fn form_if(context: &Context<'_>, mut standing: Standing, share: f64)
 pub(crate) struct Chosen {
     /// The criterion of the fit that they were chosen beside, the beginnings, and the places of the friction in the model.
     of: (f64, Arc<[Trial]>, Vec<usize>),
+    /// The criterion with the forms that stand.
+    begun: f64,
     /// With each law's own shapes.
     shaped: Arc<Trained>,
     /// In the place of other laws as well, and with presliding.
@@ -83,10 +90,11 @@ fn choose(context: &Context<'_>, standing: &Standing, first: &EffectSpec, places
     (context.progress)("fitting the shape of friction", 0.2);
     let forms = Forms { context, beginnings: &standing.beginnings };
     let begun = context.journal.tried(first, "its form, on the beginnings of the trials", forms.begun(standing))?;
+    let score = begun.score;
     let shaped = places.iter().fold(begun, |begun, at| forms.in_full(begun, *at));
     let formed = context.journal.tried(first, "in another form", forms.formed(&shaped, &places))?;
     let of = (standing.fit.score, Arc::clone(&standing.beginnings), places);
-    Some(Chosen { of, shaped: Arc::new(shaped), formed: Arc::new(formed) })
+    Some(Chosen { of, begun: score, shaped: Arc::new(shaped), formed: Arc::new(formed) })
 }
 
 /// What stands with the form of friction that was chosen by the beginnings of the trials, if it earns its place.
@@ -367,6 +375,7 @@ mod tests {
     use crate::data::recording::record;
     use crate::filter::estimate::noise_of_data;
     use crate::strategy::fitted::Evidence;
+    use crate::strategy::fixture::{begun, evidence, with};
 
     /// The asymmetry that a plain law gets where `hidden` effects act.
     fn asymmetry(hidden: &[EffectSpec]) -> f64 {
@@ -394,5 +403,21 @@ mod tests {
         assert!((found - 0.3).abs() < 0.03, "{found}");
         let bias = EffectSpec::new("winch_force_bias", Some(2), &[54.0]).unwrap();
         assert_eq!(asymmetry(&[friction(0.0), bias]), 0.0);
+    }
+    /// Beside a missing drag the tail of an arctan took part of it, and the drag was left to the cables.
+    #[test]
+    fn a_shape_waits_for_what_explains_more() {
+        let plain = EffectSpec::new("winch_coulomb_friction", Some(2), &[400.0, 0.1]).unwrap();
+        let mut algebraic = plain.clone();
+        algebraic.values[index_of(&plain, "algebraic").unwrap()] = 1.0;
+        let shaped = |share: f64| {
+            let evidence = evidence(std::slice::from_ref(&algebraic), 91);
+            let (context, standing) = begun(&evidence, &Model::default());
+            let standing = with(&context, standing, vec![(plain.clone(), Vec::new())]);
+            let standing = form_if(&context, standing, share);
+            let law = &standing.found(&context)[0];
+            law.id != plain.id || count_in_use(law) > count_in_use(&plain)
+        };
+        assert!(shaped(0.1) && !shaped(0.9));
     }
 }

@@ -4,7 +4,7 @@ use crate::filter::error::FitError;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::every_cable::on_every_cable;
-use crate::strategy::form::form;
+use crate::strategy::form::form_if;
 use crate::strategy::instruments::beside_instruments;
 use crate::strategy::onset::onset;
 use crate::strategy::round::{Round, round};
@@ -16,7 +16,8 @@ pub(crate) fn one_more(context: &Context<'_>, standing: Standing, signatures: &S
     round(context, standing, signatures, Source::Catalogue, context.policy.most_refusals)
 }
 
-/// Effects of the catalogue, one after the other, as long as they earn their place, and after each the form of friction.
+/// Effects of the catalogue, one after the other, as long as they earn their place, and after each the form of friction, where that
+/// explains most of what is left; what of it explains less once no more effects do.
 ///
 /// What the instruments have beside white noise is taken up where it explains more than the next effect.
 pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
@@ -41,7 +42,7 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
                 false
             }
         };
-        standing = form(context, standing);
+        standing = form_if(context, standing, if found { context.policy.most } else { f64::NEG_INFINITY });
         if !found && standing.fit.score == score {
             break;
         }
