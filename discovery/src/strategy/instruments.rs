@@ -50,13 +50,11 @@ pub(crate) fn with_instruments(context: &Context<'_>, fitted: &Fitted, gain: f64
     with_those(context, fitted, gain, &Sizing::new(train, noise, context.penalty))
 }
 
-/// What stands where pose and lengths wander against each other as no force can have them do, by kinematics alone: the model as given
-/// has instruments that do so.
+/// What stands where pose and lengths wander against each other as no force can have them do, by kinematics alone: its instruments do
+/// so, and those of the model as given.
 pub(crate) fn evident_wander(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
     let (Evidence { train, noise, .. }, fit) = (context.evidence, &standing.fit);
-    let Some(wander) = wander(&fit.train.examined, train).filter(|_| standing.accepted.is_empty()) else {
-        return Ok(standing);
-    };
+    let Some(wander) = wander(&fit.train.examined, train) else { return Ok(standing) };
     let sizing = Sizing::new(train, noise, context.penalty);
     let wandering = sizing.wandering(&fit.train, wander, context.free_from);
     let wandering = context.journal.or_remark("Instruments that wander do not go with the data", wandering)?.flatten();
@@ -65,7 +63,12 @@ pub(crate) fn evident_wander(context: &Context<'_>, standing: Standing) -> Resul
     let better = context.verified(Trained { fit: wandering, score }, fit);
     let better = context.journal.or_remark("Instruments that wander do not go with the held-out data", better)?;
     let Some(better) = better.filter(|better| better.score < fit.score - EVIDENCE) else { return Ok(standing) };
-    Ok(standing.with_base(context.counted(better)))
+    let better = context.counted(better);
+    if standing.accepted.is_empty() {
+        Ok(standing.with_base(better))
+    } else {
+        beside_instruments(context, standing, better)
+    }
 }
 
 /// What stands where no effect was found and an error of the recorded forces explains what is left, though it is more than
