@@ -76,7 +76,7 @@ fn wander_of(time: &[f64], signal: &[f64]) -> Option<Wander> {
     let square = known.iter().map(|(_, value)| (value - mean).powi(2)).sum::<f64>() / count;
     let (times, values): (Vec<f64>, Vec<f64>) = known.into_iter().unzip();
     let variance = square - white_noise(&times, &values).powi(2);
-    if !(variance > 0.0) {
+    if variance.is_nan() || variance <= 0.0 {
         return None;
     }
     // Half the mean square of a difference is what was forgotten in that time, beside what is white.
