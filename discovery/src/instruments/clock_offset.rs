@@ -8,13 +8,10 @@
 
 use crate::data::clean::noise_by_differences;
 use crate::data::{Channel, Trial};
-use crate::instruments::mismatch::{Lengths, stiffness};
+use crate::instruments::mismatch::{Lengths, NO_FORCE, stiffness};
 use crate::model::examined::Examined;
 use crate::model::sizes::usual_force;
 
-/// Root mean square of the force that the offset of the clocks would ask for, as a share of the usual force, from which no force
-/// explains it: three times of it are all that a cable carries.
-const NO_FORCE: f64 = 1.0 / 3.0;
 /// Share of the squared mismatch that the offset must explain: most of it.
 const EXPLAINS: f64 = 0.5;
 /// Share of a rate's square that may be noise: what is regressed on a rate with noise comes out smaller by so much.

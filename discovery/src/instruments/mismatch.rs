@@ -6,8 +6,8 @@ use crate::model::examined::Examined;
 
 /// Standard deviation of the force that a disagreement would ask for, as a share of what the cable carries, from which no force
 /// explains it: three times of it are all that there is, and the cable would be slack that was not.
-const NO_FORCE: f64 = 1.0 / 3.0;
-/// Share of its variance that noise with memory has forgotten after its time constant.
+pub(super) const NO_FORCE: f64 = 1.0 / 3.0;
+/// Share of its variance that noise with memory has forgotten after its time constant: `1 - 1/e`.
 const FORGOTTEN: f64 = 0.632;
 
 /// Lengths of one cable (m), a sample each; `NAN` where they are not known.
@@ -57,6 +57,7 @@ pub(crate) fn wander(model: &Examined, trials: &[Trial]) -> Option<Wander> {
             let Some(wander) = wander_of(&trial.time, &mismatch) else { continue };
             let carried =
                 trial.inputs.iter().map(|inputs| inputs.winch_force[cable].abs()).sum::<f64>() / trial.len() as f64;
+            // Cables that do not stretch are left to the search.
             let force = stiffness(model, &of_pose, cable) * wander.deviation;
             beyond_forces |= force.is_finite() && force > NO_FORCE * carried;
             if most.is_none_or(|most| most.deviation < wander.deviation) {
@@ -84,8 +85,8 @@ fn wander_of(time: &[f64], signal: &[f64]) -> Option<Wander> {
         let differences = values.iter().zip(&values[lag..]).map(|(a, b)| (b - a).powi(2));
         0.5 * differences.sum::<f64>() / (values.len() - lag) as f64 - (square - variance)
     };
-    let lags = (0..).map(|k| 1 << k).take_while(|lag| 2 * lag < values.len());
-    let lag = lags.into_iter().find(|lag| forgotten(*lag) > FORGOTTEN * variance).unwrap_or(values.len() / 2);
+    let mut lags = (0..).map(|k| 1 << k).take_while(|lag| 2 * lag < values.len());
+    let lag = lags.find(|lag| forgotten(*lag) > FORGOTTEN * variance).unwrap_or(values.len() / 2);
     let interval = (times[times.len() - 1] - times[0]) / (times.len() - 1) as f64;
     Some(Wander { deviation: variance.sqrt(), time: lag as f64 * interval })
 }
