@@ -7,6 +7,8 @@ use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::Randomness;
 use crate::filter::path::LinearTrial;
 use crate::filter::whiten::{Forcing, Normal, whiten};
+use crate::hypothesis::along::Along;
+use crate::hypothesis::signature::{Varied, sensitivities};
 use crate::instruments::device::Device;
 
 /// Rise of `-2 log L` without a delay from which it is not asked whether something else may do what it does.
@@ -33,8 +35,13 @@ impl Clocks {
         self.devices.len()
     }
 
+    /// What each varied parameter adds along a trial, and after them the delay of each clock.
+    pub(crate) fn after(&self, along: &Along<'_>, varied: &[Varied]) -> Forcing {
+        self.beside(sensitivities(along, varied), along.linear, along.trial)
+    }
+
     /// `forcing` with a column more for the delay of each clock: what is shown changes by minus its rate.
-    pub(crate) fn beside(&self, forcing: Forcing, linear: &LinearTrial, trial: &Trial) -> Forcing {
+    fn beside(&self, forcing: Forcing, linear: &LinearTrial, trial: &Trial) -> Forcing {
         if self.devices.is_empty() {
             return forcing;
         }

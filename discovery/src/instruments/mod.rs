@@ -12,6 +12,7 @@ pub(crate) mod sizing;
 mod summary;
 #[cfg(test)]
 mod tests;
+mod wandering;
 
 pub(crate) use clock::late_lengths;
 pub(crate) use sizing::{Sizing, less_by_one, parameters};

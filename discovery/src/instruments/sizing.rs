@@ -13,9 +13,7 @@ use crate::hypothesis::parameter::{Free, free_parameters};
 use crate::instruments::clocks::{Clocks, less_one_clock};
 use crate::instruments::device::Device;
 use crate::instruments::expected::largest_error;
-use crate::instruments::mismatch::Wander;
 use crate::model::randomness::{MOST_MEMORIES, Memory};
-use crate::model::sizes::Sizes;
 use crate::strategy::policy::POLICY;
 use crate::verdict::POLICY as VERDICT;
 use crate::weigh::criterion::{EVIDENCE, Penalty};
@@ -57,7 +55,7 @@ pub(super) enum Size {
 }
 
 /// Shortest time constant of noise with memory, in sampling intervals.
-const SHORTEST: f64 = 1.0;
+pub(super) const SHORTEST: f64 = 1.0;
 /// Longest, as a share of the longest recording: slower is drift.
 const LONGEST: f64 = 0.2;
 /// First sizes of noise with memory, in multiples of what differences say of white noise.
@@ -74,8 +72,6 @@ const PROMISING: f64 = 0.3;
 /// Half the fall of `-2 log L` that a first look must promise.
 pub(super) const WORTH: f64 = 0.5;
 
-/// Share of the size from which latent forces are searched for elsewhere, where instruments do what these would carry.
-const FEW_LATENTS: f64 = 0.03;
 /// Rounds in which parameters adapt to a size.
 const ADAPTING: usize = 4;
 /// Further moves of a trajectory that has lost by the first one what its linear model promised.
@@ -250,39 +246,6 @@ impl<'a> Sizing<'a> {
         Ok(Some(fit))
     }
 
-    /// The model of `given` where pose and lengths wander by so much against each other, each as far as the data say, with latent
-    /// forces that need not do it; the parameters of the effects from `first` on adapt. A trajectory that follows such errors has
-    /// cables slack that were not, and says nothing.
-    pub(crate) fn wandering(&self, given: &Fit, wander: Wander, first: usize) -> Result<Option<Fit>, FitError> {
-        let (model, from) = (&given.model, &given.randomness);
-        let Wander { deviation, time } = wander;
-        let arm = Sizes::of(&model.parameters).arm;
-        let mut randomness = from.with_latents(FEW_LATENTS);
-        for device in [Device::Pose, Device::CableLengths, Device::UnstretchedLengths] {
-            for channel in self.without_memory(&randomness, device, false) {
-                let deviation = if self.all[channel] == Channel::Pose(2) { deviation / arm } else { deviation };
-                let time = time.clamp(SHORTEST * self.interval, self.longest);
-                randomness = randomness.with_memory(Memory { channel, deviation, time, drift: false });
-            }
-        }
-        if randomness.memory.len() > MOST_MEMORIES {
-            return Ok(None);
-        }
-        let mut fit = Fit::new(model, self.trials, &randomness, None)?;
-        let devices = Device::ALL.into_iter().filter(|device| self.has_memory(&randomness, *device, false));
-        let together: Vec<Size> = devices.flat_map(|device| self.sizes(Kind::Colour(device))).collect();
-        for sizes in [together, self.each(&randomness)] {
-            fit.settle(self.trials, POLICY.first_moves)?;
-            fit.randomness = self.most_likely(&fit, &sizes, self.at(&fit, fit.randomness.clone())).randomness;
-        }
-        let best = self.at(&fit, fit.randomness.clone());
-        fit.randomness = self.pruned(&fit, best).randomness;
-        fit.settle(self.trials, POLICY.first_moves)?;
-        // What is slower than noise with memory may be drifts.
-        let taken = self.take_up(&fit, 0.0, first)?;
-        Ok(Some(taken.unwrap_or(fit)))
-    }
-
     /// `fit` at the sizes of `at` on the trajectory that belongs to them, which no longer bends to what the instruments did; none
     /// where it is not as likely there as asked for, or there is none: what latent forces carried, as those of a law that is missing,
     /// lets the model go where its linear one does not tell.
@@ -330,12 +293,12 @@ impl<'a> Sizing<'a> {
         (0..self.all.len()).filter(|at| Device::of(self.all[*at]) == device && measured(&self.all[*at])).collect()
     }
 
-    fn has_memory(&self, randomness: &Randomness, device: Device, drift: bool) -> bool {
+    pub(super) fn has_memory(&self, randomness: &Randomness, device: Device, drift: bool) -> bool {
         randomness.memory.iter().any(|m| m.drift == drift && Device::of(self.all[m.channel]) == device)
     }
 
     /// Channels of a device without noise with memory, or without drift.
-    fn without_memory(&self, randomness: &Randomness, device: Device, drift: bool) -> Vec<usize> {
+    pub(super) fn without_memory(&self, randomness: &Randomness, device: Device, drift: bool) -> Vec<usize> {
         let without = |at: &usize| !randomness.memory.iter().any(|m| m.drift == drift && m.channel == *at);
         self.channels(device).into_iter().filter(without).collect()
     }
@@ -440,7 +403,7 @@ impl<'a> Sizing<'a> {
     }
 
     /// What belongs to a kind when its sizes are searched for.
-    fn sizes(&self, kind: Kind) -> Vec<Size> {
+    pub(super) fn sizes(&self, kind: Kind) -> Vec<Size> {
         let mut sizes = match kind {
             Kind::Colour(device) => {
                 vec![Size::Memories { device, drift: false }, Size::Times(device), Size::White(device)]
@@ -455,7 +418,7 @@ impl<'a> Sizing<'a> {
     }
 
     /// Every size by itself.
-    fn each(&self, randomness: &Randomness) -> Vec<Size> {
+    pub(super) fn each(&self, randomness: &Randomness) -> Vec<Size> {
         let mut sizes = Vec::new();
         for (at, memory) in randomness.memory.iter().enumerate() {
             sizes.push(Size::Memory(at));
@@ -504,7 +467,7 @@ impl<'a> Sizing<'a> {
     }
 
     /// Without what does not pay for its parameters now that the rest has been taken up.
-    fn pruned(&self, fit: &Fit, mut best: At) -> At {
+    pub(super) fn pruned(&self, fit: &Fit, mut best: At) -> At {
         let from = &best.randomness;
         let mut less: Vec<Randomness> = Vec::new();
         less.extend((from.jitter > 0.0).then(|| Randomness { jitter: 0.0, ..from.clone() }));

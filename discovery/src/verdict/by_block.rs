@@ -12,7 +12,7 @@ use crate::filter::whiten::{Forcing, Normal, whitened_rows};
 use crate::hypothesis::along::Along;
 use crate::hypothesis::parameter::Free;
 use crate::hypothesis::parameter::free_values;
-use crate::hypothesis::signature::{Varied, sensitivities};
+use crate::hypothesis::signature::Varied;
 use crate::hypothesis::survey::regularise;
 use crate::instruments::clocks::Clocks;
 use crate::model::examined::Examined;
@@ -73,8 +73,7 @@ impl ByBlock {
         let parts: Vec<Vec<Normal>> = (0..trials.len())
             .into_par_iter()
             .map(|t| {
-                let forcing = sensitivities(&Along::new(fit, &linear, trials, t), &varied);
-                let forcing = clocks.beside(forcing, &linear[t], &trials[t]);
+                let forcing = clocks.after(&Along::new(fit, &linear, trials, t), &varied);
                 parts(fit, &linear[t], &trials[t], &forcing, &blocks[t])
             })
             .collect();

@@ -12,7 +12,7 @@ use crate::filter::kalman::Randomness;
 use crate::filter::whiten::{Normal, whiten};
 use crate::hypothesis::along::Along;
 use crate::hypothesis::parameter::{Free, free_parameters, parameter_step, range_of_change};
-use crate::hypothesis::signature::{Varied, sensitivities};
+use crate::hypothesis::signature::Varied;
 use crate::hypothesis::survey::regularise;
 use crate::hypothesis::term;
 use crate::instruments::clocks::Clocks;
@@ -69,8 +69,7 @@ pub(super) fn proposals(
     let parts: Vec<Vec<Normal>> = (0..trials.len())
         .into_par_iter()
         .map(|t| {
-            let forcing = sensitivities(&Along::new(fit, &linear, trials, t), &varied);
-            let forcing = clocks.beside(forcing, &linear[t], &trials[t]);
+            let forcing = clocks.after(&Along::new(fit, &linear, trials, t), &varied);
             let whitened = sizes.par_iter().map(|randomness| {
                 let randomness = for_trial(randomness, &trials[t]);
                 whiten(&linear[t], &randomness, &forcing)
