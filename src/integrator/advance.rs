@@ -3,9 +3,9 @@
 use super::allowance::Allowance;
 use super::choice::{Choice, Prices};
 use super::dormand_prince::Stiffness;
-use super::radau::Outcome;
+use super::radau::{Contraction, Outcome};
 use super::switching::Looks;
-use super::vector::{FEW, MORE, MOST, MOST_STATES, SOME, Work};
+use super::vector::{FEW, Kept, MORE, MOST, MOST_STATES, SOME, Work};
 use super::{IntegrationError, Solver, Statistics, System};
 
 /// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with this,
@@ -31,12 +31,14 @@ pub struct Memory {
     pub jacobian_least: u32,
     /// Iterations beyond that, of all steps with it.
     pub jacobian_excess: u32,
-    /// What Newton's method added to its guess in the last step, three values for each state; empty where that says nothing of the
-    /// next.
-    pub lead: Vec<f64>,
+    /// What Newton's method added to its guess in the last step, three values for each state, and how much more that was than in the
+    /// step before; empty where that says nothing of the next.
+    pub trend: Vec<f64>,
     /// How much the defect contracted, over how much the correction did, in the last step that began without a lead; 0 where that is
     /// not known.
     pub settling: f64,
+    /// What is known of the contraction with the Jacobian.
+    pub contraction: Contraction,
     /// Last step size and error, for predictive control.
     pub last: (f64, f64),
     /// Rates at the end of the last step, with which the next begins: after an implicit step the slope of its polynomial. Empty where
@@ -65,16 +67,17 @@ pub struct Integrator {
     pub(super) jacobian_least: u32,
     pub(super) jacobian_excess: u32,
     /// As in [`Memory`], with whether it is there.
-    lead: Vec<f64>,
+    trend: [Kept; 6],
     pub(super) has_lead: bool,
     pub(super) settling: f64,
+    pub(super) contraction: Contraction,
     pub(super) last: (f64, f64),
     /// What an error in each state weighs: one over its scale and the tolerance.
-    weight: Vec<f64>,
+    weight: Kept,
     /// The weights are of the tolerance in use.
     weighed: bool,
     /// Rates at the state where the last call ended.
-    rates: Vec<f64>,
+    rates: Kept,
     /// They still are.
     rates_known: bool,
     stiffness: Stiffness,
@@ -107,13 +110,14 @@ impl Integrator {
             has_jacobian: false,
             jacobian_least: 0,
             jacobian_excess: 0,
-            lead: vec![0.0; 3 * dimension],
+            trend: std::array::from_fn(|_| Kept::zeros(dimension)),
             has_lead: false,
             settling: 0.0,
+            contraction: Contraction::default(),
             last: (0.0, 0.0),
-            weight: vec![0.0; dimension],
+            weight: Kept::zeros(dimension),
             weighed: false,
-            rates: vec![0.0; dimension],
+            rates: Kept::zeros(dimension),
             rates_known: false,
             stiffness: Stiffness::default(),
             stiff_since: None,
@@ -209,8 +213,13 @@ impl Integrator {
             jacobian_state: if self.has_jacobian { self.jacobian_state.clone() } else { Vec::new() },
             jacobian_least: self.jacobian_least,
             jacobian_excess: self.jacobian_excess,
-            lead: if self.has_lead { self.lead.clone() } else { Vec::new() },
+            trend: if self.has_lead {
+                self.trend.iter().flat_map(|kept| &**kept).copied().collect()
+            } else {
+                Vec::new()
+            },
             settling: self.settling,
+            contraction: self.contraction,
             last: self.last,
             rates: if self.rates_known { self.rates.to_vec() } else { Vec::new() },
             stiff_since: self.stiff_since,
@@ -227,11 +236,12 @@ impl Integrator {
         if self.rates_known {
             self.rates.copy_from_slice(&memory.rates);
         }
-        self.has_lead = memory.lead.len() == 3 * n && n > 0;
-        if self.has_lead {
-            self.lead.copy_from_slice(&memory.lead);
+        self.has_lead = memory.trend.len() == 6 * n && n > 0;
+        for (kept, values) in self.trend.iter_mut().zip(memory.trend.chunks_exact(n.max(1))) {
+            kept.copy_from_slice(values);
         }
         self.settling = memory.settling;
+        self.contraction = memory.contraction;
         self.stiff_since = memory.stiff_since;
         self.choice = memory.choice;
         self.hold_to_tolerance();
@@ -311,11 +321,11 @@ impl Integrator {
         self.weigh(work, system, y);
         let mut rates_known = std::mem::take(&mut self.rates_known);
         if rates_known {
-            work.rates.copy_from_slice(&self.rates);
+            work.rates.take_up(&self.rates);
         }
         if self.has_lead {
-            for (vector, values) in work.lead.iter_mut().zip(self.lead.chunks_exact(y.len())) {
-                vector.copy_from_slice(values);
+            for (vector, kept) in work.lead.iter_mut().chain(&mut work.rise).zip(&self.trend) {
+                vector.take_up(kept);
             }
         }
         let prices = Prices::of(system.cost(), y.len());
@@ -435,11 +445,11 @@ impl Integrator {
         }
         self.rates_known = rates_known;
         if rates_known {
-            self.rates.copy_from_slice(&work.rates);
+            self.rates.keep(&work.rates);
         }
         if self.has_lead {
-            for (vector, values) in work.lead.iter().zip(self.lead.chunks_exact_mut(y.len())) {
-                values.copy_from_slice(vector);
+            for (vector, kept) in work.lead.iter().chain(&work.rise).zip(&mut self.trend) {
+                kept.keep(vector);
             }
         }
         Ok(())
@@ -476,11 +486,11 @@ impl Integrator {
         if !self.weighed || system.scale_changes() {
             self.weighed = true;
             system.scale(y, &mut self.weight);
-            for weight in &mut self.weight {
+            for weight in &mut *self.weight {
                 *weight = 1.0 / (*weight * self.tolerance);
             }
         }
-        work.weight.copy_from_slice(&self.weight);
+        work.weight.take_up(&self.weight);
     }
 
     /// A careful first step from the size of the rates.

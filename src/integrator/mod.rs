@@ -22,6 +22,7 @@ pub use choice::{Choice, Cost};
 pub use dense::DenseFactors;
 pub use num_complex::Complex64;
 pub use outcome::{IntegrationError, Statistics};
+pub use radau::Contraction;
 use serde::Deserialize;
 pub use vector::MOST_STATES;
 

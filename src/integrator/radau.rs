@@ -17,9 +17,15 @@ const DEFECT: f64 = 0.01;
 const DEFECT_CONTRACTION: f64 = 0.1;
 /// Contraction that is taken for granted after a single iteration.
 const LEAST_CONTRACTION: f64 = 1e-3;
-/// What a new Jacobian and its factors cost, in Newton iterations. When an old one has cost that much more than it did at its
-/// best, it is taken anew: then neither choice would have saved more than half.
+/// Iterations beyond the fewest that a step took with a Jacobian after which it is taken anew. It costs two to six of them; but the
+/// error estimate is made with it, too, and one that takes cables for held by friction that slide no longer hides their error.
 const JACOBIAN_PRICE: u32 = 1;
+/// Newton's method is believed to contract less well by so much with each step that does not measure how well it does. A measured
+/// contraction lasts for some ten steps where it was a thousandth of what suffices.
+const GROWTH: f64 = 1.5;
+/// Defect, in units of the tolerance, up to which a contraction that an earlier step measured is believed of it: one that the error
+/// estimate might let pass as well. Friction may have begun to slide since.
+const MOST_BELIEVED: f64 = 1.0;
 /// Relative change of step size up to which the factors are kept.
 const SAME_STEP: f64 = 1e-6;
 
@@ -43,6 +49,39 @@ fn settles(defect: f64, before: f64) -> bool {
     defect * defect <= DEFECT * (before - defect)
 }
 
+/// How Newton's method contracts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Contraction {
+    /// Of correction and defect from the first iteration to the second, the larger one, as last measured with the Jacobian in use
+    /// and grown since; 0 where it is not known.
+    pub rate: f64,
+    /// Sizes of the first correction and its defect when it was measured, in units of the tolerance.
+    pub first: [f64; 2],
+}
+
+impl Contraction {
+    /// What a first correction and its defect of these sizes contract by at most: larger ones than those at which it was measured
+    /// say that the equations bend more, or are others. Infinite where it is not known.
+    fn of(&self, sizes: [f64; 2]) -> f64 {
+        let [correction, defect] = std::array::from_fn(|k| sizes[k] / self.first[k]);
+        if self.rate > 0.0 { self.rate * correction.max(defect).max(1.0) } else { f64::INFINITY }
+    }
+
+    fn measured(rate: f64, first: [f64; 2]) -> Self {
+        // None is no contraction.
+        if rate < 1.0 && first.iter().all(|size| *size > 0.0) {
+            Self { rate: rate.max(f64::EPSILON), first }
+        } else {
+            Self::default()
+        }
+    }
+
+    /// After so much `growth`.
+    fn grown(self, growth: f64) -> Self {
+        Self::measured(self.rate * growth, self.first)
+    }
+}
+
 impl Integrator {
     fn prepare(&mut self, system: &mut impl System, t: f64, y: &[f64], h: f64) {
         if !self.has_jacobian || self.jacobian_excess >= JACOBIAN_PRICE {
@@ -58,8 +97,10 @@ impl Integrator {
         if (h - self.factored_step).abs() > SAME_STEP * h {
             factor(system, h);
             self.statistics.factorisations += 1;
-            self.factored_step = h;
+            let longer = if self.factored_step > 0.0 { h / self.factored_step } else { f64::INFINITY };
+            self.contraction = self.contraction.grown(longer.max(1.0));
             self.has_lead = false;
+            self.factored_step = h;
         }
     }
 
@@ -76,12 +117,13 @@ impl Integrator {
         self.prepare(system, t, y, h);
         work.start.copy_from_slice(y);
         let led = std::mem::take(&mut self.has_lead);
-        if !led {
-            work.lead.iter_mut().for_each(|lead| lead.groups_mut().fill(Group::ZERO));
-        }
+        work.follow_trend(led);
         let mut last_change = work.guess(system, h);
         let mut last_defect = f64::NAN;
         let mut iterations = 0;
+        // The first iteration has solved the step as far as its defect tells, and the second found nothing left to correct.
+        let mut solved_at_once = false;
+        let mut needless = 0;
         loop {
             if iterations == NEWTON_LIMIT {
                 return Outcome::NotConverged;
@@ -97,22 +139,30 @@ impl Integrator {
             // The first iteration is told by all that the guess lacked, what is known from the last step included.
             let corrected = if iterations == 1 { lead } else { change };
             let contraction = if last_change > 0.0 { corrected / last_change } else { 0.0 };
+            let known = if iterations == 1 { self.contraction.of([change, defect]) } else { f64::INFINITY };
             // Large parts of the motion that the guess has right may hide a small part that converges slowly.
-            let theta = if iterations == 1 { contraction.max(LEAST_CONTRACTION) } else { contraction };
-            last_change = change;
+            let theta = if iterations == 1 { contraction.max(LEAST_CONTRACTION).min(known) } else { contraction };
             let small = change == 0.0 || theta < 0.99 && theta / (1.0 - theta) * change <= self.newton_tolerance;
+            if iterations == 2 {
+                let rate = contraction.max(defect / last_defect);
+                self.contraction = Contraction::measured(rate, [last_change, last_defect]);
+                needless = u32::from(solved_at_once && change <= self.newton_tolerance && defect <= DEFECT);
+            }
+            last_change = change;
             let mut before = if iterations == 1 { work.first_defect(h) } else { last_defect };
             if iterations == 1 && led {
                 // A lead makes the defect smaller and says nothing of the Jacobian: what the last step without one has shown counts too.
-                before = before.min(defect / (self.settling * contraction));
-            }
-            let settled = settles(defect, before);
-            let solved = defect <= DEFECT || settled || iterations > 1 && defect <= DEFECT_CONTRACTION * last_defect;
-            if iterations == 1 && !led {
+                before = if self.settling > 0.0 { before.min(defect / (self.settling * contraction)) } else { defect };
+            } else if iterations == 1 {
                 let settling = defect / before / contraction;
                 self.settling = if settling.is_finite() { settling } else { 0.0 };
             }
-            self.has_lead = iterations == 1 && settled && self.settling > 0.0;
+            if defect <= MOST_BELIEVED {
+                before = before.max(defect / known);
+            }
+            let settled = settles(defect, before);
+            let solved = defect <= DEFECT || settled || iterations > 1 && defect <= DEFECT_CONTRACTION * last_defect;
+            solved_at_once = iterations == 1 && solved;
             last_defect = defect;
             if small && solved {
                 break;
@@ -131,7 +181,14 @@ impl Integrator {
                 }
             }
         }
-        self.charge(iterations);
+        if iterations == 1 {
+            self.contraction = self.contraction.grown(GROWTH);
+        }
+        self.has_lead = self.contraction.rate > 0.0 || self.settling > 0.0;
+        if !led {
+            work.rise.iter_mut().for_each(|rise| rise.groups_mut().fill(Group::ZERO));
+        }
+        self.charge(iterations - needless);
         let error = self.estimate(work, system, t, h, rejected);
         self.control(h, error, iterations, rejected)
     }
@@ -239,6 +296,15 @@ impl<const GROUPS: usize> Work<GROUPS> {
         root_mean(sum, 3 * self.error.len())
     }
 
+    /// What the guess will lack, going by the last two steps, where there is a lead; nothing otherwise.
+    fn follow_trend(&mut self, led: bool) {
+        for (lead, rise) in self.lead.iter_mut().zip(&self.rise) {
+            for (lead, rise) in lead.groups_mut().iter_mut().zip(rise.groups()) {
+                *lead = if led { *lead + *rise } else { Group::ZERO };
+            }
+        }
+    }
+
     fn solve_complex(&mut self, system: &mut impl System) {
         let [re, im] = &mut self.complex;
         system.solve_complex(re, im);
@@ -289,6 +355,7 @@ impl<const GROUPS: usize> Work<GROUPS> {
                 w[s] = self.w[s].groups()[k] + correction[s];
                 all[s] = self.lead[s].groups()[k] + correction[s];
                 self.lead[s].groups_mut()[k] = all[s];
+                self.rise[s].groups_mut()[k] += correction[s];
             }
             of_this += self.squares(k, correction);
             of_all += self.squares(k, all);
@@ -350,5 +417,37 @@ fn weighed<const GROUPS: usize>(
     let [w0, w1, w2] = w.each_ref().map(Vector::groups);
     for (k, to) in to.groups_mut().iter_mut().enumerate() {
         *to = value(k, w0[k] * weights[0] + w1[k] * weights[1] + w2[k] * weights[2]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contraction_holds_where_it_was_measured() {
+        let contraction = Contraction::measured(1e-4, [2.0, 3.0]);
+        assert_eq!(contraction.of([1.0, 1.0]), 1e-4);
+        // A larger correction, or a larger defect, contracts less.
+        assert_eq!(contraction.of([8.0, 3.0]), 4e-4);
+        assert_eq!(contraction.of([1.0, 30.0]), 1e-3);
+        assert_eq!(contraction.grown(4.0).of([2.0, 3.0]), 4e-4);
+    }
+
+    #[test]
+    fn what_does_not_contract_is_not_known() {
+        for unknown in [
+            Contraction::default(),
+            Contraction::measured(1.0, [1.0, 1.0]),
+            Contraction::measured(f64::NAN, [1.0, 1.0]),
+            Contraction::measured(1e-3, [0.0, 1.0]),
+            Contraction::measured(0.5, [1.0, 1.0]).grown(2.0),
+            Contraction::default().grown(f64::INFINITY),
+        ] {
+            assert_eq!(unknown, Contraction::default());
+            assert_eq!(unknown.of([1.0, 1.0]), f64::INFINITY);
+        }
+        // A linear system leaves nothing of a correction: that much is taken for rounding.
+        assert!(Contraction::measured(0.0, [1.0, 1.0]).rate > 0.0);
     }
 }

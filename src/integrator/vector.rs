@@ -43,6 +43,13 @@ impl<const GROUPS: usize> Vector<GROUPS> {
         &self.groups[..self.used()]
     }
 
+    /// Takes up what was kept.
+    #[inline]
+    pub(super) fn take_up(&mut self, kept: &Kept) {
+        let groups = self.groups_mut();
+        groups.copy_from_slice(&kept.groups[..groups.len()]);
+    }
+
     #[inline]
     pub(super) fn groups_mut(&mut self) -> &mut [Group] {
         let used = self.used();
@@ -66,6 +73,43 @@ impl<const GROUPS: usize> DerefMut for Vector<GROUPS> {
     }
 }
 
+/// A value for each state, kept from one call to the next: in groups, as many as a call works with, so that it is copied at once.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    groups: Vec<Group>,
+    len: usize,
+}
+
+impl Kept {
+    pub(super) fn zeros(len: usize) -> Self {
+        let used = len.div_ceil(4);
+        let groups = [FEW, SOME].into_iter().find(|room| used <= *room).unwrap_or(used);
+        Self { groups: vec![Group::ZERO; groups], len }
+    }
+
+    #[inline]
+    pub(super) fn keep<const GROUPS: usize>(&mut self, vector: &Vector<GROUPS>) {
+        let groups = vector.groups();
+        self.groups[..groups.len()].copy_from_slice(groups);
+    }
+}
+
+impl Deref for Kept {
+    type Target = [f64];
+
+    #[inline]
+    fn deref(&self) -> &[f64] {
+        &cast_slice(&self.groups)[..self.len]
+    }
+}
+
+impl DerefMut for Kept {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut [f64] {
+        &mut cast_slice_mut(&mut self.groups)[..self.len]
+    }
+}
+
 /// What a call works with and nothing after it needs: it lies on the stack, so that an instance carries only what it must keep,
 /// and many that step in turn leave each other's in the processor's caches.
 pub(super) struct Work<const GROUPS: usize> {
@@ -77,6 +121,8 @@ pub(super) struct Work<const GROUPS: usize> {
     pub(super) w: [Vector<GROUPS>; 3],
     /// What the corrections of Newton's method have added to the guess.
     pub(super) lead: [Vector<GROUPS>; 3],
+    /// How much more that was than in the step before.
+    pub(super) rise: [Vector<GROUPS>; 3],
     /// Rates at the three stages of an implicit step, or at the second to the seventh of an explicit one.
     pub(super) f: [Vector<GROUPS>; 6],
     pub(super) error: Vector<GROUPS>,
@@ -99,6 +145,7 @@ impl<const GROUPS: usize> Work<GROUPS> {
             rates: zeros(),
             w: [zeros(), zeros(), zeros()],
             lead: [zeros(), zeros(), zeros()],
+            rise: [zeros(), zeros(), zeros()],
             f: [zeros(), zeros(), zeros(), zeros(), zeros(), zeros()],
             error: zeros(),
             complex: [zeros(), zeros()],

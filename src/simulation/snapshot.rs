@@ -4,7 +4,7 @@ use super::Simulation;
 use super::command::Stretch;
 use super::system::{InputSegment, PlantSystem};
 use crate::dynamics::Inputs;
-use crate::integrator::{Choice, Memory};
+use crate::integrator::{Choice, Contraction, Memory};
 use crate::per_cable::PerCable;
 
 /// Bytes that are no snapshot of this plant.
@@ -163,9 +163,10 @@ impl Simulation {
         out.extend(count(memory.jacobian_state.len()));
         put(out, &memory.jacobian_state);
         put(out, &[memory.jacobian_least, memory.jacobian_excess].map(f64::from));
-        out.extend(count(memory.lead.len()));
-        put(out, &memory.lead);
-        put(out, &[memory.settling]);
+        out.extend(count(memory.trend.len()));
+        put(out, &memory.trend);
+        put(out, &[memory.settling, memory.contraction.rate]);
+        put(out, &memory.contraction.first);
         out.extend(count(memory.rates.len()));
         put(out, &memory.rates);
         out.extend(count(memory.stiff_since.iter().len()));
@@ -217,9 +218,11 @@ impl Simulation {
         let jacobian_count = reader.count(8)?;
         reader.list(jacobian_count, &mut memory.jacobian_state)?;
         let jacobian_use: [f64; 2] = reader.numbers()?;
-        let lead_count = reader.count(8)?;
-        reader.list(lead_count, &mut memory.lead)?;
+        let trend_count = reader.count(8)?;
+        reader.list(trend_count, &mut memory.trend)?;
         memory.settling = reader.number()?;
+        let [rate, correction, defect] = reader.numbers()?;
+        memory.contraction = Contraction { rate, first: [correction, defect] };
         let rates_count = reader.count(8)?;
         reader.list(rates_count, &mut memory.rates)?;
         let stiff_since = match reader.count(8)? {
@@ -247,9 +250,9 @@ impl Simulation {
         if self.plant.wound_in(y) || jacobian_count > 0 && self.plant.wound_in(&memory.jacobian_state) {
             return Err(SnapshotError("an unstretched length is not positive"));
         }
-        let sizes = [next_step, factored_step, last_step, last_error, memory.settling];
+        let sizes = [next_step, factored_step, last_step, last_error, memory.settling, rate, correction, defect];
         if ![0, n].contains(&jacobian_count)
-            || ![0, 3 * n].contains(&lead_count)
+            || ![0, 6 * n].contains(&trend_count)
             || ![0, n].contains(&rates_count)
             || sizes.iter().any(|size| *size < 0.0)
             || !jacobian_use.iter().all(is_whole)
