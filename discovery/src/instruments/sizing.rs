@@ -226,8 +226,7 @@ impl<'a> Sizing<'a> {
                     (adapted, next)
                 }
             };
-            let cost = self.penalty.of_parameters(parameters(&next.randomness))
-                - self.penalty.of_parameters(parameters(&best.randomness));
+            let cost = self.cost_beyond(&next.randomness, &best.randomness);
             if best.value - next.value < cost + EVIDENCE {
                 break;
             }
@@ -239,11 +238,67 @@ impl<'a> Sizing<'a> {
         if !taken {
             return Ok(None);
         }
+        (fit, best) = self.exchanged(fit, best)?;
         best = self.most_likely(&fit, &self.each(&best.randomness), best);
         best = self.pruned(&fit, best);
         fit.randomness = best.randomness;
         fit.smooth(self.trials)?;
         Ok(Some(fit))
+    }
+
+    /// `fit` where what one device was found to remember is another's, with what else is to be taken up then, as far as that is more
+    /// likely: what explains most by itself may be less than two that belong together. Lengths that drift stand in for a pose that does
+    /// and lengths whose noise has a memory.
+    pub(super) fn exchanged(&self, mut fit: Fit, mut best: At) -> Result<(Fit, At), FitError> {
+        let pairs = |drift: bool| {
+            let to = move |from: Device| Device::ALL.into_iter().filter(move |to| *to != from);
+            Device::ALL.into_iter().flat_map(move |from| to(from).map(move |to| (from, to, drift)))
+        };
+        for (from, to, drift) in [true, false].into_iter().flat_map(pairs) {
+            let [given, taken] =
+                [from, to].map(|device| if drift { Kind::Drift(device) } else { Kind::Colour(device) });
+            if !self.has_memory(&best.randomness, from, drift) || self.channels(to).is_empty() {
+                continue;
+            }
+            let mut without = best.randomness.clone();
+            without.memory.retain(|m| m.drift != drift || Device::of(self.all[m.channel]) != from);
+            let starts = self.starts(taken, &without.bounded(), STEPS.1).into_iter().map(|start| self.at(&fit, start));
+            let Some(start) = starts.min_by(|a, b| a.value.total_cmp(&b.value)) else { continue };
+            let next = self.grown(&fit, self.most_likely(&fit, &self.sizes(taken), start), given);
+            let cost = self.cost_beyond(&next.randomness, &best.randomness);
+            let enough = best.value - cost - EVIDENCE;
+            if next.value < enough
+                && let Some(followed) = self.followed(fit.clone(), next, enough)?
+            {
+                (fit, best) = followed;
+            }
+        }
+        Ok((fit, best))
+    }
+
+    /// `from` with what pays beside it along the same trajectory, the most first, but for one kind.
+    fn grown(&self, fit: &Fit, mut from: At, but: Kind) -> At {
+        loop {
+            let kinds = self.kinds(&from.randomness).into_iter().filter(|kind| *kind != but);
+            let starts = kinds.flat_map(|kind| {
+                self.starts(kind, &from.randomness, STEPS.0).into_iter().map(move |start| (kind, start))
+            });
+            let scanned = starts.map(|(kind, start)| (kind, self.at(fit, start)));
+            let Some((kind, start)) = scanned.min_by(|a, b| a.1.value.total_cmp(&b.1.value)) else { return from };
+            if from.value - start.value < 2.0 * WORTH {
+                return from;
+            }
+            let next = self.most_likely(fit, &self.sizes(kind), start);
+            if from.value - next.value < self.cost_beyond(&next.randomness, &from.randomness) + EVIDENCE {
+                return from;
+            }
+            from = next;
+        }
+    }
+
+    /// What the parameters of `next` cost beyond those of `before`.
+    fn cost_beyond(&self, next: &Randomness, before: &Randomness) -> f64 {
+        self.penalty.of_parameters(parameters(next)) - self.penalty.of_parameters(parameters(before))
     }
 
     /// `fit` at the sizes of `at` on the trajectory that belongs to them, which no longer bends to what the instruments did; none

@@ -62,6 +62,40 @@ fn noise_with_memory_on_the_pose_is_found_with_its_time_constant() {
     assert!(fit.randomness.force.max(fit.randomness.winch) < 5.0, "{:?}", fit.randomness);
 }
 
+/// Lengths that drift explain more by themselves than a pose that does, and than noise of the lengths with memory; the two together
+/// explain most.
+#[test]
+fn lengths_do_not_stand_in_for_a_pose_that_drifts() {
+    let trials = recordings(|t, trial| {
+        let (time, last) = (trial.time.clone(), trial.time[trial.len() - 1]);
+        for (row, time) in trial.measured.iter_mut().zip(&time) {
+            row[0] += 0.012 * (std::f64::consts::PI * time / last).sin();
+            row[1] -= 0.012 * (0.5 * std::f64::consts::PI * time / last).sin();
+        }
+        for j in trial
+            .channels
+            .iter()
+            .enumerate()
+            .filter(|(_, c)| Device::of(**c) == Device::UnstretchedLengths)
+            .map(|(j, _)| j)
+            .collect::<Vec<_>>()
+        {
+            let colour = remembering(trial, 2e-3, 0.1, 2000 * (t + 1) + 41 * j as u64);
+            trial.measured.iter_mut().zip(colour).for_each(|(row, colour)| row[j] += colour);
+        }
+    });
+    let (fit, noise) = (fitted(&[], &trials), crate::filter::estimate::noise_of_data(&trials));
+    let sizing = Sizing::new(&trials, &noise, Penalty::new(PENALTY));
+    let lengths = Kind::Drift(Device::UnstretchedLengths);
+    let drifting = sizing.starts(lengths, &fit.randomness.without_latents(), 1.0).remove(0);
+    let drifting = sizing.most_likely(&fit, &sizing.sizes(lengths), sizing.at(&fit, drifting));
+    let (_, exchanged) = sizing.exchanged(fit, drifting.clone()).unwrap();
+    let has = |device, drift| sizing.has_memory(&exchanged.randomness, device, drift);
+    assert!(has(Device::Pose, true) && has(Device::UnstretchedLengths, false), "{:?}", exchanged.randomness);
+    assert!(!has(Device::UnstretchedLengths, true), "{:?}", exchanged.randomness);
+    assert!(exchanged.value < drifting.value - 50.0, "{} {}", exchanged.value, drifting.value);
+}
+
 #[test]
 fn an_error_of_the_recorded_forces_is_no_latent_force() {
     let trials = recordings(|t, trial| {
