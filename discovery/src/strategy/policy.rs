@@ -63,6 +63,9 @@ pub(crate) struct Policy {
     /// are alike, and of all others.
     pub(crate) rival_alike: f64,
     pub(crate) rival: f64,
+    /// Share of what instruments explain that a law must promise to be fitted in their place, with what is asked for beside it: less is
+    /// not worth the time.
+    pub(crate) promising: f64,
     /// Most rivals of one effect that are fitted in full.
     pub(crate) most_rivals: usize,
     /// Most replacements of one effect by another, so that two do not take turns.
@@ -134,6 +137,7 @@ pub(crate) const POLICY: Policy = Policy {
     simpler: 0.93,
     rival_alike: 0.5,
     rival: 0.8,
+    promising: 0.1,
     most_rivals: 3,
     most_replacements: 4,
     paired: 30,

@@ -16,7 +16,7 @@ use crate::model::sizes::{Sizes, usual_force};
 use crate::strategy::context::Context;
 use crate::strategy::entrance::{Entry, enter};
 use crate::strategy::fitted::{Fitted, Trained};
-use crate::strategy::instruments::better_instruments;
+use crate::strategy::instruments::{better_instruments, with_instruments};
 use crate::strategy::limits::both_limits;
 use crate::strategy::onset::for_a_while;
 use crate::strategy::policy::Policy;
@@ -51,8 +51,13 @@ pub(crate) fn round(
     if source == Source::Catalogue
         && let Some(better) = better_instruments(context, &standing.fit, gain)?
     {
-        // What begins or ends looks like an instrument that drifts.
         let explained = standing.fit.score - better.score;
+        if weighing.explains_more_beside_instruments(&standing, &better, gain, explained)?
+            && let Some(found) = weighing.best_that_enters(&standing, 1)?
+        {
+            return Ok(Round::Found(found));
+        }
+        // What begins or ends looks like an instrument that drifts.
         let found = for_a_while(context, &standing, library, &weighing.ranked, explained)?;
         return Ok(found.map_or_else(|| Round::Instruments(standing, Box::new(better)), Round::Found));
     }
@@ -145,6 +150,32 @@ impl<'a> Weighing<'a> {
             }
         }
         Ok(None)
+    }
+
+    /// Whether the best candidate, which gains so much, and the instruments that are asked for beside it explain more than those that
+    /// are `better` without it: a length that drifts stands in for a law that lasts, and explains more than it by itself because it
+    /// takes another instrument's part as well. Only what remembers can, and only a law that promises enough can be told from it.
+    fn explains_more_beside_instruments(
+        &self,
+        standing: &Standing,
+        better: &Fitted,
+        gain: f64,
+        explained: f64,
+    ) -> Result<bool, FitError> {
+        let Self { context, library, .. } = *self;
+        let remembers = better.train.randomness.memory.len() > standing.fit.train.randomness.memory.len();
+        if !remembers || gain < context.policy.promising * explained {
+            return Ok(false);
+        }
+        let Some(effect) = self.ranked.first().and_then(|best| best.effect(library)) else { return Ok(false) };
+        let fitted = &standing.fit;
+        let mut model = fitted.train.model.clone();
+        model.effects.push(effect.clone());
+        let trained = context.train(&model, &fitted.train, &context.evidence.train, context.policy.rounds, None);
+        let next = trained.and_then(|trained| context.verified(trained, fitted));
+        let Some(next) = context.journal.tried(&effect, "in the place of instruments", next) else { return Ok(false) };
+        let beside = with_instruments(context, &next, 0.0)?;
+        Ok(beside.is_some_and(|beside| beside.score < better.score - EVIDENCE))
     }
 
     /// The candidates that were not refused yet, the best first.
@@ -285,9 +316,11 @@ mod tests {
     use cdpr::model_file::Model;
 
     use super::*;
+    use crate::data::Channel;
     use crate::data::recording::record;
     use crate::hypothesis::candidates::{Situation, catalogue};
     use crate::instruments::expected::with_memory;
+    use crate::strategy::fitted::Evidence;
     use crate::strategy::policy::POLICY;
 
     /// The noise of a channel that is not measured is no number, and no number equals itself: all was weighed anew each time.
@@ -298,6 +331,40 @@ mod tests {
         assert!(fit.randomness.same(&ladder(&fit.randomness)[0]));
         let larger = Randomness { force: 2.0 * fit.randomness.force, ..fit.randomness.clone() };
         assert!(!fit.randomness.same(&larger));
+    }
+
+    /// A cable that is softer by 4 %, a pose that wanders and lengths whose noise has a memory: lengths that drift stand in for all three
+    /// and explain more than the cable alone, and nothing was missing.
+    #[test]
+    fn a_law_is_fitted_with_its_own_instruments_before_those_that_stand_in_for_it() {
+        let hidden = EffectSpec::new("cable_stiffness", Some(2), &[-0.04]).expect("an effect");
+        let recorded = |seed: u64| {
+            let mut trial = record(std::slice::from_ref(&hidden), 60.0, seed);
+            let last = trial.time[trial.len() - 1];
+            let (mut white, mut colour) = (crate::data::recording::noise(4 * trial.len(), 500 + seed), [0.0; 4]);
+            let lengths = trial.channels.iter().position(|c| *c == Channel::UnstretchedLength(0)).expect("lengths");
+            for (row, time) in trial.measured.iter_mut().zip(&trial.time) {
+                row[0] += 0.012 * (std::f64::consts::PI * time / last).sin();
+                row[1] -= 0.012 * (0.5 * std::f64::consts::PI * time / last).sin();
+                for (i, colour) in colour.iter_mut().enumerate() {
+                    *colour = 0.8 * *colour + 1e-3 * white.next().unwrap_or(0.0);
+                    row[lengths + i] += *colour;
+                }
+            }
+            trial
+        };
+        let (train, holdout) = (vec![recorded(81), recorded(82)], vec![recorded(83)]);
+        let noise = crate::filter::estimate::noise_of_data(&train);
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
+        let standing = Standing::new(&context, base);
+        let signatures = crate::strategy::candidates::signatures(&context, &standing, &standing.fit, Source::Catalogue);
+        let Round::Found(found) = round(&context, standing, &signatures, Source::Catalogue, 3).expect("a round") else {
+            panic!("instruments alone")
+        };
+        let [effect] = &found.fit.train.model.effects[..] else { panic!("{:?}", found.fit.train.model.effects) };
+        assert_eq!((effect.id.as_str(), effect.cable), ("cable_stiffness", Some(2)));
     }
 
     /// On logs of a real robot a gain of -92 % came first, then a limit that left a constant force, and friction not at all.
