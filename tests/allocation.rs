@@ -164,5 +164,5 @@ fn an_instance_keeps_no_more_than_it_must() {
     let mut simulation = Box::new(Simulation::new(plant, &start, 1e-8).unwrap());
     simulation.advance(0.01).unwrap();
     let held = HELD.get() - before;
-    assert!(held < 8_000, "{held} bytes");
+    assert!(held < 7_700, "{held} bytes");
 }

@@ -151,8 +151,7 @@ pub(crate) fn less_by_one(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
     let mut less = Vec::new();
     for device in Device::ALL {
         for drift in [true, false] {
-            let mut without = randomness.clone();
-            without.memory.retain(|m| m.drift != drift || Device::of(all[m.channel]) != device);
+            let without = less_memories(randomness, &all, device, drift);
             let fewer = without.memory.len() < randomness.memory.len();
             less.extend(fewer.then_some(without));
         }
@@ -161,6 +160,13 @@ pub(crate) fn less_by_one(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
     less.extend((randomness.jitter > 0.0).then(|| Randomness { jitter: 0.0, ..randomness.clone() }));
     less.extend(less_one_clock(fit, trials));
     less.into_iter().map(Randomness::bounded).collect()
+}
+
+/// `randomness` without what a device remembers, drift or not.
+fn less_memories(randomness: &Randomness, all: &[Channel], device: Device, drift: bool) -> Randomness {
+    let mut without = randomness.clone();
+    without.memory.retain(|m| m.drift != drift || Device::of(all[m.channel]) != device);
+    without
 }
 
 impl<'a> Sizing<'a> {
@@ -260,8 +266,7 @@ impl<'a> Sizing<'a> {
             if !self.has_memory(&best.randomness, from, drift) || self.channels(to).is_empty() {
                 continue;
             }
-            let mut without = best.randomness.clone();
-            without.memory.retain(|m| m.drift != drift || Device::of(self.all[m.channel]) != from);
+            let without = less_memories(&best.randomness, &self.all, from, drift);
             let starts = self.starts(taken, &without.bounded(), STEPS.1).into_iter().map(|start| self.at(&fit, start));
             let Some(start) = starts.min_by(|a, b| a.value.total_cmp(&b.value)) else { continue };
             let next = self.grown(&fit, self.most_likely(&fit, &self.sizes(taken), start), given);
