@@ -4,7 +4,7 @@ use crate::data::Channel;
 
 /// Channels that share a device and its clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Device {
+pub(crate) enum Device {
     Pose,
     CableLengths,
     UnstretchedLengths,
@@ -14,7 +14,7 @@ pub(super) enum Device {
 impl Device {
     pub(super) const ALL: [Self; 4] = [Self::Pose, Self::CableLengths, Self::UnstretchedLengths, Self::Tensions];
 
-    pub(super) fn of(channel: Channel) -> Self {
+    pub(crate) fn of(channel: Channel) -> Self {
         match channel {
             Channel::Pose(_) => Self::Pose,
             Channel::CableLength(_) => Self::CableLengths,

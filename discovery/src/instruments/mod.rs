@@ -3,7 +3,7 @@
 mod clock;
 pub(crate) mod clock_offset;
 pub(crate) mod clocks;
-mod device;
+pub(crate) mod device;
 pub(crate) mod expected;
 pub(crate) mod latents;
 pub(crate) mod mismatch;

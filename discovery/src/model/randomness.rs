@@ -145,6 +145,11 @@ impl Randomness {
         self.memory.iter().any(|memory| memory.drift)
     }
 
+    /// Whether a noise with memory outlasts the latent forces, as a drift does: then it can stand for what a law does to the motion.
+    pub(crate) fn outlasts_latents(&self, memory: &Memory) -> bool {
+        memory.drift || memory.time > self.time
+    }
+
     /// The size of the latent force on the platform times a factor, within what is considered.
     pub(crate) fn force_scaled(&self, factor: f64) -> f64 {
         self.considered(self.force * factor)

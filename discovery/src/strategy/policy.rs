@@ -55,8 +55,6 @@ pub(crate) struct Policy {
     pub(crate) far_off: f64,
     /// The same for no shape of a law to make up for it: ten times as much again.
     pub(crate) hopeless: f64,
-    /// Share of what a drift explains that laws in its place must: most of it, before instruments are looked for beside them.
-    pub(crate) of_a_drift: f64,
     /// Share of the best candidate's gain at which a simpler one is preferred: signatures are exact to some per cent.
     pub(crate) simpler: f64,
     /// Share of the gain of a candidate from which another one is worth a full comparison: of those that the catalogue says
@@ -133,7 +131,6 @@ pub(crate) const POLICY: Policy = Policy {
     lead: 5.0,
     far_off: 100.0,
     hopeless: 1000.0,
-    of_a_drift: 0.5,
     simpler: 0.93,
     rival_alike: 0.5,
     rival: 0.8,
