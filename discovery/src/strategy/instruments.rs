@@ -21,6 +21,9 @@ pub(crate) fn beside_instruments(
     mut standing: Standing,
     better: Fitted,
 ) -> Result<Standing, FitError> {
+    if instruments::parameters(&standing.fit.train.randomness) == 0 {
+        standing.taken_up_beside = Some(standing.laws());
+    }
     let base = context.counted_as(&standing.base, &better);
     let base = with_instruments(context, &base, 0.0)?.unwrap_or(base);
     if base.score <= better.score {
@@ -106,7 +109,9 @@ fn with_those(
 /// What stands with the instruments that are found now that its effects have names, where that is likelier than what was found
 /// before: then what a law does was theirs as well, and took the place of what they do.
 pub(crate) fn instruments_anew(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
-    if standing.accepted.is_empty() || instruments::parameters(&standing.fit.train.randomness) == 0 {
+    let plain = instruments::parameters(&standing.fit.train.randomness) == 0;
+    // Those that were taken up beside these very laws would be found again.
+    if standing.accepted.is_empty() || plain || standing.taken_up_beside.as_ref() == Some(&standing.laws()) {
         return Ok(standing);
     }
     let Some(anew) = with_instruments_anew(context, &standing.fit)? else { return Ok(standing) };
@@ -355,6 +360,26 @@ mod tests {
         let standing = instruments_instead(&context, standing).expect("a fit");
         assert_eq!(standing.accepted.len(), standing.effects().len());
         standing.effects().iter().map(|effect| effect.id.clone()).collect()
+    }
+
+    /// A pose that wanders beside a law: its drift is not looked for a second time, but is beside another law.
+    #[test]
+    fn instruments_taken_up_beside_the_laws_that_stand_are_not_looked_for_anew() {
+        let gain = EffectSpec::new("winch_force_gain", Some(1), &[0.01]).expect("an effect");
+        let evidence = wandering(std::slice::from_ref(&gain), 0.05, 61);
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
+        let fit = context.fit(&Model { effects: vec![gain], ..Model::default() }, &base).expect("a fit");
+        let better = better_instruments(&context, &fit, 0.0).expect("a fit").expect("a drift");
+        let accepted = vec![Accepted::new(Vec::new(), fit.score - base.score, None)];
+        let standing = Standing { fit, accepted, ..Standing::new(&context, base) };
+        let mut standing = beside_instruments(&context, standing, better).expect("a fit");
+        // Whatever is found is better than this.
+        standing.fit.score = f64::INFINITY;
+        let score = |standing: &Standing| instruments_anew(&context, standing.clone()).expect("a fit").fit.score;
+        assert!(score(&standing).is_infinite());
+        standing.taken_up_beside = Some(Vec::new());
+        assert!(score(&standing).is_finite());
     }
 
     /// Strong damping of all cables was named for stamps that jitter.

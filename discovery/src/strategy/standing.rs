@@ -8,6 +8,7 @@ use cdpr::model_file::Model;
 use crate::data::Trial;
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
+use crate::hypothesis::extension::count_in_use;
 use crate::journal::Outcome;
 use crate::outcome::{Alternative, NullTest};
 use crate::strategy::context::Context;
@@ -58,7 +59,12 @@ pub(crate) struct Standing {
     pub(crate) weighed: Option<(Source, f64, Arc<Signatures>)>,
     /// The forms of friction that were chosen last and not taken yet.
     pub(crate) chosen: Option<Chosen>,
+    /// The laws beside which the instruments were taken up, where they had nothing but white noise before.
+    pub(crate) taken_up_beside: Option<Vec<Law>>,
 }
+
+/// An effect without its size: what it is, where, and how many numbers its form takes.
+pub(crate) type Law = (String, Option<usize>, usize);
 
 impl Standing {
     /// The model as given, with nothing accepted.
@@ -72,6 +78,7 @@ impl Standing {
             looked: false,
             weighed: None,
             chosen: None,
+            taken_up_beside: None,
         }
     }
 
@@ -97,6 +104,11 @@ impl Standing {
     /// The effects of the model that stands.
     pub(crate) fn effects(&self) -> &[EffectSpec] {
         &self.fit.train.model.effects
+    }
+
+    /// The laws of the model that stands.
+    pub(crate) fn laws(&self) -> Vec<Law> {
+        self.effects().iter().map(|effect| (effect.id.clone(), effect.cable, count_in_use(effect))).collect()
     }
 
     /// The effects that were accepted, in the order of what is known of them.
