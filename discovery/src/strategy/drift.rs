@@ -25,8 +25,8 @@ use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::signatures::Source;
 
-/// What stands, or, where that has a drift or a noise that outlasts the latent forces, what laws in the place of that explain if that is more; the model as given then has
-/// the same instruments.
+/// What stands, or, where that has a drift or a noise that outlasts the latent forces, what laws in the place of that explain if that
+/// is more; the model as given then has the same instruments.
 pub(crate) fn instead_of_drift(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
     let fitted = &standing.fit;
     let randomness = &fitted.train.randomness;
@@ -74,7 +74,7 @@ fn steadied(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, Fi
     with_other_instruments(context, fitted, randomness)
 }
 
-/// `randomness` of a robot with so many cables with those memories that latent forces outlast. Channels of a device remember alike:
+/// `randomness` of a robot with so many cables, with those memories alone that latent forces outlast. Channels of a device remember alike:
 /// where the noise of one outlasts the latent forces and that of another does not, it may have taken a drift in, and gets the other's.
 fn forgetting(randomness: &Randomness, cables: usize) -> Randomness {
     let all = Channel::all(cables);
