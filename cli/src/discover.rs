@@ -216,7 +216,7 @@ fn summary(discovery: &Discovery, report: &Report, json: &Path) -> String {
     };
     line("verdict", words.badge);
     for found in &discovery.effects {
-        line("effect", &found_text(found));
+        line(if found.named { "effect" } else { "candidate" }, &found_text(found));
         for twin in found.alternatives.iter().filter(|a| a.indistinguishable) {
             let sizes = write::parameters(&twin.effect, &[]);
             line("  or", &format!("{}  (ΔBIC {})", sized(&twin.effect, &sizes), signed(twin.delta_bic)));

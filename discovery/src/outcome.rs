@@ -42,7 +42,7 @@ pub struct Found {
     /// The effect with its estimated parameters.
     pub effect: EffectSpec,
     /// Whether it may be called what is missing: its size is known, its shape is that of its law, and it takes away a part
-    /// of the gap that can be seen.
+    /// of the gap that can be seen. Others are candidates: in the model, and no causes.
     pub named: bool,
     /// Standard error of each parameter; `None` where the data do not determine it.
     pub standard_error: Vec<Option<f64>>,

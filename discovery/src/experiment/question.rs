@@ -66,6 +66,9 @@ struct Document {
     schema: u32,
     verdict: String,
     effects: Vec<Effect>,
+    /// Effects of the model without a name.
+    #[serde(default)]
+    candidates: Vec<Effect>,
     terms: Vec<serde::de::IgnoredAny>,
     instruments: Instruments,
     #[serde(default)]
@@ -131,12 +134,13 @@ impl Question {
         if document.schema != 1 {
             return Err(PlanError::Discovery(format!("schema {}, expected 1", document.schema)));
         }
-        let found: Result<Vec<EffectSpec>, PlanError> = document.effects.iter().map(|e| e.law.effect()).collect();
+        let of_model = || document.effects.iter().chain(&document.candidates);
+        let found: Result<Vec<EffectSpec>, PlanError> = of_model().map(|e| e.law.effect()).collect();
         let found = found?;
         let given = (model.effects.len()).checked_sub(found.len() + document.terms.len());
         let given = given.ok_or_else(|| not_of(&found[0]))?;
         let mut open = Vec::new();
-        for (law, effect) in found.iter().zip(&document.effects) {
+        for (law, effect) in found.iter().zip(of_model()) {
             let at = model.effects.iter().skip(given).position(|known| same(known, law)).ok_or_else(|| not_of(law))?;
             if effect.indistinguishable_from.is_empty() {
                 continue;

@@ -247,6 +247,10 @@ fn rivals_are_built_again_from_the_discovery() {
     assert_eq!(open.laws, [law("platform_linear_drag", None, &[6.25]), law("winch_viscous_friction", None, &[3.0])]);
     assert_eq!((&open.now[..], question.jitter), (&[0.0, 8.5][..], 0.001));
     assert_eq!(question.instruments.len(), 1 + model.parameters.cables(), "x, and the lengths that the limits add");
+    // What the model got without a name is no given one.
+    let candidate = r#""candidates": [{"id": "platform_mass", "cable": null, "delta_bic": -40.0, "parameters": {"mass": {"value": 20.0}}}],"#;
+    let text = discovery(DRAG).replace(r#""terms""#, &format!(r#"{candidate} "terms""#));
+    assert_eq!(Question::read(&text, &model, &limits).unwrap().open[0].given, 0);
 }
 
 #[test]

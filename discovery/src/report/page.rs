@@ -57,6 +57,7 @@ pub fn render(input: &Report) -> Result<String, ReportError> {
         summary => words::summary(input),
         verdict => input.verdict,
         effects => input.effects,
+        causes => input.effects.iter().filter(|e| e.named).count(),
         alternatives => input.effects.iter().any(|e| !e.alternatives.is_empty()),
         located => input.located,
         terms => input.terms,

@@ -237,6 +237,11 @@ fn partly_named_says_that_it_is_not_all_and_leaves_out_what_has_no_name() {
     );
     report.effects[0].alternatives = vec![capstan(true)];
     assert!(top(&report).0.starts_with("Either Coulomb friction or capstan loss on winch 3 is missing"));
+    let (_, text) = top(&report);
+    assert!(
+        text.contains("Lag on winch 3 (") && text.contains("explains a part and is in the model, but is no cause."),
+        "{text}"
+    );
     // What explains next to nothing is no headline.
     report.verdict = Verdict::Unnamed;
     report.effects[0].named = false;

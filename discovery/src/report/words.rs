@@ -29,7 +29,8 @@ pub struct Summary {
 #[must_use]
 pub fn summary(report: &Report) -> Summary {
     let several = report.effects.len() > 1 || report.verdict != Verdict::Named;
-    let mut lead: Vec<String> = report.effects.iter().map(|e| size(e, several)).collect();
+    let mut lead: Vec<String> = report.effects.iter().filter(|e| e.named).map(|e| size(e, several)).collect();
+    lead.extend(candidates(report));
     lead.extend(terms(report));
     lead.push(gap_sentence(report));
     let mut detail: Vec<String> = Vec::new();
@@ -198,6 +199,22 @@ pub fn phrase(label: &str, place: &str) -> String {
     let place = Place::parse(place).phrase();
     // "drag on the platform on the platform" and its like.
     if label.ends_with(&place) { label.to_owned() } else { format!("{label} {place}") }
+}
+
+/// Effects that the model got without a name.
+fn candidates(report: &Report) -> Option<String> {
+    let all: Vec<String> = report
+        .effects
+        .iter()
+        .filter(|e| !e.named)
+        .map(|e| format!("{} ({})", effect_phrase(e), parameters(&e.parameters)))
+        .collect();
+    let does = if all.len() == 1 {
+        "explains a part and is in the model, but is no cause"
+    } else {
+        "explain a part and are in the model, but are no causes"
+    };
+    (!all.is_empty()).then(|| capital(&format!("{} {does}.", join(&all, "and"))))
 }
 
 fn size(effect: &Effect, several: bool) -> String {

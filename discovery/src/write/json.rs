@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::data::Channel;
 use crate::journal::Entry;
-use crate::outcome::{ChannelInstrument, Compared, Discovery, Instruments, Located, Remaining, Verdict};
+use crate::outcome::{ChannelInstrument, Compared, Discovery, Found, Instruments, Located, Remaining, Verdict};
 
 use super::detection::{LimitEntry, cannot_tell, limit};
 use super::effect::{
@@ -22,7 +22,10 @@ struct Document<'a> {
     schema: u32,
     verdict: &'static str,
     located: Vec<LocatedEntry>,
+    /// Those that carry their name.
     effects: Vec<EffectEntry<'a>>,
+    /// Effects of the model that explain a part and carry no name: no causes.
+    candidates: Vec<EffectEntry<'a>>,
     terms: Vec<TermEntry<'a>>,
     /// Errors of the geometry that were found together with these; none where the geometry as given does.
     calibration: Vec<SurveyEntry<'a>>,
@@ -198,12 +201,15 @@ struct JournalEntry<'a> {
 ///
 /// # Errors
 /// Not for any discovery: every part of it has a place in JSON.
-pub fn discovery_json(discovery: &Discovery) -> Result<String, serde_json::Error> {
+pub fn discovery_json<'a>(discovery: &'a Discovery) -> Result<String, serde_json::Error> {
+    let (effects, candidates): (Vec<&Found>, Vec<&Found>) = discovery.effects.iter().partition(|found| found.named);
+    let entries = |found: Vec<&'a Found>| found.into_iter().map(|found| effect(found, &discovery.trials)).collect();
     let document = Document {
         schema: 1,
         verdict: verdict(discovery.verdict),
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
-        effects: discovery.effects.iter().map(|found| effect(found, &discovery.trials)).collect(),
+        effects: entries(effects),
+        candidates: entries(candidates),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
         calibration: discovery.survey.iter().map(survey).collect(),
         gap: gap(discovery),

@@ -180,6 +180,22 @@ fn what_is_left_stands_beside_the_verdict_in_mm_mrad_and_newtons() {
     assert_eq!(document["effects"][0]["named"], true);
 }
 
+/// A candidate among the effects was read as a cause.
+#[test]
+fn effects_without_a_name_stand_apart() {
+    let mut partly = discovery();
+    partly.verdict = Verdict::PartlyNamed;
+    partly.effects[0].named = false;
+    let (document, whole) = (json(&partly), json(&discovery()));
+    let ids = |of: &Value, key: &str| -> Vec<Value> {
+        of[key].as_array().unwrap().iter().map(|effect| effect["id"].clone()).collect()
+    };
+    assert_eq!(ids(&document, "candidates"), ids(&whole, "effects")[..1]);
+    assert_eq!(ids(&document, "effects"), ids(&whole, "effects")[1..]);
+    assert_eq!(document["candidates"][0]["named"], false);
+    assert!(ids(&whole, "candidates").is_empty());
+}
+
 #[test]
 fn numbers_that_do_not_exist_are_null() {
     let mut nothing_held_out = discovery();
