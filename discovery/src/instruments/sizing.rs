@@ -111,6 +111,8 @@ pub(crate) struct Sizing<'a> {
     pub(super) longest: f64,
     /// The largest white error of the recorded forces (N).
     pub(super) largest_input: f64,
+    /// What their recordings have at frequencies where the forces hardly move, as if it were white (N).
+    pub(super) floor: f64,
 }
 
 /// Number of parameters of the instruments beside white noise.
@@ -183,6 +185,7 @@ impl<'a> Sizing<'a> {
             tension: forces.iter().map(|f| f.abs()).sum::<f64>() / forces.len().max(1) as f64,
             longest: LONGEST * duration,
             largest_input: largest_error(trials, VERDICT.unrecorded),
+            floor: largest_error(trials, 0.0),
         }
     }
 
@@ -392,8 +395,10 @@ impl<'a> Sizing<'a> {
             }
             Kind::Drift(device) => RATIOS.map(|ratio| remembering(device, ratio, self.duration, true)).to_vec(),
             Kind::Input => {
-                let sizes = spaced(INPUTS, step).map(|share| share * self.tension);
-                let sizes = sizes.take_while(|input| *input <= self.largest_input);
+                // An error is all that a recording has where the force hardly moves, or the force itself shakes there: between these
+                // nothing leads from one to the other.
+                let sizes = spaced(INPUTS, step).map(|share| share * self.tension).chain([self.floor]);
+                let sizes = sizes.filter(|input| *input <= self.largest_input);
                 sizes.map(|input| Randomness { input, ..from.clone() }).collect()
             }
             Kind::Jitter => spaced(JITTERS, step)

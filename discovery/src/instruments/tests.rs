@@ -96,17 +96,21 @@ fn lengths_do_not_stand_in_for_a_pose_that_drifts() {
     assert!(exchanged.value < drifting.value - 50.0, "{} {}", exchanged.value, drifting.value);
 }
 
+/// Between sizes that were tried 34.2 N were found of 35, and on forces that shake a little themselves 39 of 44: the cables' damping
+/// seemed to be 28 times as large.
 #[test]
 fn an_error_of_the_recorded_forces_is_no_latent_force() {
-    let trials = recordings(|t, trial| {
-        let mut errors = noise(4 * trial.len(), 60 + t);
-        for inputs in &mut trial.inputs {
-            inputs.winch_force.iter_mut().for_each(|f| *f += 50.0 * errors.next().unwrap_or(0.0));
-        }
-    });
-    let fit = taken_up(&trials).expect("an instrument");
-    assert!((fit.randomness.input / 50.0 - 1.0).abs() < 0.3, "{:?}", fit.randomness);
-    assert!(fit.randomness.force.max(fit.randomness.winch) < 5.0, "{:?}", fit.randomness);
+    for error in [20.0, 35.0, 50.0] {
+        let trials = recordings(|t, trial| {
+            let mut errors = noise(4 * trial.len(), 60 + t);
+            for inputs in &mut trial.inputs {
+                inputs.winch_force.iter_mut().for_each(|f| *f += error * errors.next().unwrap_or(0.0));
+            }
+        });
+        let fit = taken_up(&trials).expect("an instrument");
+        assert!((fit.randomness.input / error - 1.0).abs() < 0.015, "{error}: {:?}", fit.randomness);
+        assert!(fit.randomness.force.max(fit.randomness.winch) < 5.0, "{:?}", fit.randomness);
+    }
 }
 
 /// Recordings whose channels from `first` to before `end` are late (s).
