@@ -455,16 +455,18 @@ impl<'a> Sizing<'a> {
         Sizing { trials, ..self.clone() }
     }
 
-    /// `fit` with the sizes of `start`, its parameters that are `free` and its clocks moved to where they belong beside them.
-    fn adapted(&self, fit: &Fit, free: &[Free], start: At) -> Result<(Fit, At), FitError> {
-        let mut adapted = fit.clone();
+    /// `fit` with the sizes of `start`, its parameters that are `free` and its clocks moved to where they belong beside them; as
+    /// it is where it is likelier so: beside recorded forces with an error they may go where that error has nothing to do.
+    pub(super) fn adapted(&self, fit: &Fit, free: &[Free], start: At) -> Result<(Fit, At), FitError> {
         if !adapts(fit, free, self.trials) {
-            return Ok((adapted, start));
+            return Ok((fit.clone(), start));
         }
+        let alone = self.at(fit, start.randomness.clone());
+        let mut adapted = fit.clone();
         adapted.randomness = start.randomness;
         refine_free(&mut adapted, self.trials, free, ADAPTING, None)?;
         let at = self.at(&adapted, adapted.randomness.clone());
-        Ok((adapted, at))
+        Ok(if at.value < alone.value { (adapted, at) } else { (fit.clone(), alone) })
     }
 
     /// What belongs to a kind when its sizes are searched for.
