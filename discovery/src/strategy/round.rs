@@ -77,7 +77,7 @@ pub(crate) fn round(
         return Ok(Round::Found(found));
     }
     let hides = || may_hide(context, &standing, &standing.fit);
-    let better = if gain > 0.0 && !hides() { better_instruments(context, &standing.fit, 0.0)? } else { None };
+    let better = if hides() { None } else { better_instruments(context, &standing.fit, 0.0)? };
     Ok(match better {
         Some(better) => Round::Instruments(standing, Box::new(better)),
         None => Round::Nothing(standing),

@@ -64,7 +64,7 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
             "What was found explains less than half of the gap; something else is missing too.".to_owned()
         }
         Reason::Coloured { channels } => format!(
-            "What remains is not white in {}: the laws found do not fit to the last detail.",
+            "What remains is not white in {}: neither the model nor what is known of the instruments fits to the last detail.",
             channels.join(", ")
         ),
         Reason::Uncertain { effect, relative_error } if relative_error.is_finite() => format!(
