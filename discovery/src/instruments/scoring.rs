@@ -209,7 +209,7 @@ mod tests {
     fn slopes_are_those_of_the_likelihood() {
         let (trials, fit) = wandering();
         let noise = fit.randomness.noise.clone();
-        let sizing = Sizing::new(&trials, &noise, Penalty::NONE);
+        let sizing = Sizing::new(&trials, &noise, Penalty::NONE).with_any_error_of_forces();
         let from = Randomness { jitter: 2e-3, input: 20.0, ..fit.randomness.clone() };
         for size in SIZES.into_iter().chain([Size::Input]) {
             let found = sizing.slopes(&fit, &[size], &from).slope[0];

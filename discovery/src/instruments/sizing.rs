@@ -109,10 +109,10 @@ pub(crate) struct Sizing<'a> {
     pub(super) tension: f64,
     /// Longest time constant of noise with memory (s).
     pub(super) longest: f64,
-    /// The largest white error of the recorded forces (N).
-    pub(super) largest_input: f64,
-    /// What their recordings have at frequencies where the forces hardly move, as if it were white (N).
+    /// What the recordings of the forces have where these hardly move, as if it were white: the largest white error of them (N).
     pub(super) floor: f64,
+    /// The largest that is looked for (N).
+    pub(super) largest_input: f64,
 }
 
 /// Number of parameters of the instruments beside white noise.
@@ -175,6 +175,7 @@ impl<'a> Sizing<'a> {
     pub(crate) fn new(trials: &'a [Trial], noise: &'a [f64], penalty: Penalty) -> Self {
         let forces: Vec<f64> = trials.iter().flat_map(|t| &t.inputs).flat_map(|i| i.winch_force).collect();
         let duration = trials.iter().map(|t: &Trial| t.time[t.len() - 1] - t.time[0]).fold(0.0, f64::max);
+        let floor = largest_error(trials, 0.0);
         Self {
             trials,
             noise,
@@ -184,14 +185,15 @@ impl<'a> Sizing<'a> {
             duration,
             tension: forces.iter().map(|f| f.abs()).sum::<f64>() / forces.len().max(1) as f64,
             longest: LONGEST * duration,
-            largest_input: largest_error(trials, VERDICT.unrecorded),
-            floor: largest_error(trials, 0.0),
+            floor,
+            largest_input: floor,
         }
     }
 
-    /// Whether latent forces are larger than an error of the recorded forces may be.
+    /// Whether latent forces are larger than what may act without being recorded where recordings say something of a machine.
     pub(crate) fn may_hide_an_error(&self, randomness: &Randomness) -> bool {
-        randomness.has_latents() && randomness.force.hypot(randomness.winch) > self.largest_input
+        let size = randomness.force.hypot(randomness.winch);
+        randomness.has_latents() && size > largest_error(self.trials, VERDICT.unrecorded)
     }
 
     /// The same where any white error of the recorded forces may be, whatever it says of the recordings.

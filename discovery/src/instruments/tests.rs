@@ -248,25 +248,27 @@ fn each_channel_may_have_what_the_others_of_its_device_have() {
     assert_eq!(added.iter().map(|memory| memory.channel).collect::<Vec<_>>(), [2]);
 }
 
-/// Winch forces that act and are not in the recordings, a tenth of which could be an error of these: friction on a real robot was
-/// a white error of a third of all that its forces do.
+/// A white error shows wherever the forces hardly move: what is larger was not recorded. Friction on a real robot was such an error of
+/// a third of all that its forces do, and a dead time stood in the place of a lag beside 24 N, with recordings that had 0.6 N.
 #[test]
-fn recorded_forces_are_not_mostly_error() {
-    let trials = recordings(|_, _| {});
+fn an_error_of_recorded_forces_is_no_larger_than_their_recordings_show() {
+    let mut trials = recordings(|_, _| {});
+    with_an_error_of_forces(&mut trials, 30.0);
     let noise = crate::filter::estimate::noise_of_data(&trials);
     let fit = fitted(&[], &trials);
     let sizing = || Sizing::new(&trials, &noise, Penalty::new(PENALTY));
-    let forces = |i: usize| trials[0].inputs.iter().map(move |inputs| inputs.winch_force[i]);
-    let mean = |i: usize| forces(i).sum::<f64>() / trials[0].len() as f64;
-    let variance = |i: usize| forces(i).map(|force| (force - mean(i)).powi(2)).sum::<f64>() / trials[0].len() as f64;
-    let moves = ((0..4).map(variance).sum::<f64>() / 4.0).sqrt();
     let (largest, any) = (sizing().largest_input, sizing().with_any_error_of_forces());
-    assert!((largest / moves - 1.0 / 3.0).abs() < 0.1, "{largest} {moves}");
+    assert!((largest / 30.0 - 1.0).abs() < 0.05, "{largest}");
     let near = Randomness { input: 0.5 * largest, ..fit.randomness.clone() };
     let grown = |sizing: &Sizing<'_>| sizing.scaled(&near, Size::Input, 4.0).input;
     assert_eq!((grown(&sizing()), grown(&any)), (largest, 2.0 * largest));
     let starts = |sizing: &Sizing<'_>| sizing.starts(Kind::Input, &fit.randomness, 0.25).len();
     assert!((1..starts(&any)).contains(&starts(&sizing())));
+    // Where nothing was found an error of any size is asked for, if a tenth of what the forces do, by its variance, acts unrecorded.
+    let forces = |i: usize| trials[0].inputs.iter().map(move |inputs| inputs.winch_force[i]);
+    let mean = |i: usize| forces(i).sum::<f64>() / trials[0].len() as f64;
+    let variance = |i: usize| forces(i).map(|force| (force - mean(i)).powi(2)).sum::<f64>() / trials[0].len() as f64;
+    let much = ((0..4).map(variance).sum::<f64>() / 4.0 / 9.0).sqrt();
     let shaken = |force: f64| sizing().may_hide_an_error(&Randomness { force, winch: 0.0, ..fit.randomness.clone() });
-    assert!(shaken(1.1 * largest) && !shaken(0.9 * largest) && !any.may_hide_an_error(&near));
+    assert!(much > 2.0 * largest && shaken(1.3 * much) && !shaken(0.7 * much), "{much} {largest}");
 }
