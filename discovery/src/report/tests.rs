@@ -242,6 +242,11 @@ fn partly_named_says_that_it_is_not_all_and_leaves_out_what_has_no_name() {
         text.contains("Lag on winch 3 (") && text.contains("explains a part and is in the model, but is no cause."),
         "{text}"
     );
+    // No recording is worth planning for what is no cause, nor is its evidence any.
+    report.effects[1].alternatives = vec![capstan(true)];
+    report.effects[1].delta_bic = -11.0;
+    let (_, text) = top(&report);
+    assert!(!text.contains("To tell lag on winch 3") && !text.contains("ΔBIC −11"), "{text}");
     // What explains next to nothing is no headline.
     report.verdict = Verdict::Unnamed;
     report.effects[0].named = false;

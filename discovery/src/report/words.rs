@@ -284,16 +284,13 @@ fn seconds(span: &Span) -> String {
 }
 
 fn evidence(report: &Report) -> Option<String> {
-    let weakest = report
-        .effects
-        .iter()
-        .map(|e| e.delta_bic)
-        .chain(report.terms.iter().map(|t| t.delta_bic))
-        .fold(f64::NEG_INFINITY, f64::max);
+    let causes = || report.effects.iter().filter(|e| e.named);
+    let weakest =
+        causes().map(|e| e.delta_bic).chain(report.terms.iter().map(|t| t.delta_bic)).fold(f64::NEG_INFINITY, f64::max);
     if !weakest.is_finite() {
         return None;
     }
-    let several = report.effects.len() + report.terms.len() > 1;
+    let several = causes().count() + report.terms.len() > 1;
     let mut text = format!(
         "The evidence is {} (ΔBIC {}{})",
         strength(weakest),
@@ -417,7 +414,7 @@ fn remainder(report: &Report) -> String {
 
 fn next_steps(report: &Report) -> Vec<String> {
     let mut steps: Vec<String> = Vec::new();
-    for effect in &report.effects {
+    for effect in report.effects.iter().filter(|e| e.named) {
         for twin in twins(effect) {
             let step = format!(
                 "To tell {} from {}: {}.",
