@@ -96,6 +96,7 @@ fn lengths_do_not_stand_in_for_a_pose_that_drifts() {
     assert!(exchanged.value < drifting.value - 50.0, "{} {}", exchanged.value, drifting.value);
 }
 
+/// Adds a white error (N) to the recorded winch forces.
 fn with_an_error_of_forces(trials: &mut [Trial; 2], error: f64) {
     for (t, trial) in (0..).zip(trials) {
         let mut errors = noise(4 * trial.len(), 60 + t);
