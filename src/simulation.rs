@@ -194,7 +194,7 @@ impl Simulation {
         let before = self.inputs();
         if !self.plant.pulls_apart || before.disturbance != inputs.disturbance {
             self.integrator.equations_changed();
-        } else if let Some(rates) = self.integrator.known_rates() {
+        } else if let Some(rates) = self.integrator.rates_to_change() {
             self.plant.pull_harder(&self.y, |i| inputs.winch_force[i] - before.winch_force[i], rates);
         }
     }
@@ -215,7 +215,7 @@ impl Simulation {
 
     /// Moves the states a little, keeping the integrator's Jacobian and step size: for sensitivities by differences.
     pub fn nudge_states(&mut self, y: &[f64]) {
-        self.integrator.equations_changed();
+        self.integrator.state_changed();
         self.y.copy_from_slice(y);
     }
 
@@ -290,10 +290,11 @@ impl Simulation {
     /// Advances by `duration` to `stop`, over which every input is linear in time.
     fn advance_stretch(&mut self, stop: f64, duration: f64) -> Result<(), IntegrationError> {
         let inputs = self.inputs_felt();
-        if self.plant.has.platform_side || self.commands.delayed() {
+        if self.commands.delayed() {
             self.integrator.equations_changed();
         }
         if self.plant.has.platform_side {
+            self.integrator.state_changed();
             self.slack = self.plant.slack_cables(self.time, &self.y, &inputs.at(self.time));
         }
         let plant = self.plant.at(self.time);

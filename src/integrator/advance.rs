@@ -5,7 +5,7 @@ use super::choice::{Choice, Prices};
 use super::dormand_prince::Stiffness;
 use super::radau::{Contraction, Outcome};
 use super::switching::Looks;
-use super::vector::{FEW, Kept, MORE, MOST, MOST_STATES, SOME, Work};
+use super::vector::{FEW, FEW_AND_ONE, Kept, MORE, MOST, MOST_STATES, SOME, Work};
 use super::{IntegrationError, Solver, Statistics, System};
 
 /// Of the estimate's tolerance, `factor tol^(2/3)`: 0.1 in RADAU5. Here a Newton iteration less makes the steps longer; with this,
@@ -39,7 +39,7 @@ pub struct Memory {
     pub settling: f64,
     /// What is known of the contraction with the Jacobian.
     pub contraction: Contraction,
-    /// Last step size and error, for predictive control.
+    /// Last step size and error, for predictive control; an error of 0 where the equations have changed since.
     pub last: (f64, f64),
     /// Rates at the end of the last step, with which the next begins: after an implicit step the slope of its polynomial. Empty where
     /// the equations have changed since.
@@ -193,14 +193,22 @@ impl Integrator {
         self.hold_to_tolerance();
     }
 
-    /// The rates at the present state, where they are known: to be changed with the equations, where what the change does is known
-    /// as well.
-    pub(crate) fn known_rates(&mut self) -> Option<&mut [f64]> {
+    /// The equations have changed since the last call, and what that does to the rates is known: those at the present state, where
+    /// they are known, to be changed with them.
+    pub(crate) fn rates_to_change(&mut self) -> Option<&mut [f64]> {
+        self.last.1 = 0.0;
         self.rates_known.then_some(&mut self.rates)
     }
 
-    /// The equations or the state have changed since the last call: rates are to be evaluated anew.
+    /// The equations have changed since the last call: rates are to be evaluated anew, and how the error grew from step to step says
+    /// nothing of the next one.
     pub fn equations_changed(&mut self) {
+        self.last.1 = 0.0;
+        self.state_changed();
+    }
+
+    /// The state has changed a little since the last call: rates are to be evaluated anew.
+    pub(crate) fn state_changed(&mut self) {
         self.rates_known = false;
     }
 
@@ -297,6 +305,8 @@ impl Integrator {
         let groups = y.len().div_ceil(4);
         if groups <= FEW {
             self.advance_with::<FEW>(system, time, y, duration)
+        } else if groups <= FEW_AND_ONE {
+            self.advance_with::<FEW_AND_ONE>(system, time, y, duration)
         } else if groups <= SOME {
             self.advance_with::<SOME>(system, time, y, duration)
         } else if groups <= MORE {

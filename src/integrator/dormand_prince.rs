@@ -152,7 +152,13 @@ impl Integrator {
             return Outcome::TooInaccurate(h * (SAFETY / error.powf(0.17)).max(SHORTER));
         }
         let (last_step, last_error) = self.last;
-        let before = if last_step > 0.0 { last_error } else { LEAST_ERROR };
+        let before = if last_step == 0.0 {
+            LEAST_ERROR
+        } else if last_error > 0.0 {
+            last_error
+        } else {
+            error.max(LEAST_ERROR)
+        };
         let factor = if error < TINY_ERROR {
             LONGER
         } else {

@@ -17,9 +17,10 @@ const DEFECT: f64 = 0.01;
 const DEFECT_CONTRACTION: f64 = 0.1;
 /// Contraction that is taken for granted after a single iteration.
 const LEAST_CONTRACTION: f64 = 1e-3;
-/// Iterations beyond the fewest that a step took with a Jacobian after which it is taken anew. It costs two to six of them; but the
-/// error estimate is made with it, too, and one that takes cables for held by friction that slide no longer hides their error.
-const JACOBIAN_PRICE: u32 = 1;
+/// Iterations beyond the fewest that a step took with a Jacobian after which it is taken anew. It costs two to six of them, and is
+/// worth it when as many were wasted. No more: the error estimate is made with it, too, and one that takes cables for held by friction
+/// that slide no longer hides their error.
+const JACOBIAN_PRICE: u32 = 2;
 /// Newton's method is believed to contract less well by so much with each step that does not measure how well it does. A measured
 /// contraction lasts for some ten steps where it was a thousandth of what suffices.
 const GROWTH: f64 = 1.5;
@@ -253,7 +254,7 @@ impl Integrator {
             return Outcome::TooInaccurate(if error.is_finite() { h / quotient } else { 0.1 * h });
         }
         let (last_step, last_error) = self.last;
-        if last_step > 0.0 {
+        if last_step > 0.0 && last_error > 0.0 {
             quotient = quotient.max(bounded((last_step / h).powi(4) * (error * error / last_error)));
         }
         self.last = (h, error.max(1e-2));

@@ -9,8 +9,10 @@ use wide::f64x4;
 pub(super) type Group = f64x4;
 
 /// Groups that a call works with, by the number of states: as few as suffice for the plant of four cables without effects, for one
-/// with two states of effects on each cable, twice as many as the first, or as many as the largest plant has ([`MOST_STATES`]).
+/// with a state of effects on each cable or with two, twice as many as the first, or as many as the largest plant has
+/// ([`MOST_STATES`]).
 pub(super) const FEW: usize = 4;
+pub(super) const FEW_AND_ONE: usize = 5;
 pub(super) const SOME: usize = 6;
 pub(super) const MORE: usize = 8;
 pub(super) const MOST: usize = 32;
@@ -83,7 +85,7 @@ pub(super) struct Kept {
 impl Kept {
     pub(super) fn zeros(len: usize) -> Self {
         let used = len.div_ceil(4);
-        let groups = [FEW, SOME].into_iter().find(|room| used <= *room).unwrap_or(used);
+        let groups = [FEW, FEW_AND_ONE, SOME].into_iter().find(|room| used <= *room).unwrap_or(used);
         Self { groups: vec![Group::ZERO; groups], len }
     }
 
