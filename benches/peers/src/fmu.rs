@@ -1,8 +1,10 @@
 //! The FMU through its C functions.
 
+use std::f64::consts::TAU;
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::fmt::Write as _;
 use std::ptr;
+use std::sync::LazyLock;
 
 use cdpr::dynamics::Inputs;
 use cdpr::fmi2::CablePlatform;
@@ -47,6 +49,7 @@ unsafe extern "C" {
 
 /// Communication step (s).
 pub(crate) const STEP: f64 = 0.01;
+const STEPS_OF_SWING: usize = 6283;
 const INPUTS: [u32; 7] = [1, 2, 3, 4, 5, 6, 7];
 /// Pose, twist, lengths, unstretched lengths and their rates, tensions, three strains: what there is of Real outputs, the first 25.
 const OUTPUTS: [u32; 25] =
@@ -58,10 +61,14 @@ pub(crate) struct Instance {
     steps: usize,
 }
 
-/// Commands of step `k`: other ones at every step.
-fn commands(k: usize) -> [f64; 7] {
-    let swing = 30.0 * (0.1 * STEP * k as f64).sin();
-    [2e4 + swing, 2e4 - swing, 2e4 + 0.5 * swing, 2e4, 0.0, 0.0, 0.0]
+/// Commands of step `k`: other ones at every step, about one swing in a minute. They are made before anything is timed.
+fn commands(k: usize) -> &'static [f64; 7] {
+    static SWING: LazyLock<Vec<[f64; 7]>> = LazyLock::new(|| {
+        let at = |k: usize| 30.0 * (TAU * k as f64 / STEPS_OF_SWING as f64).sin();
+        let commands = |swing: f64| [2e4 + swing, 2e4 - swing, 2e4 + 0.5 * swing, 2e4, 0.0, 0.0, 0.0];
+        (0..STEPS_OF_SWING).map(|k| commands(at(k))).collect()
+    });
+    &SWING[k % STEPS_OF_SWING]
 }
 
 /// The GUID of the default model.
@@ -125,7 +132,7 @@ impl Drop for Instance {
 /// The plant of the FMU without it, from the same start.
 fn bare() -> Simulation {
     let plant = Plant::new(Parameters::default(), Vec::new()).expect("the default plant").into();
-    let [a, b, c, d, ..] = commands(0);
+    let [a, b, c, d, ..] = *commands(0);
     let inputs = Inputs { winch_force: [a, b, c, d].into(), disturbance: [0.0; 3] };
     Simulation::new(plant, &Start { inputs, ..Start::default() }, DEFAULT_TOLERANCE)
         .expect("a start")
