@@ -1,9 +1,11 @@
-//! One law on every cable in the place of the same law on several, each with its own parameters.
+//! One law on every cable in the place of the same law on one or several, each with its own parameters.
 //!
 //! The winches and cables of one machine are built alike. Where one effect comes in after the other, a law of all of them is
-//! found cable by cable, as far as the recordings show each.
+//! found cable by cable, as far as the recordings show each: one that others reach for moments only, as limits of a force, may be
+//! refused for want of evidence on each of them.
 
 use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
 
 use crate::filter::error::FitError;
 use crate::hypothesis::candidates::is_there;
@@ -13,15 +15,16 @@ use crate::strategy::fitted::Fitted;
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 
-/// What stands with one law on every cable wherever one stands on several, if the training data are no less likely by it than
-/// its fewer parameters allow, and the held-out data no less likely.
+/// What stands with one law on every cable wherever one stands on one or several, if the training data are no less likely by it than
+/// its fewer parameters allow, and the held-out data no less likely. Of a law on a single cable this is asked where the training data are
+/// likelier with the same numbers on all.
 pub(crate) fn on_every_cable(context: &Context<'_>, mut standing: Standing) -> Standing {
     let mut tried: Vec<EffectSpec> = Vec::new();
     loop {
         let untried = |effect: &&EffectSpec| !tried.iter().any(|other| same_law(other, effect));
         let several = standing.found(context).iter().filter(untried).find(|effect| {
             let of_id = standing.effects().iter().filter(|other| is_there(other, &effect.id, None));
-            of_id.clone().count() > 1 && of_id.into_iter().all(|other| other.cable.is_some() && same_law(other, effect))
+            of_id.into_iter().all(|other| other.cable.is_some() && same_law(other, effect))
         });
         let Some(law) = several.cloned() else { return standing };
         standing = one_for_all(context, standing, &law);
@@ -39,7 +42,9 @@ fn one_for_all(context: &Context<'_>, standing: Standing, law: &EffectSpec) -> S
     let all = EffectSpec { cable: None, ..found[strongest].clone() };
     let what = format!("on every cable in the place of {}", places.len());
     let stays = |k: usize| k == strongest || !places.contains(&k);
-    let next = in_place_of(context, &standing, strongest, &all, &stays);
+    let model = in_place_of(context, &standing, strongest, &all, &stays);
+    let next = if places.len() > 1 { Ok(true) } else { is_likelier(context, &model, &standing.fit) };
+    let next = next.and_then(|asked| if asked { as_good(context, &model, &standing.fit) } else { Ok(None) });
     let Some(next) = context.journal.tried(&all, &what, next).flatten() else { return standing };
     let change = next.score - standing.fit.score;
     let mut standing = standing.changed(next);
@@ -63,13 +68,25 @@ fn in_place_of(
     strongest: usize,
     all: &EffectSpec,
     stays: &dyn Fn(usize) -> bool,
-) -> Result<Option<Fitted>, FitError> {
-    let fitted = &standing.fit;
-    let mut model = fitted.train.model.clone();
+) -> Model {
+    let mut model = standing.fit.train.model.clone();
     let found = model.effects.split_off(context.given);
     let kept = found.into_iter().enumerate().filter(|(k, _)| stays(*k));
     model.effects.extend(kept.map(|(k, effect)| if k == strongest { all.clone() } else { effect }));
-    let next = context.fit(&model, fitted)?;
+    model
+}
+
+/// Whether the training data are likelier by `model` than by one that is `fitted`, its parameters as they are.
+fn is_likelier(context: &Context<'_>, model: &Model, fitted: &Fitted) -> Result<bool, FitError> {
+    let trials = &context.evidence.train;
+    let mut fit = context.started(model, &fitted.train, trials)?;
+    fit.smooth(trials)?;
+    Ok(context.score(&fit, trials) < fitted.score)
+}
+
+/// The `model` fitted, if it is as good as one that is `fitted`.
+fn as_good(context: &Context<'_>, model: &Model, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+    let next = context.fit(model, fitted)?;
     let as_likely = next.holdout_score < fitted.holdout_score + context.policy.helps * EVIDENCE;
     let as_good = next.score <= fitted.score && as_likely;
     Ok(as_good.then_some(next))
@@ -83,8 +100,6 @@ fn same_law(a: &EffectSpec, b: &EffectSpec) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use cdpr::model_file::Model;
-
     use super::*;
     use crate::data::recording::record;
     use crate::filter::estimate::noise_of_data;
@@ -95,14 +110,21 @@ mod tests {
         EffectSpec::new("winch_force_gain", cable, &[value]).expect("an effect")
     }
 
-    /// What stands after gains on cables 2 and 4 were found, where `hidden` acts.
-    fn stands(hidden: &[EffectSpec]) -> (Vec<EffectSpec>, usize) {
+    fn evidence(hidden: &[EffectSpec]) -> Evidence {
         let train = vec![record(hidden, 40.0, 11), record(hidden, 30.0, 12)];
         let holdout = vec![record(hidden, 30.0, 13)];
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
-        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
-        let (context, base) = begun.expect("a fit");
+        Evidence { train, holdout, noise, instruments: None }
+    }
+
+    fn begun(evidence: &Evidence) -> (Context<'_>, Fitted) {
+        Context::begin(evidence, &Model::default(), 0..0, &|_, _| {}).expect("a fit")
+    }
+
+    /// What stands after gains on cables 2 and 4 were found, where `hidden` acts.
+    fn stands(hidden: &[EffectSpec]) -> (Vec<EffectSpec>, usize) {
+        let evidence = evidence(hidden);
+        let (context, base) = begun(&evidence);
         let drag = EffectSpec::new("platform_linear_drag", None, &[1.0]).expect("an effect");
         let found = vec![gain(Some(2), 0.01), drag, gain(Some(4), 0.02)];
         let fit = context.fit(&Model { effects: found, ..Model::default() }, &base).expect("a fit");
@@ -118,6 +140,21 @@ mod tests {
         assert_eq!(ids, [("platform_linear_drag", None), ("winch_force_gain", None)]);
         assert_eq!(taken, 2);
         assert!((effects[1].values[0] / 0.01 - 1.0).abs() < 0.02, "{effects:?}");
+    }
+
+    #[test]
+    fn what_one_winch_shows_is_asked_of_all() {
+        let found = |hidden: &[EffectSpec]| {
+            let evidence = evidence(hidden);
+            let (context, base) = begun(&evidence);
+            let model = Model { effects: vec![gain(Some(2), 0.01)], ..Model::default() };
+            let fit = context.fit(&model, &base).expect("a fit");
+            let accepted = vec![Accepted::new(Vec::new(), -90.0, None)];
+            let standing = on_every_cable(&context, Standing { fit, accepted, ..Standing::new(&context, base) });
+            standing.effects()[0].cable
+        };
+        assert_eq!(found(&[gain(None, 0.01)]), None);
+        assert_eq!(found(&[gain(Some(2), 0.01)]), Some(2));
     }
 
     #[test]
