@@ -17,16 +17,20 @@ use crate::filter::kalman::{Keep, Run, STRETCH};
 use crate::filter::path::LinearTrial;
 use crate::filter::whiten::Normal;
 use crate::model::randomness::Randomness;
+use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::solve::{solve, solve_within};
 
 /// Change of the logarithm of a size for its slopes.
 const STEP: f64 = 1e-3;
-/// Most that the logarithm of a size moves in one round: a factor of three.
+/// Most that the logarithm of a size is promised to move in one round: a factor of three.
 const MOST: f64 = 1.1;
 /// Most rounds.
 const ROUNDS: usize = 12;
-/// Fall of `-2 log L` that a round must promise, and that a move must bring.
-const LEAST: f64 = 0.05;
+/// Fall of `-2 log L` that a round must promise, and that a move must bring: a hundredth of what counts as evidence.
+const LEAST: f64 = 0.01 * EVIDENCE;
+/// How many times as long as promised a move may be, and is worth a look: the information to be expected makes too much of sizes that
+/// stand for one another, and a look costs one run of the filter where new slopes take one more than there are sizes.
+const LONGER: RangeInclusive<f64> = 1.2..=4.0;
 /// Information on the logarithm of a size below which the data say nothing of it: its standard error is ten.
 const NOTHING: f64 = 0.02;
 /// Damping, as a share of the information: at first, by how much more after a move that fails, and the most.
@@ -60,6 +64,11 @@ impl Slopes {
         }
     }
 
+    /// The slope of `-2 log L` along a move.
+    fn along(&self, step: &[f64]) -> f64 {
+        self.slope.iter().zip(step).map(|(slope, step)| slope * step).sum()
+    }
+
     /// The best move of the sizes within these ranges, damped, and the fall of `-2 log L` that it promises.
     fn step(&self, damping: f64, ranges: &[RangeInclusive<f64>]) -> (Vec<f64>, f64) {
         let n = self.slope.len();
@@ -75,6 +84,13 @@ impl Slopes {
         let promise = 0.5 * normal.drop(&step);
         (step, promise)
     }
+}
+
+/// Where, in moves of one, the parabola is least that begins with this slope and has come to this `change` after one; no further than a
+/// move may be longer.
+fn least_along(slope: f64, change: f64) -> f64 {
+    let bend = change - slope;
+    if bend > 0.0 { (-0.5 * slope / bend).min(*LONGER.end()) } else { *LONGER.end() }
 }
 
 /// A model linearised along each trial, and what is random there.
@@ -95,12 +111,17 @@ impl Sizing<'_> {
                 if promise < LEAST {
                     return best;
                 }
-                let moved = sizes.iter().zip(&step).fold(best.randomness.clone(), |randomness, (size, step)| {
-                    self.scaled(&randomness, *size, step.exp())
-                });
-                let next = self.at(fit, moved);
+                let moved = |times: f64| {
+                    let scaled = |randomness: Randomness, (size, step): (&Size, &f64)| {
+                        self.scaled(&randomness, *size, (times * step).exp())
+                    };
+                    self.at(fit, sizes.iter().zip(&step).fold(best.randomness.clone(), scaled))
+                };
+                let next = moved(1.0);
                 if next.value < best.value {
-                    best = next;
+                    let times = least_along(slopes.along(&step), next.value - best.value);
+                    let further = LONGER.contains(&times).then(|| moved(times));
+                    best = further.filter(|further| further.value < next.value).unwrap_or(next);
                     damping = (damping / more).max(first);
                     break;
                 }
@@ -204,6 +225,16 @@ mod tests {
     }
 
     const SIZES: [Size; 4] = [Size::Memory(0), Size::Time(0), Size::WhiteOf(0), Size::Jitter];
+
+    /// `(x - a)²`, which begins with the slope `-2 a` and changes by `1 - 2 a` in a move of one.
+    #[test]
+    fn a_move_goes_on_to_where_the_parabola_is_least() {
+        for a in [0.5, 1.0, 3.0] {
+            assert_eq!(least_along(-2.0 * a, 1.0 - 2.0 * a), a);
+        }
+        // Beyond what is looked at, and where nothing bends.
+        assert_eq!([least_along(-20.0, -19.0), least_along(-2.0, -2.0)], [*LONGER.end(); 2]);
+    }
 
     #[test]
     fn slopes_are_those_of_the_likelihood() {

@@ -9,6 +9,7 @@ use crate::filter::error::FitError;
 use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::Randomness;
 use crate::journal::Journal;
+use crate::strategy::asked::Asked;
 use crate::strategy::begin::{begun_by_data, held_by_data};
 use crate::strategy::fitted::{Evidence, Fitted};
 use crate::strategy::policy::{POLICY, Policy};
@@ -19,7 +20,7 @@ use crate::weigh::refine::refine;
 /// Progress: a message and the fraction done.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 
-/// What a search goes by. Only the journal is written to, by every step.
+/// What a search goes by. Only the journal and what instruments asked for are written to, by every step.
 pub(crate) struct Context<'a> {
     pub(crate) evidence: &'a Evidence,
     pub(crate) policy: &'static Policy,
@@ -33,6 +34,7 @@ pub(crate) struct Context<'a> {
     /// Horizons that the growth of errors allows.
     pub(crate) reaches: Reaches,
     pub(crate) journal: Journal,
+    pub(crate) asked: Asked,
     pub(crate) progress: Progress<'a>,
 }
 
@@ -64,6 +66,7 @@ impl<'a> Context<'a> {
             base_randomness: train.randomness.clone(),
             reaches: Reaches::of(&holdout, held, noise, &verdict::POLICY),
             journal,
+            asked: Asked::default(),
             progress,
         };
         let base = context.finish(train, holdout, instruments.clone());

@@ -49,8 +49,16 @@ pub(crate) fn better_instruments(
 
 /// `fitted` with what its instruments ask for, where something is left for them and no explanation gains far more.
 pub(crate) fn with_instruments(context: &Context<'_>, fitted: &Fitted, gain: f64) -> Result<Option<Fitted>, FitError> {
+    if let Some(asked_for) = context.asked.answer(fitted) {
+        return Ok(asked_for.map(|better| context.counted_as(&better, fitted)));
+    }
     let Evidence { train, noise, .. } = context.evidence;
-    with_those(context, fitted, gain, &Sizing::new(train, noise, context.penalty))
+    let asked_for = with_those(context, fitted, gain, &Sizing::new(train, noise, context.penalty))?;
+    // What was not worth a look beside an explanation may be there.
+    if gain == 0.0 || asked_for.is_some() {
+        context.asked.keep(fitted, asked_for.as_ref());
+    }
+    Ok(asked_for)
 }
 
 /// What stands where pose and lengths wander against each other as no force can have them do, by kinematics alone: its instruments do

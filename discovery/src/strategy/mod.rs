@@ -1,5 +1,6 @@
 //! The strategy: the steps of the search, a file each, and the loop that takes them.
 
+pub(crate) mod asked;
 pub(crate) mod begin;
 pub(crate) mod candidates;
 pub(crate) mod context;
