@@ -58,8 +58,11 @@ pub(super) enum Size {
 pub(super) const SHORTEST: f64 = 1.0;
 /// Longest, as a share of the longest recording: slower is drift.
 const LONGEST: f64 = 0.2;
-/// First sizes of noise with memory, in multiples of what differences say of white noise.
-const RATIOS: [f64; 2] = [1.0, 4.0];
+/// First sizes of noise with memory, in multiples of what differences say of white noise: from one three times as large as it is nothing
+/// leads to it.
+const RATIOS: [f64; 3] = [0.25, 1.0, 4.0];
+/// First sizes of drift, likewise: whatever its size, it is seen against what little else is as slow.
+const DRIFTS: [f64; 2] = [1.0, 4.0];
 /// Smallest and largest first error of the recorded forces, as shares of the mean force.
 const INPUTS: (f64, f64) = (3e-4, 3e-2);
 /// Smallest and largest first jitter of the stamps, in sampling intervals.
@@ -395,7 +398,7 @@ impl<'a> Sizing<'a> {
                     (0..).map(|k| 4.0 * self.interval * 8.0_f64.powi(k)).take_while(|time| *time < self.longest);
                 times.flat_map(|time| RATIOS.map(|ratio| remembering(device, ratio, time, false))).collect()
             }
-            Kind::Drift(device) => RATIOS.map(|ratio| remembering(device, ratio, self.duration, true)).to_vec(),
+            Kind::Drift(device) => DRIFTS.map(|ratio| remembering(device, ratio, self.duration, true)).to_vec(),
             Kind::Input => {
                 // An error is all that a recording has where the force hardly moves, or the force itself shakes there: between these
                 // nothing leads from one to the other.

@@ -62,6 +62,23 @@ fn noise_with_memory_on_the_pose_is_found_with_its_time_constant() {
     assert!(fit.randomness.force.max(fit.randomness.winch) < 5.0, "{:?}", fit.randomness);
 }
 
+/// Half of the white noise: it was looked for from one as large as that on, and not found.
+#[test]
+fn noise_with_memory_that_is_smaller_than_the_white_noise_is_found() {
+    let white = crate::filter::estimate::noise_of_data(&recordings(|_, _| {}))[0];
+    let trials = recordings(|t, trial| {
+        for j in 0..2 {
+            let colour = remembering(trial, 0.5 * white, 0.8, 2000 * (t + 1) + 41 * j as u64);
+            trial.measured.iter_mut().zip(colour).for_each(|(row, colour)| row[j] += colour);
+        }
+    });
+    let fit = taken_up(&trials).expect("an instrument");
+    for channel in 0..2 {
+        let memory = fit.randomness.memory.iter().find(|m| m.channel == channel).expect("noise with memory");
+        assert!((memory.deviation / (0.5 * white)).ln().abs() < 0.4, "{memory:?} {white}");
+    }
+}
+
 /// Lengths that drift explain more by themselves than a pose that does, and than noise of the lengths with memory; the two together
 /// explain most.
 #[test]
