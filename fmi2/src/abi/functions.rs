@@ -1,10 +1,11 @@
 //! The functions on an instance: arguments in, one guarded call, results out.
 
 use std::ffi::{c_char, c_int};
+use std::sync::Arc;
 
 use super::{
-    Boolean, Byte, Component, Enumeration, FmuState, Integer, Real, String as FmiString, ValueReference, arguments,
-    handles,
+    Boolean, Byte, Component, Enumeration, FmuState, Integer, Live, Real, String as FmiString, ValueReference,
+    arguments, handles,
 };
 use crate::description::BaseType;
 use crate::failure::{Failure, Outcome};
@@ -25,13 +26,24 @@ pub fn get_version() -> FmiString {
 }
 
 /// The single way in: find the instance, run the body under its guard, hand messages to the host.
-fn enter<M: Model>(component: Component, function: Function, body: impl FnOnce(&mut Instance<M>) -> Outcome) -> c_int {
-    let Some(slot) = handles::find::<M>(component) else {
-        // No instance, so no logger to tell.
-        return Status::Error as c_int;
-    };
-    let (status, messages) = slot.lock().call(function, body);
-    slot.host.deliver(&messages);
+///
+/// They get them once the instance is free again, so that a logger that calls back does not block itself.
+fn enter<M: Model>(
+    live: &Live<M>,
+    component: Component,
+    function: Function,
+    body: impl FnOnce(&mut Instance<M>) -> Outcome,
+) -> c_int {
+    let called = live.with(component, |held| {
+        let (status, messages) = held.instance.call(function, body);
+        let telling = (!messages.is_empty()).then(|| (Arc::clone(&held.host), messages));
+        (status, telling)
+    });
+    // Without an instance there is no logger to tell.
+    let (status, telling) = called.unwrap_or((Status::Error, None));
+    if let Some((host, messages)) = telling {
+        host.deliver(&messages);
+    }
     status as c_int
 }
 
@@ -46,8 +58,9 @@ macro_rules! on_instance {
         ///
         /// # Safety
         /// Pointers other than `component` are null or as FMI 2.0 describes them.
-        pub unsafe fn $name<M: Model>(component: Component, $($argument: $type),*) -> c_int {
-            enter(component, Function::$function, |$instance: &mut Instance<M>| $body)
+        #[allow(clippy::too_many_arguments, reason = "as many as the standard has, beside the instances")]
+        pub unsafe fn $name<M: Model>(live: &Live<M>, component: Component, $($argument: $type),*) -> c_int {
+            enter(live, component, Function::$function, |$instance: &mut Instance<M>| $body)
         }
     )*};
 }
@@ -220,7 +233,7 @@ on_instance! {
         // SAFETY: the caller's promise; the standard asks for null or an earlier state in it.
         let state = unsafe { arguments::value("FMUstate", state) }?;
         let reuse = (!state.is_null()).then(|| state.addr());
-        let handle = instance.save_state(reuse, handles::new_handle)?;
+        let handle = instance.save_state(reuse, handles::new_state)?;
         *state = handles::as_pointer(handle);
         Ok(())
     }
@@ -282,7 +295,7 @@ on_instance! {
         // SAFETY: the caller's promise; the standard asks for null or an earlier state in it.
         let state = unsafe { arguments::value("FMUstate", state) }?;
         let reuse = (!state.is_null()).then(|| state.addr());
-        let handle = instance.deserialise(bytes, reuse, handles::new_handle)?;
+        let handle = instance.deserialise(bytes, reuse, handles::new_state)?;
         *state = handles::as_pointer(handle);
         Ok(())
     }

@@ -3,9 +3,11 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::ptr;
+use std::sync::Arc;
 
+use super::handles::{Held, Live};
 use super::host::{CallbackFunctions, Host};
-use super::{Boolean, Component, Enumeration, String as FmiString, arguments, handles};
+use super::{Boolean, Component, Enumeration, String as FmiString, arguments};
 use crate::failure::{Failure, Outcome};
 use crate::instance::{Instance, panic_text};
 use crate::log::Message;
@@ -18,7 +20,9 @@ const CO_SIMULATION: Enumeration = 1;
 ///
 /// # Safety
 /// Pointers are null or as FMI 2.0 describes them.
+#[expect(clippy::too_many_arguments, reason = "as many as the standard has, beside the instances")]
 pub unsafe fn instantiate<M: Model>(
+    live: &Live<M>,
     instance_name: FmiString,
     fmu_type: Enumeration,
     guid: FmiString,
@@ -56,7 +60,13 @@ pub unsafe fn instantiate<M: Model>(
         Ok((instance, message)) => {
             let message = message.filter(|message| instance.wants(message));
             host.deliver(message.as_slice());
-            handles::insert(handles::Slot::new(host, instance))
+            let host = Arc::new(host);
+            let component = live.insert(Held { host: Arc::clone(&host), instance });
+            if component.is_null() {
+                let text = "fmi2Instantiate: too many instances are alive".to_owned();
+                host.deliver(&[Message::of_layer(Status::Error, text)]);
+            }
+            component
         }
         Err(failure) => {
             let text = format!("fmi2Instantiate: {failure}");
@@ -92,8 +102,8 @@ unsafe fn resources(location: FmiString) -> (Option<PathBuf>, Option<Message>) {
 }
 
 /// `fmi2FreeInstance`. Null, and what is no live instance, is ignored.
-pub fn free_instance<M: Model>(component: Component) {
-    let slot = handles::remove::<M>(component);
+pub fn free_instance<M: Model>(live: &Live<M>, component: Component) {
+    let held = live.remove(component);
     // A model may panic while it is dropped; there is nobody left to tell.
-    let _ = catch_unwind(AssertUnwindSafe(|| drop(slot)));
+    let _ = catch_unwind(AssertUnwindSafe(|| drop(held)));
 }

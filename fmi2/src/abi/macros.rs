@@ -68,6 +68,8 @@ macro_rules! __export_functions {
         const _: () = {
             use $crate::abi::*;
 
+            static LIVE: Live<$model> = Live::new();
+
             #[unsafe(no_mangle)]
             pub extern "C" fn fmi2GetTypesPlatform() -> String {
                 get_types_platform()
@@ -90,8 +92,8 @@ macro_rules! __export_functions {
             ) -> Component {
                 // SAFETY: as FMI 2.0 has it.
                 unsafe {
-                    instantiate::<$model>(
-                        instance_name, fmu_type, guid, resource_location, functions, visible,
+                    instantiate(
+                        &LIVE, instance_name, fmu_type, guid, resource_location, functions, visible,
                         logging_on,
                     )
                 }
@@ -99,7 +101,7 @@ macro_rules! __export_functions {
 
             #[unsafe(no_mangle)]
             pub extern "C" fn fmi2FreeInstance(component: Component) {
-                free_instance::<$model>(component)
+                free_instance(&LIVE, component)
             }
 
             $(
@@ -108,7 +110,7 @@ macro_rules! __export_functions {
                     component: Component, $($argument: $type),*
                 ) -> Enumeration {
                     // SAFETY: as FMI 2.0 has it.
-                    unsafe { $name::<$model>(component, $($argument),*) }
+                    unsafe { $name(&LIVE, component, $($argument),*) }
                 }
             )*
         };

@@ -13,6 +13,7 @@ mod instantiate;
 mod macros;
 
 pub use functions::*;
+pub use handles::Live;
 pub use host::{CallbackFunctions, CallbackLogger};
 pub use instantiate::{free_instance, instantiate};
 

@@ -72,6 +72,29 @@ fn handles_that_are_none() {
 }
 
 #[test]
+fn a_handle_is_of_one_instance_and_never_of_another() {
+    let mut freed = Vec::new();
+    for _ in 0..50 {
+        let [first, second] = [Fmu::stepping(), Fmu::stepping()];
+        let mut state = ptr::null_mut();
+        // SAFETY: any handle is allowed; a place for a state.
+        assert_eq!(OK, unsafe { fmi2GetFMUstate(first.c, &raw mut state) });
+        for c in [first.c, second.c, state] {
+            assert!(!freed.contains(&c), "{c:?} was handed out before");
+        }
+        for &c in freed.iter().chain([&state]) {
+            // SAFETY: any handle is allowed.
+            unsafe {
+                assert_eq!(ERROR, fmi2DoStep(c, 0.0, 0.1, 0));
+                fmi2FreeInstance(c);
+            }
+        }
+        assert_eq!([OK, OK], [first.step(0.0, 0.1), second.step(0.0, 0.1)], "others' handles do nothing to these");
+        freed.extend([first.c, second.c, state]);
+    }
+}
+
+#[test]
 fn references_that_are_none() {
     let fmu = Fmu::stepping();
     let mut value = 0.0;
