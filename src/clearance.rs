@@ -10,9 +10,9 @@ pub(crate) struct Clearance {
     /// Middle of the anchors (m), and how far the platform may be from it with all its points inside their polygon.
     middle: [f64; 2],
     reach: f64,
-    /// At each attachment point, in the body frame, a direction in which no other one lies farther out: a cable that leaves to that
-    /// side is clear of the platform. Zero where there is none.
-    outward: PerCable<[f64; 2]>,
+    /// At each attachment point, in the body frame, the directions (m) square to the platform's edges there, in which no other point lies
+    /// farther out: a cable that leaves to one of these sides is clear of the platform. Zero where there is none.
+    outward: PerCable<[[f64; 2]; 2]>,
     /// Part of a cable along `outward` (m²) that rounding may leave of none.
     rounding: f64,
 }
@@ -47,12 +47,16 @@ fn distance_to_border(points: &[[f64; 2]], from: [f64; 2]) -> f64 {
 impl Clearance {
     pub(crate) fn new(geometry: &Geometry) -> Self {
         let (anchors, points) = (&geometry.anchor, &geometry.attachment);
-        let (middle_of_anchors, centre) = (middle(anchors), middle(points));
+        let middle_of_anchors = middle(anchors);
         let arm = points.iter().map(|b| b[0].hypot(b[1])).fold(0.0, f64::max);
         let outward = points.map(|b| {
-            let direction = apart(centre, b);
-            let farthest = points.iter().all(|other| dot(direction, apart(b, *other)) <= 0.0);
-            if farthest { direction } else { [0.0; 2] }
+            let edges = points.iter().map(|other| apart(b, *other));
+            let normals = edges.flat_map(|[x, y]| [[-y, x], [y, -x]]);
+            let mut outermost =
+                normals.filter(|n| *n != [0.0; 2] && points.iter().all(|r| dot(*n, apart(b, *r)) <= 0.0));
+            let first = outermost.next().unwrap_or_default();
+            let along_another = |n: &[f64; 2]| n[0] * first[1] != n[1] * first[0] || dot(*n, first) < 0.0;
+            [first, outermost.find(along_another).unwrap_or_default()]
         });
         let size = geometry.size() + arm;
         let rounding = 1e-9 * size;
@@ -73,11 +77,10 @@ impl Clearance {
     /// The first cable (from 0) that runs through the platform at `pose` (m, rad), as [`Geometry::blocked_cable`] says.
     pub(crate) fn blocked_cable(&self, geometry: &Geometry, pose: &[f64; 3]) -> Option<usize> {
         let (sin, cos) = pose[2].sin_cos();
-        let turned = |[x, y]: [f64; 2]| [cos * x - sin * y, sin * x + cos * y];
         let clear = |i: usize| {
-            let end = turned(geometry.attachment[i]);
-            let cable = apart([pose[0] + end[0], pose[1] + end[1]], geometry.anchor[i]);
-            dot(turned(self.outward[i]), cable) > self.rounding
+            let [x, y] = apart([pose[0], pose[1]], geometry.anchor[i]);
+            let cable = apart(geometry.attachment[i], [cos * x + sin * y, cos * y - sin * x]);
+            self.outward[i].iter().any(|outward| dot(*outward, cable) > self.rounding)
         };
         if (0..geometry.cables()).all(clear) { None } else { geometry.blocked_cable(pose) }
     }
@@ -126,6 +129,6 @@ mod tests {
     fn near_the_middle_a_glance_is_enough() {
         let clearance = Clearance::new(&Geometry::new(&Parameters::default()));
         assert!(clearance.reach > 300.0, "{clearance:?}");
-        assert!(clearance.outward.iter().all(|outward| *outward != [0.0; 2]), "{clearance:?}");
+        assert!(clearance.outward.iter().flatten().all(|outward| *outward != [0.0; 2]), "{clearance:?}");
     }
 }

@@ -19,7 +19,7 @@ pub use snapshot::SnapshotError;
 pub use start::{Start, StartError};
 pub use tangent::{Direction, Tangent};
 
-use crate::dynamics::{Evaluation, Inputs, Readings};
+use crate::dynamics::{Evaluation, Inputs, Reading};
 use crate::integrator::{IntegrationError, Integrator, Solver, Statistics};
 use crate::per_cable::PerCable;
 use crate::plant::Plant;
@@ -369,10 +369,16 @@ impl Simulation {
         self.plant.evaluate_into(self.time, &self.y, &inputs, &self.slack_under(&inputs), out);
     }
 
-    /// What sensors read of the cables now.
-    pub(crate) fn readings(&self) -> Readings {
+    /// Hands what sensors read of each cable now to `see`.
+    #[inline(always)]
+    pub(crate) fn see_cables(&self, see: impl FnMut(usize, Reading)) {
+        let plant = self.plant.at(self.time);
+        if plant.plain {
+            // Nothing of it follows from the inputs.
+            return plant.see_cables(self.time, &self.y, &self.inputs, &self.slack, see);
+        }
         let inputs = self.inputs_at_plant();
-        self.plant.readings(self.time, &self.y, &inputs, &self.slack_under(&inputs))
+        plant.see_cables(self.time, &self.y, &inputs, &self.slack_under(&inputs), see);
     }
 
     /// Rates of the states now.

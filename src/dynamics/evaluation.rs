@@ -89,14 +89,14 @@ impl<S: Real> Evaluation<S> {
     }
 }
 
-/// What sensors read of the cables: a part of an [`Evaluation`], for hosts that ask for no more. Fields as there.
+/// What sensors read of a cable: a part of an [`Evaluation`], for hosts that ask for no more. Fields as there.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Readings {
-    /// `L_i`.
-    pub(crate) length: PerCable<f64>,
-    pub(crate) tension: PerCable<f64>,
-    pub(crate) unstretched: PerCable<f64>,
-    pub(crate) unstretched_rate: PerCable<f64>,
+pub(crate) struct Reading {
+    /// `L`.
+    pub(crate) length: f64,
+    pub(crate) tension: f64,
+    pub(crate) unstretched: f64,
+    pub(crate) unstretched_rate: f64,
 }
 
 /// Geometric strain `(L - l)/l` of a chord and an unstretched length (m).
@@ -162,17 +162,28 @@ impl Plant {
         });
     }
 
-    /// What sensors read of the cables: as [`Plant::evaluate`], but where nothing of it follows from the accelerations these are not
-    /// computed.
-    pub(crate) fn readings(&self, time: f64, y: &[f64], u: &Inputs, slack: &PerCable<bool>) -> Readings {
+    /// Hands what sensors read of each cable to `see`: as [`Plant::evaluate`], but where nothing of it follows from the accelerations
+    /// these are not computed.
+    #[inline(always)]
+    pub(crate) fn see_cables(
+        &self,
+        time: f64,
+        y: &[f64],
+        u: &Inputs,
+        slack: &PerCable<bool>,
+        mut see: impl FnMut(usize, Reading),
+    ) {
         with_lanes!(self, LANES => {
-            let seen = self.at(time).instant_seen::<f64, LANES, _>(time, y, u, slack, |e| {
-                [e.kinematics.length, e.tension, e.unstretched, e.unstretched_rate]
+            let readings = self.at(time).instant_seen::<f64, LANES, _>(time, y, u, slack, |e| {
+                std::array::from_fn::<_, LANES, _>(|i| {
+                    let (length, tension) = (e.kinematics.length[i], e.tension[i]);
+                    Reading { length, tension, unstretched: e.unstretched[i], unstretched_rate: e.unstretched_rate[i] }
+                })
             });
-            let [length, tension, unstretched, unstretched_rate] =
-                seen.map(|values| PerCable::from_fn(self.cables(), |i| values[i]));
-            Readings { length, tension, unstretched, unstretched_rate }
-        })
+            for (i, reading) in readings.into_iter().enumerate().take(self.cables()) {
+                see(i, reading);
+            }
+        });
     }
 
     /// Rates `ẏ` of all states: the solved-for form of the implicit system (29), (41).

@@ -105,14 +105,26 @@ impl Plant {
         y: &[S],
         u: &Inputs<S>,
         slack: &PerCable<bool>,
-        see: impl Fn(&Instant<S, LANES>) -> R,
+        see: impl FnOnce(&Instant<S, LANES>) -> R,
     ) -> R {
-        let effect_rate = &mut no_effect_rates();
         if self.plain {
-            see(&self.instant_here(Has::default(), time, y, u, slack, effect_rate))
+            see(&self.instant_here(Has::default(), time, y, u, slack, &mut no_effect_rates()))
         } else {
-            see(&self.instant(time, y, u, slack, effect_rate))
+            self.instant_seen_with_effects(time, y, u, slack, see)
         }
+    }
+
+    /// Apart for the same reason as [`Plant::rates_with_effects`].
+    #[inline(never)]
+    fn instant_seen_with_effects<S: Real, const LANES: usize, R>(
+        &self,
+        time: S,
+        y: &[S],
+        u: &Inputs<S>,
+        slack: &PerCable<bool>,
+        see: impl FnOnce(&Instant<S, LANES>) -> R,
+    ) -> R {
+        see(&self.instant(time, y, u, slack, &mut no_effect_rates()))
     }
 
     /// Writes the rates of all states. What only others read of the instant is not computed, and a plant without effects is

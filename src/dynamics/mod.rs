@@ -16,7 +16,7 @@ mod tests;
 pub(crate) use cable::{CableConstants, Held, swing_tension};
 pub(crate) use elastic::ElasticLaw;
 pub use evaluation::Evaluation;
-pub(crate) use evaluation::{Margins, Readings, strain};
+pub(crate) use evaluation::{Margins, Reading, strain};
 pub(crate) use factors::Factors;
 pub use jacobian::Jacobian;
 pub(crate) use linearisation::Linearisation;

@@ -24,10 +24,13 @@ pub(super) struct Now {
 const OF_PLATFORM: usize = 6;
 const OF_CABLE: usize = 5;
 
-/// Where the value of `role` is among those made together, of a robot with so many cables; `None` where it is not.
-pub(super) fn place(role: Role, cables: usize) -> Option<usize> {
+/// In place of a [`place`]: the value is not among those made together. Beyond them all.
+pub(super) const ELSEWHERE: usize = usize::MAX;
+
+/// Where the value of `role` is among those made together, of a robot with so many cables, for [`Now::look_up`].
+pub(super) fn place(role: Role, cables: usize) -> usize {
     let of_cable = |kind: usize, cable: usize| OF_PLATFORM + kind * cables + cable;
-    Some(match role {
+    match role {
         Role::State(State::Pose(axis)) => axis,
         Role::State(State::Twist(axis)) => 3 + axis,
         Role::Output(Signal::CableLength(i)) => of_cable(0, i),
@@ -35,8 +38,8 @@ pub(super) fn place(role: Role, cables: usize) -> Option<usize> {
         Role::State(State::UnstretchedRate(i)) | Role::Rate(State::UnstretchedLength(i)) => of_cable(2, i),
         Role::Output(Signal::Tension(i)) => of_cable(3, i),
         Role::Output(Signal::Strain(i)) => of_cable(4, i),
-        _ => return None,
-    })
+        _ => ELSEWHERE,
+    }
 }
 
 impl Now {
@@ -45,17 +48,30 @@ impl Now {
         (self.is_shown, self.is_evaluated) = (false, false);
     }
 
-    /// What `simulation` shows now, by [`place`].
-    pub(super) fn shown(&mut self, simulation: &Simulation) -> &[f64] {
+    /// Writes the values at these places to `values`, as `simulation` shows them now; `false` where one is not among those made
+    /// together.
+    pub(super) fn look_up(
+        &mut self,
+        simulation: &Simulation,
+        places: impl Iterator<Item = usize>,
+        values: &mut [f64],
+    ) -> bool {
         if !self.is_shown {
             self.show(simulation);
             self.is_shown = true;
         }
-        &self.shown
+        let shown = &self.shown[..];
+        for (value, place) in values.iter_mut().zip(places) {
+            match shown.get(place) {
+                Some(known) => *value = *known,
+                None => return false,
+            }
+        }
+        true
     }
 
     fn show(&mut self, simulation: &Simulation) {
-        let (plant, readings) = (simulation.plant().at(simulation.time()), simulation.readings());
+        let plant = simulation.plant().at(simulation.time());
         let cables = plant.cables();
         self.shown.resize(OF_PLATFORM + OF_CABLE * cables, 0.0);
         let (of_platform, of_cables) = self.shown.split_at_mut(OF_PLATFORM);
@@ -65,14 +81,14 @@ impl Now {
         let (unstretched, rest) = rest.split_at_mut(cables);
         let (rates, rest) = rest.split_at_mut(cables);
         let (tensions, strains) = rest.split_at_mut(cables);
-        for (i, cable) in plant.cable.iter().enumerate() {
-            let length = readings.unstretched[i];
-            lengths[i] = cable.shown_length(readings.length[i]);
+        simulation.see_cables(|i, reading| {
+            let (cable, length) = (&plant.cable[i], reading.unstretched);
+            lengths[i] = cable.shown_length(reading.length);
             unstretched[i] = cable.unstretched_sensor.shown(length);
-            rates[i] = cable.unstretched_sensor.shown_rate(length, readings.unstretched_rate[i]);
-            tensions[i] = cable.shown_tension(readings.tension[i]);
-            strains[i] = strain(readings.length[i], length);
-        }
+            rates[i] = cable.unstretched_sensor.shown_rate(length, reading.unstretched_rate);
+            tensions[i] = cable.shown_tension(reading.tension);
+            strains[i] = strain(reading.length, length);
+        });
     }
 
     /// The evaluation of `simulation` now.

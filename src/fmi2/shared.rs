@@ -23,7 +23,7 @@ pub(super) struct Shared {
     /// What each variable stands for.
     pub(super) roles: Vec<Role>,
     /// Where its value is among those that are made together, see [`now::place`].
-    pub(super) places: Vec<Option<usize>>,
+    pub(super) places: Vec<usize>,
     /// The text of the model file that it was read from, if it was.
     text: Option<String>,
 }

@@ -65,12 +65,7 @@ impl CablePlatform {
     pub(super) fn real_values(&mut self, indices: &[usize], values: &mut [f64]) -> Result<(), (usize, ModelError)> {
         if let (Phase::Running { .. }, Some(simulation)) = (&self.phase, &self.simulation) {
             let shared = &self.shared;
-            let places = &shared.places[..];
-            if indices.iter().all(|index| places[*index].is_some()) {
-                let shown = self.now.shown(simulation);
-                for (value, index) in values.iter_mut().zip(indices) {
-                    *value = places[*index].map_or(f64::NAN, |place| shown[place]);
-                }
+            if self.now.look_up(simulation, indices.iter().map(|index| shared.places[*index]), values) {
                 return Ok(());
             }
             let roles = indices.iter().map(|index| shared.roles[*index]);
