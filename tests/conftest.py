@@ -89,21 +89,22 @@ def fmu_copy(fmu, tmp_path) -> Callable[[str], Path]:
 
 
 def packed_controller(path: Path, *arguments) -> Path:
-    """The winch controller's FMU, as its example packs it with these arguments."""
-    cargo = [os.environ.get("CARGO", "cargo"), "run", "--quiet", "--release"]
-    subprocess.run(
-        [*cargo, "--package", "winch-controller", "--example", "pack", "--", *arguments, path],
-        cwd=ROOT,
-        check=True,
-    )
+    """The winch controller's FMU, as its example packs it with these arguments.
+
+    The example's program is named by CDPR_PACK_CONTROLLER, else cargo builds and runs it.
+    """
+    cargo = os.environ.get("CARGO", "cargo")
+    package = ["--package", "winch-controller", "--example", "pack"]
+    program = [cargo, "run", "--quiet", "--release", *package, "--"]
+    if named := os.environ.get("CDPR_PACK_CONTROLLER"):
+        program = [Path(named).resolve()]
+    subprocess.run([*program, *arguments, path], cwd=ROOT, check=True)
     return path
 
 
 @pytest.fixture(scope="session")
 def controller_fmu(tmp_path_factory) -> Path:
-    """The winch controller's FMU: named by CDPR_CONTROLLER_FMU, else packed by its example."""
-    if named := os.environ.get("CDPR_CONTROLLER_FMU"):
-        return Path(named).resolve()
+    """The winch controller's FMU for the default robot."""
     return packed_controller(tmp_path_factory.mktemp("controller") / "WinchController.fmu")
 
 

@@ -1,9 +1,6 @@
 //! What each task runs.
 
-use std::fs;
-use std::path::Path;
-
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use crate::importers;
 use crate::licences;
@@ -29,8 +26,9 @@ pub(crate) fn test(extent: Extent) -> Result<()> {
     // One profile for lints, documentation, tests and the command: dependencies compile once.
     runner.step("Rust tests", || run(project.cargo().args(["test", "--release", "--locked", "--workspace"])))?;
     build_command(&mut runner, &project)?;
-    let controller = project.target.join("fmu").join("WinchController.fmu");
-    runner.step("the controller's FMU", || pack_controller(&project, &controller))?;
+    // Among the examples that the Rust tests built. `cargo run --package` chooses other features of shared dependencies and
+    // would compile the plant once more.
+    let pack_controller = project.binary("examples/pack");
     runner.step("tests seen from outside", || {
         let mut pytest = environment.python();
         // Files side by side: most tests keep one processor busy, and what a file's tests share is made once.
@@ -38,7 +36,7 @@ pub(crate) fn test(extent: Extent) -> Result<()> {
             .args(["-m", "pytest", "-n", "auto", "--dist", "loadfile"])
             .current_dir(&project.root)
             .env("CDPR_BIN", project.binary("cdpr"))
-            .env("CDPR_CONTROLLER_FMU", &controller);
+            .env("CDPR_PACK_CONTROLLER", &pack_controller);
         if extent == Extent::Fast {
             pytest.args(["-m", "not slow"]);
         }
@@ -80,14 +78,6 @@ pub(crate) fn score(arguments: &[&str]) -> Result<()> {
 
 pub(crate) fn build_command(runner: &mut Runner, project: &Project) -> Result<()> {
     runner.step("the cdpr command", || run(project.cargo().args(["build", "--release", "--locked"])))
-}
-
-/// Packs the example's FMU, the plant's partner in the coupled tests.
-fn pack_controller(project: &Project, file: &Path) -> Result<()> {
-    let folder = file.parent().context("the FMU has a folder")?;
-    fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    let example = ["run", "--quiet", "--release", "--locked", "--package", "winch-controller", "--example", "pack"];
-    run(project.cargo().args(example).arg("--").arg(file))
 }
 
 /// `cargo xtask venv`
