@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from outside.fmu import Fmu
+from programs import run_example
 from reference.parameters import Parameters
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -89,16 +90,8 @@ def fmu_copy(fmu, tmp_path) -> Callable[[str], Path]:
 
 
 def packed_controller(path: Path, *arguments) -> Path:
-    """The winch controller's FMU, as its example packs it with these arguments.
-
-    The example's program is named by CDPR_PACK_CONTROLLER, else cargo builds and runs it.
-    """
-    cargo = os.environ.get("CARGO", "cargo")
-    package = ["--package", "winch-controller", "--example", "pack"]
-    program = [cargo, "run", "--quiet", "--release", *package, "--"]
-    if named := os.environ.get("CDPR_PACK_CONTROLLER"):
-        program = [Path(named).resolve()]
-    subprocess.run([*program, *arguments, path], cwd=ROOT, check=True)
+    """The winch controller's FMU, as its example packs it with these arguments."""
+    run_example("winch-controller", "pack", *arguments, path)
     return path
 
 

@@ -1,21 +1,20 @@
 """What the report's browser tests share: the pages to look at, and one browser.
 
 `CDPR_REPORT` names a finished report.html to test; without it, a sample of each verdict is made by
-`cargo run -p cdpr-discovery --example sample_report`. Without a Chromium on the machine the tests
-are skipped, and the summary says so; with `CDPR_REQUIRE_BROWSER=1` that is a failure instead.
+the example `sample_report`. Without a Chromium on the machine the tests are skipped, and the
+summary says so; with `CDPR_REQUIRE_BROWSER=1` that is a failure instead.
 """
 
 from __future__ import annotations
 
 import os
-import subprocess
 from pathlib import Path
 
 import pytest
 
+from programs import run_example
 from report import chromium
 
-ROOT = Path(__file__).resolve().parents[2]
 VERDICTS = ("named", "ambiguous", "partly_named", "unnamed", "no_missing_effect")
 NO_BROWSER = (
     "THE REPORT WAS NOT TESTED IN A BROWSER: no Chromium found "
@@ -42,9 +41,7 @@ def samples(tmp_path_factory):
     def sample(verdict: str) -> Path:
         page = folder / f"{verdict}.html"
         if not page.exists():
-            command = ["cargo", "run", "--quiet", "--release", "--locked", "-p", "cdpr-discovery"]
-            command += ["--example", "sample_report", "--", str(page), verdict]
-            subprocess.run(command, cwd=ROOT, check=True)
+            run_example("cdpr-discovery", "sample_report", page, verdict)
         return page
 
     return sample

@@ -26,9 +26,9 @@ pub(crate) fn test(extent: Extent) -> Result<()> {
     // One profile for lints, documentation, tests and the command: dependencies compile once.
     runner.step("Rust tests", || run(project.cargo().args(["test", "--release", "--locked", "--workspace"])))?;
     build_command(&mut runner, &project)?;
-    // Among the examples that the Rust tests built. `cargo run --package` chooses other features of shared dependencies and
-    // would compile the plant once more.
-    let pack_controller = project.binary("examples/pack");
+    // The Rust tests built the examples as well. `cargo run --package` chooses other features of what packages share, and
+    // would compile the plant and the search once more.
+    let examples = project.target.join("release").join("examples");
     runner.step("tests seen from outside", || {
         let mut pytest = environment.python();
         // Files side by side: most tests keep one processor busy, and what a file's tests share is made once.
@@ -36,7 +36,7 @@ pub(crate) fn test(extent: Extent) -> Result<()> {
             .args(["-m", "pytest", "-n", "auto", "--dist", "loadfile"])
             .current_dir(&project.root)
             .env("CDPR_BIN", project.binary("cdpr"))
-            .env("CDPR_PACK_CONTROLLER", &pack_controller);
+            .env("CDPR_EXAMPLES", &examples);
         if extent == Extent::Fast {
             pytest.args(["-m", "not slow"]);
         }
