@@ -13,8 +13,8 @@ ROOT = Path(__file__).resolve().parent.parent
 def run_example(package: str, name: str, *arguments: str | Path) -> None:
     """Runs an example of a package with these arguments.
 
-    CDPR_EXAMPLES names a folder where it stands built; without it, cargo builds it, which compiles
-    what packages share once more where they ask for different features of it.
+    CDPR_EXAMPLES names a folder where it stands built. Without it cargo builds it, and compiles
+    anew what this package alone asks fewer features of than the workspace does.
     """
     if folder := os.environ.get("CDPR_EXAMPLES"):
         suffix = ".exe" if sys.platform == "win32" else ""
