@@ -126,7 +126,8 @@ pub(crate) fn examine(
 ) -> Result<Discovery, DiscoverError> {
     let Ready { evidence, holdout_source, outliers, mut remarks } = ready;
     progress("fitting the model as given", 0.02);
-    let (context, base) = Context::begin(&evidence, model, free_from..model.effects.len(), progress)?;
+    let (mut context, base) = Context::begin(&evidence, model, free_from..model.effects.len(), progress)?;
+    context.geometry_may_be_off = survey.is_some();
     let standing = search(&context, Standing::new(&context, base))?;
     if standing.white_force_error()
         && let Some(instruments) = standing.fit.instruments
@@ -135,13 +136,8 @@ pub(crate) fn examine(
         let ready = Ready { evidence, holdout_source, outliers, remarks };
         return examine(model, survey, free_from, ready, begun, progress);
     }
-    let geometry_is_off = || {
-        let asked = is_survey(&context, &standing);
-        let asked = context.journal.or_remark("Whether the geometry is off could not be asked", asked)?;
-        Ok::<_, FitError>(asked.unwrap_or(false))
-    };
     if let Some(errors) = survey
-        && geometry_is_off()?
+        && (standing.geometry_is_off || is_survey(&context, &standing)?)
     {
         progress("finding errors of the geometry as well", 0.02);
         let ready = Ready {
@@ -150,13 +146,14 @@ pub(crate) fn examine(
             outliers,
             remarks: remarks.clone(),
         };
-        let [before, left] = [standing.base.gap[0], standing.fit.gap[0]];
+        let (before, alone) =
+            (standing.base.gap[0], Alone { laws: standing.accepted.len(), leave: standing.fit.gap[0] });
         match examine(&with_errors(model, &errors), None, free_from, ready, begun, progress) {
             Ok(mut discovery)
                 if discovery.criterion < standing.fit.score - EVIDENCE
                     && left_over(&discovery) <= POLICY.nothing_left =>
             {
-                discovery.remarks.insert(0, corrected(&discovery, before, left));
+                discovery.remarks.insert(0, corrected(&discovery, before, &alone));
                 return Ok(discovery);
             }
             Ok(_) => remarks.push(
@@ -166,6 +163,11 @@ pub(crate) fn examine(
             Err(error) => remarks.push(format!(
                 "With errors of the geometry free beside every law the search fails ({error}): the geometry was taken as given."
             )),
+        }
+        if standing.geometry_is_off {
+            // The search ended where it asked for them.
+            let ready = Ready { evidence: evidence.clone(), holdout_source, outliers, remarks };
+            return examine(model, None, free_from, ready, begun, progress);
         }
     }
     let standing = refine_terms(&context, terms(&context, standing)?)?;
@@ -197,16 +199,26 @@ fn left_over(discovery: &Discovery) -> f64 {
     main.map_or(f64::INFINITY, |gap| gap.holdout.after / gap.attainable)
 }
 
-/// What is said where the geometry was corrected; `before` is the gap of the model as given, `left` what laws alone leave of it.
-fn corrected(discovery: &Discovery, before: f64, left: f64) -> String {
+/// Laws that a search for these alone had found when it gave way to errors of the geometry, and the gap that they leave.
+struct Alone {
+    laws: usize,
+    leave: f64,
+}
+
+/// What is said where the geometry was corrected; `before` is the gap of the model as given.
+fn corrected(discovery: &Discovery, before: f64, alone: &Alone) -> String {
     let errors: Vec<&EffectSpec> = discovery.survey.iter().map(|error| &error.effect).collect();
+    let [longer, before, leave] =
+        [1e3 * most_longer(&discovery.base, &errors), before, alone.leave].map(|number| report::significant(number, 2));
+    let leave = match alone.laws {
+        0 => String::new(),
+        1 => format!(", and one law beside that geometry {leave}"),
+        laws => format!(", and {laws} laws beside that geometry {leave}"),
+    };
+    let horizon = discovery.horizon;
     format!(
-        "The geometry as given is off: in the middle of the workspace a cable is up to {} mm longer or shorter than it says. Errors \
+        "The geometry as given is off: in the middle of the workspace a cable is up to {longer} mm longer or shorter than it says. Errors \
          of anchors, attachments and what lengths count from were found together with the laws (calibration in discovery.json). Over \
-         {:.0} s a model without fault would leave 1, the model as given leaves {}, and laws alone (--as-given) leave {}.",
-        report::significant(1e3 * most_longer(&discovery.base, &errors), 2),
-        discovery.horizon,
-        report::significant(before, 2),
-        report::significant(left, 2),
+         {horizon:.0} s a model without fault would leave 1, the model as given leaves {before}{leave}."
     )
 }

@@ -29,6 +29,8 @@ pub(crate) struct Context<'a> {
     pub(crate) free_from: usize,
     /// Number of effects before those that are found.
     pub(crate) given: usize,
+    /// Whether errors of the survey may be added.
+    pub(crate) geometry_may_be_off: bool,
     /// Random parts with the model as given.
     pub(crate) base_randomness: Randomness,
     /// Horizons that the growth of errors allows.
@@ -63,6 +65,7 @@ impl<'a> Context<'a> {
             penalty: Penalty::new(measurements),
             free_from: survey.start,
             given: survey.end,
+            geometry_may_be_off: false,
             base_randomness: train.randomness.clone(),
             reaches: Reaches::of(&holdout, held, noise, &verdict::POLICY),
             journal,

@@ -14,9 +14,18 @@ use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::proposal::{Promise, promises};
 use crate::weigh::regression::ladder;
 
-/// Whether errors of the survey promise to explain what stands leaves to forces at random. They are asked for where something
-/// is left, or where so many laws stand that these are as much to ask.
+/// Whether errors of the survey, if they may be added, promise to explain what stands leaves to forces at random. They are asked
+/// for where something is left, or where so many laws stand that these are as much to ask.
 pub(crate) fn is_survey(context: &Context<'_>, standing: &Standing) -> Result<bool, FitError> {
+    if !context.geometry_may_be_off {
+        return Ok(false);
+    }
+    let asked = promises_enough(context, standing);
+    let asked = context.journal.or_remark("Whether the geometry is off could not be asked", asked)?;
+    Ok(asked.unwrap_or(false))
+}
+
+fn promises_enough(context: &Context<'_>, standing: &Standing) -> Result<bool, FitError> {
     let policy = context.policy;
     let explained = standing.fit.gap[0] <= policy.nothing_left && standing.accepted.len() < policy.several_laws;
     let trials = &context.evidence.train;
@@ -80,7 +89,9 @@ mod tests {
         let anchors: Vec<_> = (1..=4).map(|cable| effect("anchor_offset", Some(cable), &[0.1, -0.05])).collect();
         for (hidden, asked) in [(anchors, true), (Vec::new(), false)] {
             let evidence = evidence(&hidden, 81);
-            let (context, standing) = begun(&evidence, &Model::default());
+            let (mut context, standing) = begun(&evidence, &Model::default());
+            assert!(!is_survey(&context, &standing).expect("a fit"));
+            context.geometry_may_be_off = true;
             assert_eq!(is_survey(&context, &standing).expect("a fit"), asked);
         }
     }

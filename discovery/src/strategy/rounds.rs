@@ -5,6 +5,7 @@ use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::every_cable::on_every_cable;
 use crate::strategy::form::form_if;
+use crate::strategy::geometry::is_survey;
 use crate::strategy::instruments::beside_instruments;
 use crate::strategy::onset::onset;
 use crate::strategy::round::{Round, round};
@@ -19,15 +20,19 @@ pub(crate) fn one_more(context: &Context<'_>, standing: Standing, signatures: &S
 /// Effects of the catalogue, one after the other, as long as they earn their place, and after each the form of friction, where that
 /// explains most of what is left; what of it explains less once no more effects do.
 ///
-/// What the instruments have beside white noise is taken up where it explains more than the next effect.
+/// What the instruments have beside white noise is taken up where it explains more than the next effect. Where several laws stand
+/// and errors of the survey promise to explain what they leave, no more are looked for.
 pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     while standing.accepted.len() < context.policy.most_effects {
+        if standing.accepted.len() >= context.policy.several_laws && is_survey(context, &standing)? {
+            return Ok(Standing { geometry_is_off: true, ..standing });
+        }
         let score = standing.fit.score;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
         let found = match one_more(context, standing, &signatures)? {
             Round::Instruments(same, better) => {
                 standing = beside_instruments(context, same, *better)?;
-                if standing.white_force_error() {
+                if standing.begins_anew() {
                     break;
                 }
                 continue;
@@ -56,6 +61,7 @@ mod tests {
 
     use super::*;
     use crate::strategy::fixture::{begun, effect, evidence, names};
+    use crate::strategy::policy::{POLICY, Policy};
 
     #[test]
     fn a_round_finds_what_is_hidden_and_nothing_where_nothing_is() {
@@ -76,5 +82,18 @@ mod tests {
                 Round::Instruments(..) => panic!("the noise is white"),
             }
         }
+    }
+
+    /// Laws that stood for errors of four anchors were refined one after the other, up to five, before all were given up.
+    #[test]
+    fn where_so_many_laws_stand_and_the_geometry_is_off_no_more_are_looked_for() {
+        static AT_ONCE: Policy = Policy { several_laws: 0, ..POLICY };
+        let anchors: Vec<_> = (1..=4).map(|cable| effect("anchor_offset", Some(cable), &[0.1, -0.05])).collect();
+        let evidence = evidence(&anchors, 81);
+        let (mut context, standing) = begun(&evidence, &Model::default());
+        (context.geometry_may_be_off, context.policy) = (true, &AT_ONCE);
+        let ended = rounds(&context, standing).expect("a fit");
+        assert!(ended.geometry_is_off && ended.begins_anew() && ended.accepted.is_empty());
+        assert_eq!(context.journal.written().candidates, 0);
     }
 }

@@ -30,12 +30,12 @@ const ONCE_FOUND: [Step; 5] =
     [instruments_anew, instruments_instead, instead_of_drift, without_idle_instruments, settle];
 
 /// Looks for effects of the catalogue and settles what was found; terms outside the catalogue are not looked for yet. Where
-/// the recorded forces have an error it ends as soon as that is known.
+/// the recorded forces have an error, or the geometry may be off and is, it ends as soon as that is known.
 pub(crate) fn search(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
     let standing = evident_wander(context, evident_delay(context, standing)?)?;
     let standing = catalogue_rounds(context, standing)?;
     let standing = with_any_error_of_forces(context, standing)?;
-    if standing.white_force_error() {
+    if standing.begins_anew() {
         return Ok(standing);
     }
     ONCE_FOUND.iter().try_fold(standing, |standing, step| step(context, standing))
@@ -49,7 +49,7 @@ fn catalogue_rounds(context: &Context<'_>, standing: Standing) -> Result<Standin
     let mut standing = elasticity(context, standing)?;
     if standing.accepted.is_empty() {
         standing = first_effect(context, standing)?;
-        if standing.white_force_error() {
+        if standing.begins_anew() {
             return Ok(standing);
         }
     }
@@ -63,7 +63,7 @@ fn catalogue_rounds(context: &Context<'_>, standing: Standing) -> Result<Standin
         }
         standing = rounds(context, standing)?;
     }
-    if standing.white_force_error() {
+    if standing.begins_anew() {
         return Ok(standing);
     }
     let little =
@@ -75,12 +75,15 @@ fn catalogue_rounds(context: &Context<'_>, standing: Standing) -> Result<Standin
             Look::Nothing(standing) => standing,
         };
     }
+    if standing.begins_anew() {
+        return Ok(standing);
+    }
     // Of what no law explains the instruments may have some.
     if standing.fit.gap[0] > policy.strong
         && let Some(better) = better_instruments(context, &standing.fit, 0.0)?
     {
         standing = beside_instruments(context, standing, better)?;
-        if standing.white_force_error() {
+        if standing.begins_anew() {
             return Ok(standing);
         }
         if standing.accepted.is_empty() {
@@ -88,7 +91,11 @@ fn catalogue_rounds(context: &Context<'_>, standing: Standing) -> Result<Standin
         }
         standing = rounds(context, standing)?;
     }
-    Ok(if standing.accepted.len() > 1 { settle_extensions(context, standing) } else { standing })
+    Ok(if standing.accepted.len() > 1 && !standing.begins_anew() {
+        settle_extensions(context, standing)
+    } else {
+        standing
+    })
 }
 
 /// The first effect with its form, or a pair where it leaves a gap.
@@ -99,7 +106,7 @@ fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standin
         match one_more(context, standing, &signatures)? {
             Round::Instruments(same, better) => {
                 standing = Standing::with_base(same, *better);
-                if standing.white_force_error() {
+                if standing.begins_anew() {
                     return Ok(standing);
                 }
             }

@@ -61,6 +61,8 @@ pub(crate) struct Standing {
     pub(crate) chosen: Option<Chosen>,
     /// The laws beside which the instruments were taken up, where they had nothing but white noise before.
     pub(crate) taken_up_beside: Option<Vec<Law>>,
+    /// Whether errors of the survey promise to explain what the laws so far leave.
+    pub(crate) geometry_is_off: bool,
 }
 
 /// An effect without its size: what it is, where, and how many numbers its form takes.
@@ -79,6 +81,7 @@ impl Standing {
             weighed: None,
             chosen: None,
             taken_up_beside: None,
+            geometry_is_off: false,
         }
     }
 
@@ -119,6 +122,12 @@ impl Standing {
     /// Whether the recorded forces were found to have an error. The search then goes on with those to be expected.
     pub(crate) fn white_force_error(&self) -> bool {
         self.fit.instruments.as_ref().is_some_and(|randomness| randomness.white_input() > 0.0)
+    }
+
+    /// Whether the search ends here, to begin again on another ground: with the forces to be expected in the place of those
+    /// recorded, or with errors of the survey free beside every law.
+    pub(crate) fn begins_anew(&self) -> bool {
+        self.white_force_error() || self.geometry_is_off
     }
 
     /// Has the beginnings of the trials start shortly before the last of the new effects begins: before that they show
