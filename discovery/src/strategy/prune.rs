@@ -7,7 +7,7 @@ use cdpr::effect::EffectSpec;
 use crate::filter::error::FitError;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
-use crate::strategy::entrance::{ACTS_ON_NOISE, is_certain};
+use crate::strategy::entrance::{is_certain, why_unseen};
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 
@@ -61,7 +61,8 @@ fn without_unseen(context: &Context<'_>, mut standing: Standing) -> Result<Stand
     let mut kept = 0;
     while kept < standing.accepted.len() {
         let explained = -standing.accepted[kept].delta_bic;
-        if is_certain(context, &context.certainty(&standing.fit), context.at(kept), explained) {
+        let (fit, certainty) = (&standing.fit.train, context.certainty(&standing.fit));
+        if is_certain(context, fit, &certainty, context.at(kept), explained) {
             kept += 1;
             continue;
         }
@@ -79,7 +80,7 @@ fn without_unseen(context: &Context<'_>, mut standing: Standing) -> Result<Stand
             kept += 1;
             continue;
         };
-        context.journal.note(&effect, Outcome::Removed, explained, ACTS_ON_NOISE);
+        context.journal.note(&effect, Outcome::Removed, explained, why_unseen(fit));
         if standing.accepted.len() == 1 {
             return Ok(standing.anew());
         }
