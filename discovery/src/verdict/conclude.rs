@@ -11,8 +11,8 @@ use crate::hypothesis::term;
 use crate::instruments;
 use crate::journal::Written;
 use crate::outcome::{
-    BeforeAfter, Discovery, Estimated, Found, HORIZONS, HorizonGap, Located, Onset, Stability, SurveyError, Verdict,
-    at_rest,
+    BeforeAfter, Discovery, Estimated, Found, HORIZON, HORIZONS, HorizonGap, Located, Onset, Stability, SurveyError,
+    Verdict, at_rest,
 };
 use crate::report::{channel_words, phrase, printed};
 use crate::strategy::context::Context;
@@ -25,7 +25,7 @@ use crate::verdict::by_block::{ByBlock, Column};
 use crate::verdict::detection::detection_limits;
 use crate::verdict::stability::stability;
 use crate::verdict::verify;
-use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY};
+use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY, widened};
 use crate::write::{errors, label, place};
 
 /// What is to be said of a search beside what it found.
@@ -59,10 +59,12 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     let (standing, horizons) = beside_what_was_found(&context, standing, horizons)?;
     let Standing { fit: fitted, base, .. } = &standing;
     let by_block = ByBlock::new(&fitted.train, &evidence.train, context.free_from);
-    let standard_errors = by_block.standard_errors(&fitted.train.model);
+    let by_samples = by_block.standard_errors(&fitted.train.model);
+    let horizon_facts = HorizonFacts::all(&horizons);
+    let standard_errors = widened(&fitted.train, &evidence.train, &by_samples, &with_more_than_noise(&horizon_facts));
     let surveyed = surveyed(&context, fitted, &standard_errors);
     let Explained { mut effects, terms, mut located, facts } =
-        explained(&context, &standing, &by_block, &standard_errors)?;
+        explained(&context, &standing, &by_block, [&by_samples, &standard_errors])?;
     let whiteness = verify::whiteness(&fitted.train, &evidence.train, &fitted.train.randomness.noise);
     let coloured = whiteness
         .iter()
@@ -70,7 +72,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         .map(|w| channel_words(&w.channel.name()).replace('\u{a0}', " "))
         .collect();
     let facts = Facts {
-        horizons: HorizonFacts::all(&horizons),
+        horizons: horizon_facts,
         coloured,
         disturbance: Disturbance::of(&fitted.train, &evidence.train),
         unrecorded: fitted.train.randomness.expected.map_or(0.0, |expected| expected.unrecorded),
@@ -206,6 +208,12 @@ fn horizon_gaps(context: &Context<'_>, base: &Fitted, fitted: &Fitted) -> Vec<Ho
     verify::horizon_gaps(base, fitted, context.evidence, &context.reaches.reported(), fitted.instruments.as_ref())
 }
 
+/// Horizons (s) that tell of the model, up to [`HORIZON`], over which more than noise is left.
+fn with_more_than_noise(horizons: &[HorizonFacts]) -> Vec<f64> {
+    let left = |h: &&HorizonFacts| h.tells(&POLICY) && h.reach.horizon <= HORIZON && h.after() > POLICY.at_noise;
+    horizons.iter().filter(left).map(|h| h.reach.horizon).collect()
+}
+
 /// The errors of the survey that were found together with the laws.
 fn surveyed(context: &Context<'_>, fitted: &Fitted, standard_errors: &[(Column, f64)]) -> Vec<SurveyError> {
     let one = |at: usize| {
@@ -215,12 +223,13 @@ fn surveyed(context: &Context<'_>, fitted: &Fitted, standard_errors: &[(Column, 
     (context.free_from..context.given).map(one).collect()
 }
 
-/// What is known of each effect that was found.
+/// What is known of each effect that was found, with standard errors by samples, by which it is judged whether it may be chance, and
+/// by free runs as well.
 fn explained(
     context: &Context<'_>,
     standing: &Standing,
     by_block: &ByBlock,
-    standard_errors: &[(Column, f64)],
+    [by_samples, standard_errors]: [&[(Column, f64)]; 2],
 ) -> Result<Explained, FitError> {
     let (given, trials) = (context.given, &context.evidence.train);
     let (fitted, accepted) = (&standing.fit, &standing.accepted);
@@ -249,8 +258,8 @@ fn explained(
                 alternative.correlation = correlation;
             }
         }
-        let found = Found {
-            standard_error: errors_of(standard_errors, effect, context.at(k)),
+        let mut found = Found {
+            standard_error: errors_of(by_samples, effect, context.at(k)),
             named: false,
             delta_bic: accepted.delta_bic,
             holdout_gap_without: without.map(|without| without.gap[0] * context.reaches.main.attainable),
@@ -260,12 +269,14 @@ fn explained(
             onset: onset(effect, times),
             effect: effect.clone(),
         };
+        let standard_error = errors_of(standard_errors, effect, context.at(k));
         if effect.expression.is_some() {
-            out.terms.push(found);
+            out.terms.push(Found { standard_error, ..found });
         } else {
             // Without what cannot be done without, nothing would be explained.
             let share = without.map_or(1.0, |without| fitted.takes_away(without));
             out.facts.push(EffectFacts::of(&found, share, &fitted.train.model, &POLICY));
+            found.standard_error = standard_error;
             out.effects.push(found);
         }
     }

@@ -118,6 +118,8 @@ pub(crate) struct EffectFacts {
     pub(crate) has_twin: bool,
     /// Share of the squared gap, without the noise, that it takes away, at most of all horizons.
     pub(crate) share: f64,
+    /// What the information criterion falls by with it.
+    pub(crate) explains: f64,
     /// Spread of its size over blocks of time, beyond its errors, where that is no chance.
     pub(crate) varies: f64,
 }
@@ -131,6 +133,7 @@ impl EffectFacts {
             out_of_range: out_of_range(&found.effect, &found.standard_error, model, policy),
             has_twin: found.alternatives.iter().any(|a| a.indistinguishable),
             share,
+            explains: -found.delta_bic,
             varies: found.stability.as_ref().filter(|stability| stability.varies()).map_or(0.0, |s| s.spread),
         }
     }

@@ -7,6 +7,7 @@ use crate::data::{Channel, Trial};
 use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::{Keep, filter, smoothed_memory};
 use crate::model::delayed::earlier;
+use crate::model::examined::Examined;
 
 /// Share of a normal distribution below twice its standard deviation.
 const WITHIN_TWO: f64 = 0.977_25;
@@ -33,6 +34,11 @@ impl Prediction {
 /// shown as well, fading as it does: it is as much a part of what is measured next as the state. How a drift changes from there on is
 /// shown as all measurements tell it: that is none of the simulation's.
 pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
+    predict_by(fit, &fit.examined, trials, horizon)
+}
+
+/// The same by a model with other parameters, from the states of the fit.
+pub(crate) fn predict_by(fit: &Fit, examined: &Examined, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
     let linear = fit.linear(trials);
     (0..trials.len())
         .into_par_iter()
@@ -52,26 +58,26 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
             let (shown, restarts) = (vec![vec![f64::NAN; m]; trial.len()], trial.restarts(horizon));
             let mut out = Prediction { shown, restarts, ends: Vec::new() };
             let mut next_restart = out.restarts.clone().into_iter().peekable();
-            let mut simulation = fit.examined.simulation(trial, 0, fit.trajectories[t].states(0));
+            let mut simulation = examined.simulation(trial, 0, fit.trajectories[t].states(0));
             let mut running = false;
             let mut shown = Vec::new();
             for k in 0..trial.len() {
                 simulation.set_inputs(trial.inputs[k]);
                 if next_restart.next_if_eq(&k).is_some() {
                     if running && out.is_restart(k.wrapping_sub(1)) {
-                        fit.examined.measure(&simulation, &trial.channels, &mut shown);
+                        examined.measure(&simulation, &trial.channels, &mut shown);
                         remember(&mut shown, &memory);
                         out.ends.push((k, shown.clone()));
                     }
                     let state: Vec<f64> =
                         fit.trajectories[t].states(k).iter().zip(filtered.updated(k)).map(|(a, b)| a + b).collect();
                     simulation.set_states(&state);
-                    let known = &filtered.updated(k)[fit.examined.states() + randomness.latents..];
+                    let known = &filtered.updated(k)[examined.states() + randomness.latents..];
                     memory.copy_from_slice(&known[..randomness.memory.len()]);
                     running = true;
                 }
                 if running {
-                    fit.examined.measure(&simulation, &trial.channels, &mut shown);
+                    examined.measure(&simulation, &trial.channels, &mut shown);
                     remember(&mut shown, &memory);
                     out.shown[k].copy_from_slice(&shown);
                 } else {
@@ -89,11 +95,11 @@ pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Predicti
                 }
                 if k + 1 < trial.len() && simulation.advance(trial.time[k + 1] - trial.time[k]).is_err() {
                     running = false;
-                    simulation = fit.examined.simulation(trial, k + 1, fit.trajectories[t].states(k + 1));
+                    simulation = examined.simulation(trial, k + 1, fit.trajectories[t].states(k + 1));
                 }
             }
             for (j, (clock, channel)) in randomness.late.iter().zip(&trial.channels).enumerate() {
-                let late = clock + fit.examined.late(*channel);
+                let late = clock + examined.late(*channel);
                 if late != 0.0 {
                     out.delay(&trial.time, j, late);
                 }

@@ -30,6 +30,8 @@ pub(crate) enum Reason {
     Little { effect: usize, share: f64 },
     /// An effect whose size differs throughout, where more than noise is left: it stands for a law of another form.
     Unsteady { effect: usize },
+    /// An effect that explains less than one that stands for a law of another form, and may be part of what that law does.
+    BesideStandIn { effect: usize, stand_in: usize },
     /// An effect that chance explains as well in so many control runs.
     Chance { effect: usize, runs: usize, of: usize },
     /// Free runs longer than so (s) say nothing: an error of their start grows too fast.
@@ -61,13 +63,21 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
     let worst = telling.iter().copied().max_by(|a, b| a.after().total_cmp(&b.after()));
     let at_noise = worst.is_none_or(|h| h.after() <= policy.at_noise);
     let white = facts.coloured.is_empty();
+    let stands_in = |effect: &EffectFacts| !at_noise && effect.varies > policy.unsteady;
+    let stand_in = (0..facts.effects.len())
+        .filter(|k| stands_in(&facts.effects[*k]))
+        .max_by(|a, b| facts.effects[*a].explains.total_cmp(&facts.effects[*b].explains));
     let named: Vec<bool> = facts
         .effects
         .iter()
         .enumerate()
         .map(|(k, effect)| {
             let mut doubts = doubts(k, effect, policy);
-            doubts.extend((!at_noise && effect.varies > policy.unsteady).then_some(Reason::Unsteady { effect: k }));
+            if stands_in(effect) {
+                doubts.push(Reason::Unsteady { effect: k });
+            } else if let Some(stand_in) = stand_in.filter(|at| facts.effects[*at].explains > effect.explains) {
+                doubts.push(Reason::BesideStandIn { effect: k, stand_in });
+            }
             let carries = doubts.is_empty();
             reasons.extend(doubts);
             carries

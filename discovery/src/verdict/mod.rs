@@ -10,6 +10,7 @@ pub(crate) mod by_block;
 pub(crate) mod conclude;
 pub(crate) mod detection;
 mod facts;
+mod free_runs;
 pub(crate) mod gap;
 mod growth;
 mod judge;
@@ -24,6 +25,7 @@ mod words;
 pub(crate) use facts::{
     Disturbance, EffectFacts, Facts, HorizonFacts, left, out_of_range, relative_error, share_taken,
 };
+pub(crate) use free_runs::widened;
 pub(crate) use growth::{Reach, Reaches, attainable};
 pub(crate) use judge::{Judgement, beats, judge, may_be_chance, shows};
 pub(crate) use policy::POLICY;

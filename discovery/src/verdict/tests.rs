@@ -14,8 +14,15 @@ fn horizon(horizon: f64, before: f64, after: f64, attainable: f64) -> HorizonFac
 }
 
 /// An effect about which there is no doubt.
-const SURE: EffectFacts =
-    EffectFacts { chance: None, relative_error: 0.01, out_of_range: false, has_twin: false, share: 0.99, varies: 0.0 };
+const SURE: EffectFacts = EffectFacts {
+    chance: None,
+    relative_error: 0.01,
+    out_of_range: false,
+    has_twin: false,
+    share: 0.99,
+    explains: 1e3,
+    varies: 0.0,
+};
 
 const NOTHING: Disturbance = Disturbance { force: 0.04, torque: 0.3, winch_force: 20e3, arm: 10.0, any: false };
 
@@ -140,6 +147,19 @@ fn a_relative_of_the_law_that_is_missing_carries_no_name() {
     assert!(judgement.reasons.contains(&Reason::Unsteady { effect: 0 }), "{judgement:?}");
     // Where it leaves nothing but noise it is what was there.
     assert_eq!(verdict(&facts(FOUND, &[relative])), Verdict::Named);
+}
+
+/// Beside a winch with play, for which a dead time stood, the mass of a cable was named that explained a fifteenth of it.
+#[test]
+fn what_explains_less_than_a_law_that_stands_for_another_carries_no_name() {
+    let relative = EffectFacts { varies: 0.17, explains: 1234.0, ..SURE };
+    let [less, more] = [85.0, 3000.0].map(|explains| EffectFacts { explains, ..SURE });
+    let gaps = [(4.0, 2.1), (15.0, 7.3), (14.0, 1.5)];
+    let judgement = judged(&facts(gaps, &[relative, less]));
+    assert_eq!((judgement.verdict, &judgement.named[..]), (Verdict::Unnamed, &[false, false][..]));
+    assert!(judgement.reasons.contains(&Reason::BesideStandIn { effect: 1, stand_in: 0 }), "{judgement:?}");
+    assert_eq!(judged(&facts(gaps, &[more, relative])).named, [true, false]);
+    assert_eq!(judged(&facts(FOUND, &[relative, less])).named, [true, true]);
 }
 
 /// Forces in kN read as N, y in mm, a lag and a mass taken for a dead time and a mass, commands faster than the log.

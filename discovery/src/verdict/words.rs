@@ -88,6 +88,11 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
              another form.",
             name(effect)
         ),
+        Reason::BesideStandIn { effect, stand_in } => format!(
+            "The {} explains less than the {}, which stands for a law of another form: it may be part of what that law does.",
+            name(effect),
+            name(stand_in)
+        ),
         Reason::Chance { effect, runs, of } => {
             format!("Chance explains as much as the {} in {runs} of {of} control runs.", name(effect))
         }
