@@ -4,7 +4,6 @@
 //! one they do not, and neither is right (J. A. Hausman, Specification tests in econometrics, Econometrica 46 (1978), 1251).
 //! So where free runs leave more than noise, a parameter is as uncertain as it is from one to the other.
 
-use cdpr::model_file::Model;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -14,10 +13,9 @@ use crate::filter::whiten::Normal;
 use crate::hypothesis::parameter::Free;
 use crate::hypothesis::signature::Varied;
 use crate::hypothesis::survey::regularise;
-use crate::hypothesis::term;
-use crate::model::examined::Examined;
 use crate::verdict::by_block::Column;
-use crate::verdict::gap::{Prediction, predict, predict_by};
+use crate::verdict::gap::{Known, Prediction, predict_by};
+use crate::weigh::proposal::varied_by;
 use crate::weigh::solve::solve;
 
 /// Standard errors of parameters, wider where free runs over one of the `horizons` (s) ask for others than the likelihood
@@ -25,39 +23,31 @@ use crate::weigh::solve::solve;
 pub(crate) fn widened(fit: &Fit, trials: &[Trial], errors: &[(Column, f64)], horizons: &[f64]) -> Vec<(Column, f64)> {
     let mut out = errors.to_vec();
     let moved = errors.iter().enumerate().filter_map(|(at, (column, error))| match column {
-        Column::Parameter(free) => Some((at, *free, moved_by(&fit.model, *free, *error)?)),
-        Column::Expression(_) | Column::Clock(_) => None,
+        // By its error: over less, the turn of friction has no slope that free runs see.
+        Column::Parameter(free) if error.is_finite() && *error > 0.0 => {
+            Some((at, *free, varied_by(&fit.model, *free, *error)?))
+        }
+        Column::Parameter(_) | Column::Expression(_) | Column::Clock(_) => None,
     });
     let moved: Vec<(usize, Free, Varied)> = moved.collect();
+    if horizons.is_empty() || moved.is_empty() {
+        return out;
+    }
+    let known = Known::of(fit, trials);
     for horizon in horizons {
-        for ((at, ..), apart) in moved.iter().zip(apart(fit, trials, &moved, *horizon)) {
+        for ((at, ..), apart) in moved.iter().zip(apart(fit, trials, &moved, *horizon, &known)) {
             out[*at].1 = out[*at].1.max(errors[*at].1.hypot(apart));
         }
     }
     out
 }
 
-/// A model with a parameter moved by its standard error: over less, the turn of friction has no slope that free runs see.
-fn moved_by(model: &Model, free: Free, error: f64) -> Option<Varied> {
-    if !error.is_finite() || error == 0.0 {
-        return None;
-    }
-    [error, -error].into_iter().find_map(|size| {
-        let mut moved = model.clone();
-        let value = term::values(&model.effects[free.effect])[free.parameter] + size;
-        moved.effects[free.effect] = term::with_value(&model.effects[free.effect], free.parameter, value);
-        moved.effects[free.effect].check().ok()?;
-        let effect = moved.effects[free.effect].id.clone();
-        Some(Varied { examined: Examined::new(&moved).ok()?, effect, size })
-    })
-}
-
 /// How far from the parameters as they are those are which free runs ask for, to first order, beyond the error of that: by how
 /// it differs from one run to the next.
-fn apart(fit: &Fit, trials: &[Trial], moved: &[(usize, Free, Varied)], horizon: f64) -> Vec<f64> {
-    let shown = predict(fit, trials, horizon);
-    let shown_by: Vec<Vec<Prediction>> =
-        moved.par_iter().map(|(.., varied)| predict_by(fit, &varied.examined, trials, horizon)).collect();
+fn apart(fit: &Fit, trials: &[Trial], moved: &[(usize, Free, Varied)], horizon: f64, known: &[Known]) -> Vec<f64> {
+    let predicted = |examined| predict_by(fit, examined, trials, horizon, known);
+    let shown = predicted(&fit.examined);
+    let shown_by: Vec<Vec<Prediction>> = moved.par_iter().map(|(.., varied)| predicted(&varied.examined)).collect();
     let runs: Vec<Normal> = (0..trials.len())
         .flat_map(|t| {
             let slopes: Vec<(&Prediction, f64)> =

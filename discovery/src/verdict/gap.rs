@@ -5,7 +5,8 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use crate::data::{Channel, Trial};
 use crate::filter::estimate::{Fit, for_trial};
-use crate::filter::kalman::{Keep, filter, smoothed_memory};
+use crate::filter::kalman::{Filtered, Keep, filter, smoothed_memory};
+use crate::filter::path::LinearTrial;
 use crate::model::delayed::earlier;
 use crate::model::examined::Examined;
 
@@ -34,22 +35,44 @@ impl Prediction {
 /// shown as well, fading as it does: it is as much a part of what is measured next as the state. How a drift changes from there on is
 /// shown as all measurements tell it: that is none of the simulation's.
 pub(crate) fn predict(fit: &Fit, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
-    predict_by(fit, &fit.examined, trials, horizon)
+    predict_by(fit, &fit.examined, trials, horizon, &Known::of(fit, trials))
 }
 
-/// The same by a model with other parameters, from the states of the fit.
-pub(crate) fn predict_by(fit: &Fit, examined: &Examined, trials: &[Trial], horizon: f64) -> Vec<Prediction> {
-    let linear = fit.linear(trials);
+/// What a filter knows of one trial at each sample, and a smoother of drifts.
+pub(crate) struct Known {
+    filtered: Filtered,
+    drifts: Vec<Vec<f64>>,
+}
+
+impl Known {
+    /// What is known of each trial by a fit.
+    pub(crate) fn of(fit: &Fit, trials: &[Trial]) -> Vec<Self> {
+        let linear = fit.linear(trials);
+        let of_trial = |(linear, trial): (&LinearTrial, &Trial)| {
+            let randomness = for_trial(&fit.randomness, trial);
+            let drifts = if randomness.drifts() { smoothed_memory(linear, &randomness) } else { Vec::new() };
+            Self { filtered: filter(linear, &randomness, Keep::Innovations), drifts }
+        };
+        linear.par_iter().zip(trials).map(of_trial).collect()
+    }
+}
+
+/// The same by a model with other parameters, from what is known by the fit.
+pub(crate) fn predict_by(
+    fit: &Fit,
+    examined: &Examined,
+    trials: &[Trial],
+    horizon: f64,
+    known: &[Known],
+) -> Vec<Prediction> {
     (0..trials.len())
         .into_par_iter()
         .map(|t| {
-            let trial = &trials[t];
+            let (trial, Known { filtered, drifts }) = (&trials[t], &known[t]);
             let randomness = for_trial(&fit.randomness, trial);
-            let filtered = filter(&linear[t], &randomness, Keep::Innovations);
             let m = trial.channels.len();
             let remembered = randomness.shown_by_channel(m);
             let mut memory = vec![0.0; randomness.memory.len()];
-            let drifts = if randomness.drifts() { smoothed_memory(&linear[t], &randomness) } else { Vec::new() };
             let remember = |shown: &mut [f64], memory: &[f64]| {
                 for (value, processes) in shown.iter_mut().zip(&remembered) {
                     *value += processes.clone().map(|process| memory[process - randomness.latents]).sum::<f64>();

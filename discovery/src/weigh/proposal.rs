@@ -21,19 +21,19 @@ use crate::weigh::solve::{solve, solve_within};
 
 /// Models with each free parameter moved by its step, away from its bounds.
 pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<Varied>> {
-    free.iter()
-        .map(|f| {
-            let step = parameter_step(model, *f);
-            [step, -step].into_iter().find_map(|step| {
-                let mut varied = model.clone();
-                let moved = term::values(&model.effects[f.effect])[f.parameter] + step;
-                varied.effects[f.effect] = term::with_value(&model.effects[f.effect], f.parameter, moved);
-                varied.effects[f.effect].check().ok()?;
-                let effect = varied.effects[f.effect].id.clone();
-                Some(Varied { examined: Examined::new(&varied).ok()?, effect, size: step })
-            })
-        })
-        .collect()
+    free.iter().map(|f| varied_by(model, *f, parameter_step(model, *f))).collect()
+}
+
+/// A model with a free parameter moved by a step, forth or back as its bounds allow; none where neither is one.
+pub(crate) fn varied_by(model: &Model, free: Free, step: f64) -> Option<Varied> {
+    [step, -step].into_iter().find_map(|step| {
+        let mut varied = model.clone();
+        let moved = term::values(&model.effects[free.effect])[free.parameter] + step;
+        varied.effects[free.effect] = term::with_value(&model.effects[free.effect], free.parameter, moved);
+        varied.effects[free.effect].check().ok()?;
+        let effect = varied.effects[free.effect].id.clone();
+        Some(Varied { examined: Examined::new(&varied).ok()?, effect, size: step })
+    })
 }
 
 /// The normal equations of the free parameters at one size of the latent disturbances, solved.
