@@ -16,7 +16,7 @@ use crate::outcome::{Discovery, HORIZON};
 use crate::report;
 use crate::strategy::context::{Context, Progress};
 use crate::strategy::fitted::Evidence;
-use crate::strategy::geometry::is_survey;
+use crate::strategy::geometry::survey_gains;
 use crate::strategy::policy::POLICY;
 use crate::strategy::search::search;
 use crate::strategy::standing::Standing;
@@ -137,7 +137,7 @@ pub(crate) fn examine(
         return examine(model, survey, free_from, ready, begun, progress);
     }
     if let Some(errors) = survey
-        && (standing.geometry_is_off || is_survey(&context, &standing)?)
+        && (standing.geometry_is_off || survey_gains(&context, &standing)?.is_some())
     {
         progress("finding errors of the geometry as well", 0.02);
         let ready = Ready {

@@ -14,18 +14,19 @@ use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::proposal::{Promise, promises};
 use crate::weigh::regression::ladder;
 
-/// Whether errors of the survey, if they may be added, promise to explain what stands leaves to forces at random. They are asked
-/// for where something is left, or where so many laws stand that these are as much to ask.
-pub(crate) fn is_survey(context: &Context<'_>, standing: &Standing) -> Result<bool, FitError> {
+/// What errors of the survey, if they may be added, promise to gain (fall of the criterion) where they explain what stands leaves to
+/// forces at random; none where they do not. They are asked for where something is left, or where so many laws stand that these
+/// are as much to ask.
+pub(crate) fn survey_gains(context: &Context<'_>, standing: &Standing) -> Result<Option<f64>, FitError> {
     if !context.geometry_may_be_off {
-        return Ok(false);
+        return Ok(None);
     }
-    let asked = promises_enough(context, standing);
+    let asked = promised_gain(context, standing);
     let asked = context.journal.or_remark("Whether the geometry is off could not be asked", asked)?;
-    Ok(asked.unwrap_or(false))
+    Ok(asked.flatten())
 }
 
-fn promises_enough(context: &Context<'_>, standing: &Standing) -> Result<bool, FitError> {
+fn promised_gain(context: &Context<'_>, standing: &Standing) -> Result<Option<f64>, FitError> {
     let policy = context.policy;
     let explained = standing.fit.gap[0] <= policy.nothing_left && standing.accepted.len() < policy.several_laws;
     let trials = &context.evidence.train;
@@ -33,18 +34,18 @@ fn promises_enough(context: &Context<'_>, standing: &Standing) -> Result<bool, F
     // What was found may be such an error itself.
     let errors = if explained { Vec::new() } else { survey_errors(&fit.model, trials) };
     if errors.is_empty() {
-        return Ok(false);
+        return Ok(None);
     }
-    let promised = promised(context, fit, &errors)?;
-    let Some((promise, size)) = promised else { return Ok(false) };
-    let gain = fit.minus_two_log_likelihood(trials, &fit.randomness) - promise.minus_two_log_likelihood;
+    let Some((promise, size)) = promised(context, fit, &errors)? else { return Ok(None) };
+    let explained = fit.minus_two_log_likelihood(trials, &fit.randomness) - promise.minus_two_log_likelihood;
     let parameters = errors.iter().map(|error| error.values.len()).sum();
     let needless = saved_by_needless(context, &promise, &fit.model.effects);
-    let pays = gain + needless > context.penalty.of_parameters(parameters) + EVIDENCE;
+    let gain = explained + needless - context.penalty.of_parameters(parameters);
     let forces = |randomness: &Randomness| randomness.force.hypot(randomness.winch);
     // Where forces at random are as small as they are looked for there are none.
     let none = ladder(&fit.randomness).last().map_or(0.0, forces);
-    Ok(pays && forces(&size) <= none.max(policy.survey_leaves * forces(&fit.randomness)))
+    let instead = forces(&size) <= none.max(policy.survey_leaves * forces(&fit.randomness));
+    Ok((gain > EVIDENCE && instead).then_some(gain))
 }
 
 /// What errors of the survey promise beside a fit, and the forces at random that are best beside them.
@@ -90,9 +91,9 @@ mod tests {
         for (hidden, asked) in [(anchors, true), (Vec::new(), false)] {
             let evidence = evidence(&hidden, 81);
             let (mut context, standing) = begun(&evidence, &Model::default());
-            assert!(!is_survey(&context, &standing).expect("a fit"));
+            assert!(survey_gains(&context, &standing).expect("a fit").is_none());
             context.geometry_may_be_off = true;
-            assert_eq!(is_survey(&context, &standing).expect("a fit"), asked);
+            assert_eq!(survey_gains(&context, &standing).expect("a fit").is_some(), asked);
         }
     }
     /// Anchors that are off were explained by a bias of the pose and an error of one anchor: errors of all cost more beside

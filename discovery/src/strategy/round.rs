@@ -239,6 +239,14 @@ impl<'a> Weighing<'a> {
 /// Effects to be fitted together, and the rivals of each.
 pub(crate) type Proposed = (Vec<EffectSpec>, Vec<Vec<EffectSpec>>);
 
+/// What the best candidate promises to gain along a fit (fall of the criterion).
+pub(crate) fn best_gain(context: &Context<'_>, fitted: &Fitted, signatures: &Signatures) -> f64 {
+    let fit = &fitted.train;
+    let levels = levels(fit, &context.evidence.train, signatures, &ladder(&fit.randomness));
+    let ranked = rank(&signatures.library, &levels, context.penalty);
+    ranked.first().map_or(0.0, |best| (baseline(&levels) - best.score).max(0.0))
+}
+
 /// The best candidate along a fit with its rivals, if it explains enough to be believed.
 pub(crate) fn best_alone(
     fit: &Fit,
