@@ -109,6 +109,7 @@ mod tests {
             inputs: vec![Inputs::none(4); n],
             channels: vec![Channel::Pose(0)],
             measured,
+            taken_off: Vec::new(),
         };
         trial.measured[500][0] += 0.2;
         trial.measured[700][0] = f64::NAN;

@@ -32,6 +32,7 @@ fn read(path: &Path, map: &ColumnMap, cables: usize) -> Result<Trial, Wrong> {
         inputs: Vec::new(),
         channels: columns.channels.iter().map(|(c, _)| *c).collect(),
         measured: Vec::new(),
+        taken_off: Vec::new(),
     };
     let mut record = StringRecord::new();
     loop {

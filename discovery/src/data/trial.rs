@@ -17,6 +17,9 @@ pub struct Trial {
     pub channels: Vec<Channel>,
     /// Measurements, a row a sample in the order of `channels`; `NAN` is a gap.
     pub measured: Vec<Vec<f64>>,
+    /// What was taken off the winch forces since they were recorded, as their expected error (N): a series of samples a winch;
+    /// empty where they are as recorded.
+    pub taken_off: Vec<Vec<f64>>,
 }
 
 impl Trial {
@@ -42,7 +45,8 @@ impl Trial {
             time: self.time[range.clone()].to_vec(),
             inputs: self.inputs[range.clone()].to_vec(),
             channels: self.channels.clone(),
-            measured: self.measured[range].to_vec(),
+            measured: self.measured[range.clone()].to_vec(),
+            taken_off: self.taken_off.iter().map(|series| series[range.clone()].to_vec()).collect(),
         }
     }
 

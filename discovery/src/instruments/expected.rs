@@ -53,6 +53,7 @@ pub(crate) fn expected_forces<const SETS: usize>(sets: [&[Trial]; SETS], error: 
                 let forces = trial.inputs.iter_mut().map(|inputs| &mut inputs.winch_force[i]);
                 forces.zip(errors).for_each(|(force, error)| *force -= error);
             }
+            trial.taken_off.clone_from(&errors.of_series);
             trial
         });
         at += 1;

@@ -14,11 +14,8 @@
 //! model takes to be random and is not quite so. So do strong laws, friction above all, whose linear model says little of
 //! them; but these are seen where simulations run freely over held-out data, for there no noise acts.
 //!
-//! Where recorded forces have an error it must be seen more clearly. What is left of the error when the forces to be expected are
-//! taken in their place (see [`expected`](crate::instruments::expected)) has a small part of the forces in it. It is modelled as having
-//! nothing to do with the motion, but a controller answers the motion: the lost part of its answer looks like damping, mass or
-//! friction, and with more certainty than it deserves (U. Forssell and L. Ljung, Automatica 35 (1999), 1215, on errors of a closed loop's
-//! noise model).
+//! Where recorded forces have an error it must be seen beyond what they lose with it (see [`lost`](crate::weigh::lost)), which does not
+//! say all: where that moves it, it must be very certain, and not uncertain anywhere.
 
 use std::sync::Arc;
 
@@ -31,6 +28,7 @@ use crate::outcome::NullTest;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
+use crate::strategy::policy::Policy;
 use crate::strategy::standing::{Accepted, Standing};
 use crate::verdict::POLICY;
 use crate::weigh::chance::Chance;
@@ -72,8 +70,7 @@ pub(crate) fn enter(
     let certainty = context.certainty(&next);
     let first = next.train.model.effects.len() - effects.len();
     let unseen = |k: usize| {
-        !is_certain(context, &next.train, &certainty, first + k, weights[k])
-            && !context.free_runs_show(&without[k], &next)
+        !is_certain(context, &certainty, first + k, weights[k]) && !context.free_runs_show(&without[k], &next)
     };
     if (0..effects.len()).any(unseen) {
         for (effect, weight) in effects.iter().zip(weights) {
@@ -122,36 +119,36 @@ fn without_each(context: &Context<'_>, before: &Fitted, next: &Fitted, last: usi
     }
 }
 
-/// Why an effect that is not seen does not stand, or one that came with it.
+/// Why effects that are not seen do not stand, nor what came with them.
 pub(crate) fn why_unseen(fit: &Fit) -> &'static str {
-    if has_force_error(fit) {
-        "its size, or that of one beside it, is not very certain, and free runs show nothing of it: what is left of the error of the \
-         recorded forces may look like it"
+    if fit.randomness.input > 0.0 {
+        "its size, or that of one beside it, is less certain than what it explains, or what the recorded forces lose with their error may \
+         move it as far, and free runs show nothing of it"
     } else {
         "its size, or that of one beside it, is far less certain than what it explains, and free runs show nothing of it: it acts on \
          the noise"
     }
 }
 
-/// Whether the size of an effect of a fit is as certain as it must be where the effect explains so much (fall of the criterion), in
-/// the same noise, or very certain: the fall says too much where the noise without the effect is not yet the likeliest. Beside an
-/// error of the recorded forces it must be very certain. Of what has no size but only shapes nothing is known of it.
-pub(crate) fn is_certain(
-    context: &Context<'_>,
-    fit: &Fit,
-    certainty: &Certainty,
-    effect: usize,
-    explained: f64,
-) -> bool {
-    let (policy, Certainty { spread, wald }) = (context.policy, certainty);
-    let least =
-        if has_force_error(fit) { policy.certain } else { (policy.seen * explained / spread).min(policy.certain) };
-    wald[effect].is_nan() || wald[effect] >= least
+/// Whether the size of an effect is as certain as it must be where the effect explains so much (fall of the criterion), in
+/// the same noise, or very certain: the fall says too much where the noise without the effect is not yet the likeliest. And it
+/// must be more than what recorded forces may lose, and not uncertain beside these. Of what has no size but only shapes nothing is known of it.
+pub(crate) fn is_certain(context: &Context<'_>, certainty: &Certainty, effect: usize, explained: f64) -> bool {
+    let (policy, Certainty { spread, wald, lost }) = (context.policy, certainty);
+    let least = (policy.seen * explained / spread).min(policy.certain);
+    wald[effect].is_nan() || wald[effect] >= least.max(beyond_lost(lost[effect], policy))
 }
 
-/// Whether the recorded forces beside a fit have an error.
-fn has_force_error(fit: &Fit) -> bool {
-    fit.randomness.input > 0.0
+/// Wald statistic from which a size is not what recorded forces lose with their error, which moves it by so much: beyond that as far
+/// as chance goes, and not uncertain. What they move by more than a standard error must be very certain: how far says that they
+/// act on it, and not always all that they do.
+fn beyond_lost(moves: f64, policy: &Policy) -> f64 {
+    let least = match moves {
+        0.0 => return 0.0,
+        moves if moves > 1.0 => policy.certain,
+        _ => policy.uncertain,
+    };
+    (moves.sqrt() + EVIDENCE.sqrt()).powi(2).max(least)
 }
 
 /// What chance explains along a fit; none where the recordings are too short to tell.
@@ -172,7 +169,7 @@ mod tests {
     use crate::filter::estimate::noise_of_data;
     use crate::strategy::fitted::Evidence;
     use crate::strategy::fixture::{begun, evidence};
-    use crate::strategy::policy::{POLICY as SEARCH, Policy};
+    use crate::strategy::policy::POLICY as SEARCH;
     use cdpr::model_file::Model;
 
     #[test]
@@ -230,19 +227,20 @@ mod tests {
         let next = context.fit(&model, &standing.fit).expect("a fit");
         let weight = standing.base.score - next.score;
         let fit = &next.train;
-        assert!(is_certain(&context, fit, &context.certainty(&next), 0, weight));
-        let unsure = |spread: f64| Certainty { spread, wald: vec![59.0] };
-        assert!(
-            !is_certain(&context, fit, &unsure(1.0), 0, 1080.0) && is_certain(&context, fit, &unsure(1.0), 0, 100.0)
-        );
-        assert!(is_certain(&context, fit, &unsure(20.0), 0, 1080.0));
-        let sure = Certainty { spread: 1.0, wald: vec![450.0] };
-        assert!(is_certain(&context, fit, &sure, 0, 1080.0));
-        // Damping of all cables, 7.3 +- 1.1 % larger, was named beside friction where a controller's forces had an error of 18 N.
+        assert!(is_certain(&context, &context.certainty(&next), 0, weight));
+        let unsure = |spread: f64| Certainty { spread, wald: vec![59.0], lost: vec![0.0] };
+        let certain = |certainty: &Certainty, weight: f64| is_certain(&context, certainty, 0, weight);
+        assert!(!certain(&unsure(1.0), 1080.0) && certain(&unsure(1.0), 100.0) && certain(&unsure(20.0), 1080.0));
+        assert!(certain(&Certainty { wald: vec![450.0], ..unsure(1.0) }, 1080.0));
+        // Damping of all cables, 7.3 +- 1.1 % larger, was named beside friction where a controller's forces had an error of 18 N: what
+        // they lose moves it by as much. Drag of cables, 19.7 standard errors from zero, was refused though that does not move it.
+        let beside_an_error = |wald: f64, lost: f64| Certainty { spread: 1.0, wald: vec![wald], lost: vec![lost] };
+        assert!(!certain(&beside_an_error(42.4, 44.9), 20.8) && certain(&beside_an_error(386.7, 0.1), 202.0));
+        assert!(!certain(&beside_an_error(386.7, 300.0), 202.0));
+        // In another recording, with 8 % found and more than ten standard errors, they move it by 1.5 %.
+        assert!(!certain(&beside_an_error(110.0, 4.0), 98.6) && !certain(&beside_an_error(90.0, 0.1), 90.0));
         let mut with_error = fit.clone();
         with_error.randomness.input = 18.0;
-        assert!(!is_certain(&context, &with_error, &unsure(1.0), 0, 31.0));
-        assert!(is_certain(&context, &with_error, &sure, 0, 1080.0));
         assert_ne!(why_unseen(fit), why_unseen(&with_error));
         static DEMANDING: Policy = Policy { seen: f64::INFINITY, certain: f64::INFINITY, ..SEARCH };
         context.policy = &DEMANDING;

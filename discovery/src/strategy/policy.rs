@@ -76,9 +76,9 @@ pub(crate) struct Policy {
     pub(crate) finalists: usize,
     /// Share of the gap that a law looked at from a typical size may leave: half.
     pub(crate) look_leaves: f64,
-    /// Standard errors squared, of an effect's size from zero, below which nearly nothing is left out with it, and from
-    /// which it leaves a gap whatever the others do and is no work of noise, nor of forces that are off by what is lost with
-    /// their error: ten and twenty standard errors.
+    /// Standard errors squared, of an effect's size from zero, below which nearly nothing is left out with it, or it may be what
+    /// recorded forces lose with their error, and from which it leaves a gap whatever the others do and is no work of noise: ten
+    /// and twenty standard errors.
     pub(crate) uncertain: f64,
     pub(crate) certain: f64,
     /// Share of what an effect explains that its size, in standard errors, squared, must come to: it is at least as much where

@@ -62,7 +62,7 @@ fn without_unseen(context: &Context<'_>, mut standing: Standing) -> Result<Stand
     while kept < standing.accepted.len() {
         let explained = -standing.accepted[kept].delta_bic;
         let (fit, certainty) = (&standing.fit.train, context.certainty(&standing.fit));
-        if is_certain(context, fit, &certainty, context.at(kept), explained) {
+        if is_certain(context, &certainty, context.at(kept), explained) {
             kept += 1;
             continue;
         }

@@ -7,6 +7,8 @@ use std::time::Instant;
 use cdpr::effect::{DependsOn, EffectSpec, Place, SpecError};
 
 use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
+use crate::hypothesis::parameter::free_values;
 use crate::hypothesis::term;
 use crate::instruments;
 use crate::journal::Written;
@@ -26,6 +28,7 @@ use crate::verdict::detection::detection_limits;
 use crate::verdict::stability::stability;
 use crate::verdict::verify;
 use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY, widened};
+use crate::weigh::lost::lost;
 use crate::write::{errors, label, place};
 
 /// What is to be said of a search beside what it found.
@@ -59,7 +62,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     let (standing, horizons) = beside_what_was_found(&context, standing, horizons)?;
     let Standing { fit: fitted, base, .. } = &standing;
     let by_block = ByBlock::new(&fitted.train, &evidence.train, context.free_from);
-    let by_samples = by_block.standard_errors(&fitted.train.model);
+    let by_samples = by_samples(&context, &fitted.train, &by_block);
     let horizon_facts = HorizonFacts::all(&horizons);
     let standard_errors = widened(&fitted.train, &evidence.train, &by_samples, &with_more_than_noise(&horizon_facts));
     let surveyed = surveyed(&context, fitted, &standard_errors);
@@ -173,12 +176,28 @@ fn better_than_given(context: &Context<'_>, standing: Standing) -> (Standing, Ve
 /// Standard error of the size of each effect that was found, in multiples of the size.
 fn relative_errors(context: &Context<'_>, standing: &Standing) -> Vec<f64> {
     let fit = &standing.fit.train;
-    let errors = ByBlock::new(fit, &context.evidence.train, context.free_from).standard_errors(&fit.model);
+    let errors = by_samples(context, fit, &ByBlock::new(fit, &context.evidence.train, context.free_from));
     let of = |at: usize| {
         let effect = &fit.model.effects[at];
         verdict::relative_error(effect, &errors_of(&errors, effect, at))
     };
     (0..standing.accepted.len()).map(|k| of(context.at(k))).collect()
+}
+
+/// Standard errors of parameters and clocks by samples, and by how far what recorded forces lose with their error may move them.
+fn by_samples(context: &Context<'_>, fit: &Fit, by_block: &ByBlock) -> Vec<(Column, f64)> {
+    let mut errors = by_block.standard_errors(&fit.model);
+    let free = free_values(&fit.model, context.free_from);
+    if let Some(lost) = lost(fit, &context.evidence.train, &free) {
+        for (column, error) in &mut errors {
+            *error = error.hypot(match column {
+                Column::Parameter(free) => lost.moves(*free),
+                Column::Clock(clock) => lost.moves_clock(*clock),
+                Column::Expression(_) => 0.0,
+            });
+        }
+    }
+    errors
 }
 
 /// What stands, and the model as given beside the instruments of what was found, as it is reported: its own may have stood for

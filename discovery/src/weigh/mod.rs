@@ -3,6 +3,7 @@
 pub(crate) mod chance;
 pub(crate) mod criterion;
 pub(crate) mod likelihood_ratio;
+pub(crate) mod lost;
 pub(crate) mod proposal;
 pub(crate) mod refine;
 pub(crate) mod regression;

@@ -17,6 +17,7 @@ use crate::hypothesis::survey::regularise;
 use crate::hypothesis::term;
 use crate::instruments::clocks::Clocks;
 use crate::model::examined::Examined;
+use crate::weigh::lost::lost;
 use crate::weigh::solve::{solve, solve_within};
 
 /// Models with each free parameter moved by its step, away from its bounds.
@@ -137,6 +138,8 @@ pub(crate) struct Certainty {
     /// Wald statistic of each effect by white noise of that spread: how far its size is from zero, as a chi-square. None (NaN)
     /// of effects that were not free and of those that have no size.
     pub(crate) wald: Vec<f64>,
+    /// The same of how far what recorded forces lose with their error may move the size.
+    pub(crate) lost: Vec<f64>,
 }
 
 /// How certain the sizes of the effects from `first` on are in a fit.
@@ -146,25 +149,27 @@ pub(crate) fn certainty(fit: &Fit, trials: &[Trial], first: usize) -> Certainty 
     let (proposals, usable) = proposals(fit, trials, &free, &clocks, std::slice::from_ref(&fit.randomness));
     let (model, Proposal { normal, covariance, .. }) = (&fit.model, &proposals[0]);
     let spread = (normal.total / normal.count.max(1) as f64).max(1.0);
-    let wald = (0..model.effects.len())
-        .map(|effect| {
-            // The parameters that are zero when the effect is absent carry its size; shapes do not.
-            let slots: Vec<(usize, f64)> = usable
-                .iter()
-                .enumerate()
-                .filter(|(_, at)| {
-                    free[**at].effect == effect && !term::is_shape(&model.effects[effect], free[**at].parameter)
-                })
-                .map(|(slot, at)| (slot, term::values(&model.effects[effect])[free[*at].parameter]))
-                .filter(|(slot, _)| covariance[(*slot, *slot)].is_finite())
-                .collect();
-            if slots.is_empty() {
-                return f64::NAN;
-            }
-            let v = DMatrix::from_fn(slots.len(), slots.len(), |r, c| covariance[(slots[r].0, slots[c].0)]);
-            let x = DVector::from_fn(slots.len(), |r, _| slots[r].1);
-            v.clone().try_inverse().map_or(f64::NAN, |i| (x.transpose() * i * &x)[(0, 0)]) / spread
-        })
-        .collect();
-    Certainty { spread, wald }
+    let values = |at: usize| term::values(&model.effects[free[at].effect])[free[at].parameter];
+    let lost = lost(fit, trials, &free);
+    let moves = |at: usize| lost.as_ref().map_or(0.0, |lost| lost.moves(free[at]));
+    let statistic = |effect: usize, of: &dyn Fn(usize) -> f64| {
+        // The parameters that are zero when the effect is absent carry its size; shapes do not.
+        let slots: Vec<(usize, f64)> = usable
+            .iter()
+            .enumerate()
+            .filter(|(_, at)| {
+                free[**at].effect == effect && !term::is_shape(&model.effects[effect], free[**at].parameter)
+            })
+            .map(|(slot, at)| (slot, of(*at)))
+            .filter(|(slot, _)| covariance[(*slot, *slot)].is_finite())
+            .collect();
+        if slots.is_empty() {
+            return f64::NAN;
+        }
+        let v = DMatrix::from_fn(slots.len(), slots.len(), |r, c| covariance[(slots[r].0, slots[c].0)]);
+        let x = DVector::from_fn(slots.len(), |r, _| slots[r].1);
+        v.clone().try_inverse().map_or(f64::NAN, |i| (x.transpose() * i * &x)[(0, 0)]) / spread
+    };
+    let of_each = |of: &dyn Fn(usize) -> f64| (0..model.effects.len()).map(|effect| statistic(effect, of)).collect();
+    Certainty { spread, wald: of_each(&values), lost: of_each(&moves) }
 }

@@ -215,6 +215,7 @@ fn compared(name: &str, holdout: bool, shift: f64) -> Compared {
         inputs: Vec::new(),
         channels: channels.clone(),
         measured: Vec::new(),
+        taken_off: Vec::new(),
     };
     let restarts: Vec<usize> = (1..SAMPLES / RESTART).map(|k| k * RESTART).collect();
     let (mut before, mut after) = (Vec::new(), Vec::new());

@@ -150,6 +150,7 @@ fn at_rest(duration: f64, seed: u64) -> Trial {
         inputs: vec![Inputs { winch_force: moving.inputs[0].winch_force.map(|_| pull), ..moving.inputs[0] }; count],
         channels: moving.channels,
         measured: (0..count).map(|_| row()).collect(),
+        taken_off: Vec::new(),
     }
 }
 
