@@ -140,14 +140,13 @@ pub(crate) fn is_certain(context: &Context<'_>, certainty: &Certainty, effect: u
 }
 
 /// Wald statistic from which a size is not what recorded forces lose with their error, which moves it by so much: beyond that as far
-/// as chance goes, and not uncertain. What they move by more than a standard error must be very certain: how far says that they
-/// act on it, and not always all that they do.
+/// as chance goes, and not uncertain. What they move at all must be very certain: that says that they act on it, and not always all
+/// that they do.
 fn beyond_lost(moves: f64, policy: &Policy) -> f64 {
-    let least = match moves {
-        0.0 => return 0.0,
-        moves if moves > 1.0 => policy.certain,
-        _ => policy.uncertain,
-    };
+    if moves == 0.0 {
+        return 0.0;
+    }
+    let least = if moves > policy.moved { policy.certain } else { policy.uncertain };
     (moves.sqrt() + EVIDENCE.sqrt()).powi(2).max(least)
 }
 
@@ -235,10 +234,10 @@ mod tests {
         // Damping of all cables, 7.3 +- 1.1 % larger, was named beside friction where a controller's forces had an error of 18 N: what
         // they lose moves it by as much. Drag of cables, 19.7 standard errors from zero, was refused though that does not move it.
         let beside_an_error = |wald: f64, lost: f64| Certainty { spread: 1.0, wald: vec![wald], lost: vec![lost] };
-        assert!(!certain(&beside_an_error(42.4, 44.9), 20.8) && certain(&beside_an_error(386.7, 0.1), 202.0));
+        assert!(!certain(&beside_an_error(42.4, 44.9), 20.8) && certain(&beside_an_error(386.7, 1e-3), 202.0));
         assert!(!certain(&beside_an_error(386.7, 300.0), 202.0));
-        // In another recording, with 8 % found and more than ten standard errors, they move it by 1.5 %.
-        assert!(!certain(&beside_an_error(110.0, 4.0), 98.6) && !certain(&beside_an_error(90.0, 0.1), 90.0));
+        // In another recording, with 8 % found and eleven standard errors, they move it by 1.5 %.
+        assert!(!certain(&beside_an_error(119.6, 4.0), 98.6) && !certain(&beside_an_error(90.0, 1e-3), 90.0));
         let mut with_error = fit.clone();
         with_error.randomness.input = 18.0;
         assert_ne!(why_unseen(fit), why_unseen(&with_error));

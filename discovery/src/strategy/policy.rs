@@ -81,6 +81,9 @@ pub(crate) struct Policy {
     /// and twenty standard errors.
     pub(crate) uncertain: f64,
     pub(crate) certain: f64,
+    /// The same of how far the lost forces would move a size, from which they have to do with it: a tenth of a standard error. They
+    /// move drag on cables by a fiftieth, damping of cables by more than one.
+    pub(crate) moved: f64,
     /// Share of what an effect explains that its size, in standard errors, squared, must come to: it is at least as much where
     /// the law is linear; a half allows for those that are not.
     pub(crate) seen: f64,
@@ -144,6 +147,7 @@ pub(crate) const POLICY: Policy = Policy {
     look_leaves: 0.5,
     uncertain: 100.0,
     certain: 400.0,
+    moved: 0.01,
     seen: 0.5,
     segments: 40,
     few_segments: 10,
