@@ -236,7 +236,7 @@ mod tests {
         let beside_an_error = |wald: f64, lost: f64| Certainty { spread: 1.0, wald: vec![wald], lost: vec![lost] };
         assert!(!certain(&beside_an_error(42.4, 44.9), 20.8) && certain(&beside_an_error(386.7, 1e-3), 202.0));
         assert!(!certain(&beside_an_error(386.7, 300.0), 202.0));
-        // In another recording, with 8 % found and eleven standard errors, they move it by 1.5 %.
+        // In another recording, with 8 % found and eleven standard errors, they move it by more than one of these.
         assert!(!certain(&beside_an_error(119.6, 4.0), 98.6) && !certain(&beside_an_error(90.0, 1e-3), 90.0));
         let mut with_error = fit.clone();
         with_error.randomness.input = 18.0;

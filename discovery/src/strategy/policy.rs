@@ -82,7 +82,7 @@ pub(crate) struct Policy {
     pub(crate) uncertain: f64,
     pub(crate) certain: f64,
     /// The same of how far the lost forces would move a size, from which they have to do with it: a tenth of a standard error. They
-    /// move drag on cables by a fiftieth, damping of cables by more than one.
+    /// move drag on cables by a fiftieth, damping of cables by more than one, and by less than one where it begins late.
     pub(crate) moved: f64,
     /// Share of what an effect explains that its size, in standard errors, squared, must come to: it is at least as much where
     /// the law is linear; a half allows for those that are not.
