@@ -24,7 +24,7 @@ use crate::strategy::rivals::or_rival;
 use crate::strategy::second_look::may_hide;
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::{EVIDENCE, Penalty};
-use crate::weigh::regression::{Level, Scored, baseline, ladder, rank};
+use crate::weigh::regression::{Scored, baseline, ladder, rank};
 use crate::weigh::signatures::{Signatures, Source, levels};
 
 /// What a round brings.
@@ -46,7 +46,7 @@ pub(crate) fn round(
     most_refusals: usize,
 ) -> Result<Round, FitError> {
     let weighing = Weighing::new(context, &standing.fit, signatures, source);
-    let gain = weighing.ranked.first().map_or(0.0, |best| weighing.base - best.score).max(0.0);
+    let gain = gain(weighing.base, &weighing.ranked);
     let library = &signatures.library;
     if source == Source::Catalogue
         && let Some(better) = better_instruments(context, &standing.fit, gain)?
@@ -101,12 +101,10 @@ impl<'a> Weighing<'a> {
         let fit = &fitted.train;
         context.journal.weighed(library.candidates.iter().map(|candidate| library.name(candidate)));
         let sizes = ladder(&fit.randomness);
-        let levels: Vec<Level> = levels(fit, trials, signatures, &sizes);
         for (variation, error) in &*signatures.weighed(fit, trials, &sizes[0]).failures {
             context.journal.silent(&library.variations[*variation], error);
         }
-        let base = baseline(&levels);
-        let ranked = rank(library, &levels, context.penalty);
+        let (base, ranked) = ranked(fit, trials, signatures, &sizes, context.penalty);
         Self { context, library, source, sizes, base, ranked }
     }
 
@@ -242,9 +240,25 @@ pub(crate) type Proposed = (Vec<EffectSpec>, Vec<Vec<EffectSpec>>);
 /// What the best candidate promises to gain along a fit (fall of the criterion).
 pub(crate) fn best_gain(context: &Context<'_>, fitted: &Fitted, signatures: &Signatures) -> f64 {
     let fit = &fitted.train;
-    let levels = levels(fit, &context.evidence.train, signatures, &ladder(&fit.randomness));
-    let ranked = rank(&signatures.library, &levels, context.penalty);
-    ranked.first().map_or(0.0, |best| (baseline(&levels) - best.score).max(0.0))
+    let (base, ranked) = ranked(fit, &context.evidence.train, signatures, &ladder(&fit.randomness), context.penalty);
+    gain(base, &ranked)
+}
+
+/// `-2 log L` without any candidate along a fit, and all of them, the best first.
+fn ranked(
+    fit: &Fit,
+    trials: &[Trial],
+    signatures: &Signatures,
+    sizes: &[Randomness],
+    penalty: Penalty,
+) -> (f64, Vec<Scored>) {
+    let levels = levels(fit, trials, signatures, sizes);
+    (baseline(&levels), rank(&signatures.library, &levels, penalty))
+}
+
+/// What the best of those that are ranked gains.
+fn gain(base: f64, ranked: &[Scored]) -> f64 {
+    ranked.first().map_or(0.0, |best| (base - best.score).max(0.0))
 }
 
 /// The best candidate along a fit with its rivals, if it explains enough to be believed.
@@ -256,8 +270,7 @@ pub(crate) fn best_alone(
     policy: &Policy,
 ) -> Option<Proposed> {
     let library = &signatures.library;
-    let levels = levels(fit, trials, signatures, &ladder(&fit.randomness));
-    let (base, ranked) = (baseline(&levels), rank(library, &levels, penalty));
+    let (base, ranked) = ranked(fit, trials, signatures, &ladder(&fit.randomness), penalty);
     let best = ranked.first().filter(|best| base - best.score > EVIDENCE)?;
     Some((vec![best.effect(library)?], vec![rivals(library, &ranked, best, base, policy)]))
 }
