@@ -5,6 +5,7 @@ pub(crate) mod along;
 pub(crate) mod candidates;
 pub(crate) mod containing;
 pub(crate) mod correction;
+pub(crate) mod drum;
 pub(crate) mod elasticity;
 pub(crate) mod extension;
 pub(crate) mod facts;

@@ -17,8 +17,8 @@ use crate::strategy::context::Context;
 use crate::strategy::entrance::{Entry, enter};
 use crate::strategy::fitted::{Fitted, Trained};
 use crate::strategy::instruments::{better_instruments, with_instruments};
-use crate::strategy::limits::both_limits;
 use crate::strategy::onset::for_a_while;
+use crate::strategy::other_optimum::better_optimum;
 use crate::strategy::policy::Policy;
 use crate::strategy::rivals::or_rival;
 use crate::strategy::second_look::may_hide;
@@ -207,7 +207,7 @@ impl<'a> Weighing<'a> {
         let (trials, rounds) = (&context.evidence.train, context.policy.rounds);
         let trained = context.train(&model, &fitted.train, trials, rounds, None);
         let trained = context.journal.tried(effect, "it cannot be fitted", trained)?;
-        let trained: Trained = both_limits(context, trained);
+        let trained: Trained = better_optimum(context, trained);
         let sizes = Sizes::of(&model.parameters);
         if !trained.fit.model.effects.last().is_some_and(|effect| leaves_enough(effect, &sizes)) {
             return refuse(trained.score - fitted.score, "it would take most of what it corrects");

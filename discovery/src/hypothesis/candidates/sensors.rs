@@ -6,6 +6,7 @@ use cdpr::effect::EffectSpec;
 
 use super::library::{Candidate, Library, SMALL, proportional};
 use super::situation::Situation;
+use crate::hypothesis::drum;
 use crate::model::sizes::Sizes;
 
 /// Errors of the geometry and of the sensors that there are.
@@ -58,13 +59,13 @@ pub(super) fn sensors(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
 /// A drum of a radius (m) off its axis: the wave e (cos(l/r + ψ) - cos ψ) has two parts. The model's radius is one to look at,
 /// but a wave of another radius is at right angles to it, so that what the data show is another.
 fn drum(lib: &mut Library, cable: Option<usize>, radius: f64, tried: usize) {
-    const ID: &str = "winch_drum_eccentricity";
     let off = 1e-3 * radius;
     let columns = [0.0, PI / 2.0].map(|phase| {
         let cables = cable.map_or(1..=lib.cables, |c| c..=c);
-        let waves = cables.map(|c| (lib.vary(ID, Some(c), &[off, radius, phase]), 1.0)).collect();
+        let waves = cables.map(|c| (lib.vary(drum::ID, Some(c), &[off, radius, phase]), 1.0)).collect();
         lib.column(waves)
     });
-    let build = move |a: &[f64]| EffectSpec::new(ID, cable, &[off * a[0].hypot(a[1]), radius, a[1].atan2(a[0])]).ok();
-    lib.candidate(ID, cable, columns.to_vec(), tried, Box::new(build));
+    let build =
+        move |a: &[f64]| EffectSpec::new(drum::ID, cable, &[off * a[0].hypot(a[1]), radius, a[1].atan2(a[0])]).ok();
+    lib.candidate(drum::ID, cable, columns.to_vec(), tried, Box::new(build));
 }
