@@ -4,7 +4,7 @@ use super::{DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, Scope, Site, S
 use crate::scalar::Real;
 
 /// Density of air at sea level, 15 °C (kg/m³), International Standard Atmosphere.
-pub(super) const AIR_DENSITY: f64 = 1.225;
+pub const AIR_DENSITY: f64 = 1.225;
 
 /// Air drag of the cables: ½ ρ_air C_d d |v_n| v_n along the cable; on the platform -ρ_air/8 C_d d L³ |α̇| α̇ along N.
 ///

@@ -1,8 +1,7 @@
 //! Wind on the cables: ½ ρ_air C_d d |v_n| v_n, v_n = N·w(h) - s α̇, along the cable; w = w_ref (h/h_ref)^p.
 
-use super::cable_drag::AIR_DENSITY;
 use super::cable_transverse_mode::POINTS;
-use super::{Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, Site, SpecError, Stage, parameter};
+use super::{AIR_DENSITY, Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, Site, SpecError, Stage, parameter};
 use crate::kinematics;
 use crate::scalar::Real;
 
@@ -48,9 +47,11 @@ impl Effect for CableWind {
             parameter("exponent", "1", "exponent p of the profile over height; 0 is the same wind everywhere", (0.1, 0.2))
                 .at_least(0.0)
                 .at_most(2.0)
-                .or(0.0),
-            parameter("ground", "m", "y of the ground, from which height counts", (-1000.0, 0.0)).or(0.0),
-            parameter("reference_height", "m", "height h_ref of w_ref above the ground", (10.0, 100.0)).at_least(1e-3).or(10.0),
+                .or(0.0)
+                .shape()
+                .extension(),
+            parameter("ground", "m", "y of the ground, from which height counts", (-1000.0, 0.0)).or(0.0).shape().idle_without("exponent"),
+            parameter("reference_height", "m", "height h_ref of w_ref above the ground", (10.0, 100.0)).at_least(1e-3).or(10.0).shape().idle_without("exponent"),
         ],
         texts: &[],
         shows_in: "a steady force on the platform that changes with the directions of the cables",

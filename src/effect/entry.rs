@@ -35,6 +35,8 @@ pub struct ParameterInfo {
     pub extension: bool,
     /// A parameter of the same effect beside which this one does nothing, where that one is not zero.
     pub idle_beside: Option<&'static str>,
+    /// A parameter of the same effect without which this one does nothing: where that one is zero.
+    pub idle_without: Option<&'static str>,
     /// A parameter of the same effect with which this one enters the law as a product alone: data show the product of the two.
     pub in_product_with: Option<&'static str>,
 }
@@ -114,6 +116,7 @@ pub(super) const fn parameter(
         shape: false,
         extension: false,
         idle_beside: None,
+        idle_without: None,
         in_product_with: None,
     }
 }
@@ -152,6 +155,12 @@ impl ParameterInfo {
     /// A parameter that does nothing where `other` is not zero.
     pub(super) const fn idle_beside(mut self, other: &'static str) -> Self {
         self.idle_beside = Some(other);
+        self
+    }
+
+    /// A parameter that does nothing where `other` is zero.
+    pub(super) const fn idle_without(mut self, other: &'static str) -> Self {
+        self.idle_without = Some(other);
         self
     }
 

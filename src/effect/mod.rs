@@ -11,6 +11,7 @@ mod presliding;
 mod site;
 mod spec;
 
+pub use cable_drag::AIR_DENSITY;
 pub use context::{PlatformContext, StrainContext, SwingContext, WinchContext};
 pub use entry::{EffectInfo, Law, LookAlike, ParameterInfo, Scope, TextInfo};
 pub use law_part::LawPart;
@@ -583,5 +584,22 @@ mod tests {
         );
         assert_eq!(law(id, &[80.0, 60.0, 0.1, 0.0, 0.03]), "F = [80 - 20 exp(-(l̇/0.1)²)] tanh(l̇/0.03)");
         assert_eq!(law("winch_force_gain", &[-0.03]), "u (1 - 0.03)");
+    }
+
+    /// The height of a profile that a wind does not have was estimated, and the wind did not move.
+    #[test]
+    fn parameters_that_do_nothing_take_no_part() {
+        let part = |exponent: f64| {
+            let wind = EffectSpec::new("cable_wind", None, &[6.0, -3.0, 0.015, exponent]).expect("an effect");
+            (0..wind.values.len()).map(|k| wind.takes_part(k)).collect::<Vec<_>>()
+        };
+        assert_eq!(part(0.0), [true, true, true, false, false, false]);
+        assert_eq!(part(0.15), [true; 6]);
+        for info in CATALOGUE {
+            let others = info.parameters.iter().flat_map(|p| [p.idle_beside, p.idle_without, p.in_product_with]);
+            for other in others.flatten() {
+                assert!(info.parameters.iter().any(|p| p.name == other), "{}: {other}", info.id);
+            }
+        }
     }
 }

@@ -205,14 +205,17 @@ impl fmt::Display for Place {
 mod tests {
     use super::*;
     use crate::dynamics::Inputs;
-    use crate::effect::{CATALOGUE, EffectKind, PlatformContext, Scope, Stage, WinchContext};
+    use crate::effect::{CATALOGUE, EffectKind, ParameterInfo, PlatformContext, Scope, Stage, WinchContext};
     use crate::geometry::Geometry;
     use crate::parameters::Parameters;
 
-    /// An effect of the catalogue at the middle of what is typical of it, on cable 2 where it takes one.
+    /// An effect of the catalogue at the most that is typical of it, on cable 2 where it takes one; without extensions but those that
+    /// other parameters need.
     fn typical(info: &'static crate::effect::EffectInfo) -> EffectSpec {
-        let values: Vec<f64> =
-            info.parameters.iter().map(|p| if p.extension { p.min.max(0.0) } else { p.typical.1.min(p.max) }).collect();
+        let needed = |name: &str| info.parameters.iter().any(|p| p.idle_without == Some(name));
+        let left_out = |p: &ParameterInfo| p.extension && !needed(p.name);
+        let value = |p: &ParameterInfo| if left_out(p) { p.min.max(0.0) } else { p.typical.1.min(p.max) };
+        let values: Vec<f64> = info.parameters.iter().map(value).collect();
         let cable = (info.scope == Scope::EachCable).then_some(2);
         EffectSpec::new(info.id, cable, &values).unwrap_or_else(|error| panic!("{error}"))
     }

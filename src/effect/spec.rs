@@ -150,13 +150,13 @@ impl EffectSpec {
         })
     }
 
-    /// Whether parameter `index` takes part in the law: not an extension that is left out, and not idle beside another.
+    /// Whether parameter `index` takes part in the law: not an extension that is left out, and not idle beside another or without it.
     pub fn takes_part(&self, index: usize) -> bool {
         let Some(parameters) = self.info().ok().map(|info| info.parameters) else { return false };
         let Some((parameter, value)) = parameters.get(index).zip(self.values.get(index)) else { return false };
-        let idle = parameter.idle_beside.is_some_and(|other| {
-            parameters.iter().zip(&self.values).any(|(p, value)| p.name == other && *value != 0.0)
-        });
+        let is_there = |other: &str| parameters.iter().zip(&self.values).any(|(p, v)| p.name == other && *v != 0.0);
+        let idle =
+            parameter.idle_beside.is_some_and(is_there) || parameter.idle_without.is_some_and(|other| !is_there(other));
         !idle && !parameter.leaves_out(*value)
     }
 

@@ -1,12 +1,13 @@
 //! What is estimated of a model: the parameters that are free, and the steps by which they are varied.
 
+use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 use cdpr::effect::ParameterInfo;
 use cdpr::model_file::Model;
 
 use crate::hypothesis::correction::smallest;
-use crate::hypothesis::extension::{in_use, index_of, value_of};
+use crate::hypothesis::extension::{in_use, index_of};
 use crate::hypothesis::term;
 use crate::model::sizes::Sizes;
 
@@ -65,14 +66,16 @@ pub(crate) fn parameter_step(model: &Model, free: Free) -> f64 {
     // What is typical of a large robot is far too much for a small one.
     let scale = Sizes::of(&model.parameters).of_unit(unit).map_or(scale, |size| scale.min(size));
     let step = 1e-3 * spec.values[free.parameter].abs().max(1e-2 * scale);
-    // A drum has turned by the angle l/r, of which a small part must not be a turn.
-    match value_of(spec, "drum_radius") {
-        Some(radius) if index_of(spec, "drum_radius") == Some(free.parameter) => {
-            step.min(1e-2 * radius * radius / Sizes::of(&model.parameters).reach)
-        }
-        _ => step,
-    }
+    // Along a cable a wave has turned by the angle l/λ, which must not change by a turn.
+    let is_wave = |(name, _): &&(&str, f64)| unit == "m" && index_of(spec, name) == Some(free.parameter);
+    WAVES.iter().find(is_wave).map_or(step, |(_, turn)| {
+        let radian = spec.values[free.parameter] / turn;
+        step.min(1e-2 * turn * radian * radian / Sizes::of(&model.parameters).reach)
+    })
 }
+
+/// Parameters that are the length of a wave along what a winch has paid out, and how many radians of the wave one such length is.
+const WAVES: [(&str, f64); 2] = [("drum_radius", 1.0), ("period", TAU)];
 
 /// Moves one parameter within its bounds.
 pub(crate) fn move_parameter(model: &mut Model, free: Free, change: f64) {
@@ -150,11 +153,15 @@ mod tests {
 
     /// The angle by which a drum of 0.3 m turns over 900 m changes by 3 rad where the radius does by a thousandth.
     #[test]
-    fn a_drum_is_not_varied_by_a_turn() {
+    fn waves_along_a_cable_are_not_varied_by_a_turn() {
         let drum = EffectSpec::new("winch_drum_eccentricity", Some(1), &[0.01, 0.3, 0.4]).unwrap();
         let model = Model { effects: vec![drum], ..Model::default() };
         let step = parameter_step(&model, Free { effect: 0, parameter: 1 });
         assert!(step > 0.0 && step * 900.0 / (0.3 * 0.3) < 0.1, "{step}");
+        let ripple = EffectSpec::new("winch_torque_ripple", Some(1), &[60.0, 1.3, 0.5]).unwrap();
+        let model = Model { effects: vec![ripple], ..Model::default() };
+        let step = parameter_step(&model, Free { effect: 0, parameter: 1 });
+        assert!(step > 0.0 && TAU * step * 900.0 / (1.3 * 1.3) < 0.1, "{step}");
     }
 
     /// Where all forces push, so do the limits of a winch's force, and four times such a limit lies below a quarter of it.
