@@ -1,11 +1,11 @@
-//! Wind on the cables: ½ ρ_air C_d d |v_n| v_n, v_n = N·w(h) - s α̇, along the cable; w = w_ref (h/h_ref)^p.
+//! Wind load through the cables: ½ ρ_air C_d d |v_n| v_n, v_n = N·w(h) - s α̇, along the cable; w = w_ref (h/h_ref)^p.
 
 use super::cable_transverse_mode::POINTS;
 use super::{AIR_DENSITY, Axis, DependsOn, Effect, EffectInfo, EffectSpec, LookAlike, PlatformContext, Scope, Site, SpecError, Stage, parameter};
 use crate::kinematics;
 use crate::scalar::Real;
 
-/// Wind on the cables: ½ ρ_air C_d d |v_n| v_n, v_n = N·w(h) - s α̇, along the cable; w = w_ref (h/h_ref)^p.
+/// Wind load through the cables: ½ ρ_air C_d d |v_n| v_n, v_n = N·w(h) - s α̇, along the cable; w = w_ref (h/h_ref)^p.
 ///
 /// Every cable carries half of a uniform wind on it to the platform and half to its anchor; of a wind that grows with height more
 /// goes to the upper end. The cable's own motion is in `v_n`, so that [`super::CableDrag`] beside it would count the air twice.
@@ -29,7 +29,7 @@ pub struct CableWind {
 impl Effect for CableWind {
     const INFO: EffectInfo = EffectInfo {
         id: "cable_wind",
-        title: "Wind on the cables",
+        title: "Wind load through the cables",
         equation: "½ ρ_air C_d d |v_n| v_n, v_n = N·w(h) - s α̇, along the cable; w = w_ref (h/h_ref)^p",
         law: |v, n| {
             format!(

@@ -87,14 +87,13 @@ MACHINE = [
     ),
     case(
         "torque_ripple_2",
-        "outside",
+        "single",
         [effect("winch_torque_ripple", 2, amplitude=60.0, period=1.3, phase=0.5)],
     ),
     case(
         "cable_wind",
-        "outside",
+        "single",
         [effect("cable_wind", wind_x=6.0, wind_y=-3.0, drag_area_per_length=0.015)],
-        acceptable=("steady_wind", "cable_drag", "platform_linear_drag"),
     ),
     case(
         "wrap_friction_4",

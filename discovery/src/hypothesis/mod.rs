@@ -16,6 +16,7 @@ pub(crate) mod parameter;
 pub(crate) mod sensor;
 pub(crate) mod signature;
 pub(crate) mod spectrum;
+pub(crate) mod stood_for;
 pub(crate) mod stream;
 pub(crate) mod survey;
 pub(crate) mod term;

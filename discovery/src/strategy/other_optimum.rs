@@ -11,8 +11,9 @@ use crate::hypothesis::candidates::Situation;
 use crate::hypothesis::drum::mirrored;
 use crate::hypothesis::extension::with;
 use crate::hypothesis::limits::other_limit;
+use crate::hypothesis::stood_for::stood_for;
 use crate::strategy::context::Context;
-use crate::strategy::fitted::Trained;
+use crate::strategy::fitted::{Fitted, Trained};
 use crate::weigh::criterion::EVIDENCE;
 
 /// `trained`, or its last effect refined from where its other optimum may be, if that explains more.
@@ -32,6 +33,47 @@ fn from_the_other(context: &Context<'_>, trained: &Trained) -> Result<Option<Tra
     let fit = context.loosened(&model, &trained.fit, trials)?;
     let next = context.train(&model, &fit, trials, context.policy.rounds, None)?;
     Ok((next.score < trained.score - start.evidence).then_some(next))
+}
+
+/// What explains as much as an effect that stands.
+#[derive(Debug)]
+pub(crate) struct Other {
+    /// Index of that effect.
+    pub(crate) at: usize,
+    pub(crate) effect: EffectSpec,
+    /// Criterion with it minus that of what stands.
+    pub(crate) behind: f64,
+}
+
+impl Other {
+    /// How likely it is, where what stands is the only alternative: odds are exp(-behind/2) to 1.
+    pub(crate) fn probability(&self) -> f64 {
+        1.0 / (1.0 + (0.5 * self.behind).exp())
+    }
+}
+
+/// What explains as much in the place of an effect that stands, but for less than what is believed, and was not compared with it: the
+/// law at its other optimum, and laws of the catalogue that it may stand for.
+pub(crate) fn hardly_told(context: &Context<'_>, fitted: &Fitted) -> Vec<Other> {
+    let (fit, trials) = (&fitted.train, &context.evidence.train);
+    let others = |at: usize| {
+        let effect = &fit.model.effects[at];
+        let likeness = mirrored(effect, trials).map(|values| with(&fit.model, at, &values).effects[at].clone());
+        likeness.into_iter().chain(stood_for(effect, &fit.model)).map(move |other| (at, other))
+    };
+    let refined = |(at, other): (usize, EffectSpec)| {
+        let mut model = fit.model.clone();
+        model.effects[at] = other;
+        let train = || {
+            let start = context.loosened(&model, fit, trials)?;
+            context.train(&model, &start, trials, context.policy.rounds, None)
+        };
+        let what = format!("for {} in the end", fit.model.effects[at].id);
+        let next = context.journal.tried(&model.effects[at], &what, train())?;
+        let behind = next.score - fitted.score;
+        (behind < EVIDENCE).then(|| Other { at, effect: next.fit.model.effects[at].clone(), behind })
+    };
+    (context.given..fit.model.effects.len()).flat_map(others).filter_map(refined).collect()
 }
 
 /// Where the other optimum of a law may be.
@@ -90,7 +132,7 @@ mod tests {
 
     /// A drum that was fitted at its likeness, with its phase mirrored, came out so, and its radius by 76 of its errors off.
     #[test]
-    fn a_drum_fitted_at_its_likeness_comes_out_as_it_is() {
+    fn a_drum_and_its_likeness_are_told_apart_or_both_said() {
         let hidden = EffectSpec::new(drum::ID, Some(2), &[0.01, 0.3, 0.4]).expect("an effect");
         let recorded = |seed| record(std::slice::from_ref(&hidden), 60.0, seed);
         let (train, holdout) = (vec![recorded(5)], vec![recorded(6)]);
@@ -106,5 +148,9 @@ mod tests {
         let found = better.fit.model.effects[0].clone();
         assert!((value_of(&found, "phase").expect("a phase") - 0.4).abs() < 0.1, "{found:?}");
         assert!((value_of(&found, "drum_radius").expect("a radius") - 0.3).abs() < 1e-5, "{found:?}");
+        let fitted = context.verified(better, &base).expect("a fit");
+        let told = hardly_told(&context, &fitted);
+        let mirrored = |other: &Other| value_of(&other.effect, "phase").is_some_and(|phase| phase < 0.0);
+        assert!(told.iter().all(|other| mirrored(other) && other.probability() < 0.5), "{told:?}");
     }
 }

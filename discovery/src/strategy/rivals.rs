@@ -10,6 +10,7 @@ use crate::filter::error::FitError;
 use crate::hypothesis::candidates::is_there;
 use crate::hypothesis::containing::containing;
 use crate::hypothesis::extension::{count_in_use, extended_like};
+use crate::hypothesis::stood_for::stood_for;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained};
 use crate::strategy::form::Forms;
@@ -51,7 +52,10 @@ fn rivals_of(context: &Context<'_>, standing: &Standing, k: usize) -> Vec<Rival>
     // What stands beside it already cannot stand in its place as well.
     let (beside, effect) = standing.without(context, k);
     let can_stand = |rival: &&EffectSpec| !beside.effects.iter().any(|effect| is_there(effect, &rival.id, rival.cable));
-    let rivals = standing.accepted[k].rivals.par_iter().filter(can_stand);
+    // Laws that one found near by stands for differ from it where something is left only.
+    let left = standing.fit.gap[0] > context.policy.nothing_left;
+    let behind = if left { stood_for(&effect, &standing.fit.train.model) } else { Vec::new() };
+    let rivals = standing.accepted[k].rivals.par_iter().chain(&behind).filter(can_stand);
     let what = format!("in place of {}", effect.id);
     let tried = |rival: &EffectSpec| context.journal.tried(rival, &what, in_its_place(context, standing, k, rival));
     let mut out: Vec<Rival> = rivals.filter_map(tried).collect();

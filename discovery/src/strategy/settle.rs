@@ -146,10 +146,28 @@ mod tests {
         let standing = with(&context, standing, vec![(quadratic, vec![linear])]);
         let settled = settle(&context, standing).expect("a fit");
         assert_eq!(names(&context, &settled), [("platform_linear_drag".to_owned(), None)]);
-        let [alternative] = &settled.accepted[0].alternatives[..] else { panic!("one alternative") };
-        assert_eq!(alternative.effect.id, "platform_quadratic_drag");
+        let mut alternatives = settled.accepted[0].alternatives.iter();
+        let alternative = alternatives.find(|other| other.effect.id == "platform_quadratic_drag").expect("a rival");
         assert!(alternative.delta_bic > 0.0 && !alternative.indistinguishable, "{alternative:?}");
         let entries = context.journal.written().entries;
         assert!(entries.iter().any(|entry| entry.outcome == Outcome::Replaced), "{entries:?}");
+    }
+
+    /// Wind on the cables came out as drag of the platform in wind, with a gap of 4.8 left.
+    #[test]
+    fn a_law_that_another_stood_for_takes_its_place_where_something_is_left() {
+        let hidden = effect("cable_wind", None, &[6.0, -3.0, 0.015, 0.0, 0.0, 10.0]);
+        let evidence = evidence(std::slice::from_ref(&hidden), 95);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let drag = effect("platform_quadratic_drag", None, &[3.5, 7.5, -6.2]);
+        let standing = with(&context, standing, vec![(drag, Vec::new())]);
+        assert!(standing.fit.gap[0] > context.policy.nothing_left, "{:?}", standing.fit.gap);
+        let settled = settle(&context, standing).expect("a fit");
+        assert_eq!(names(&context, &settled), [("cable_wind".to_owned(), None)]);
+        let found = &settled.found(&context)[0].values;
+        assert!(
+            found.iter().zip(&hidden.values).all(|(found, hidden)| (found - hidden).abs() <= 0.05 * hidden.abs()),
+            "{found:?}"
+        );
     }
 }

@@ -6,13 +6,16 @@ use cdpr::model_file::Model;
 
 use crate::filter::error::FitError;
 use crate::hypothesis::parameter::free_values;
+use crate::hypothesis::stood_for::law_of_term;
 use crate::hypothesis::term::without_phase;
+use crate::journal::Outcome;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained};
 use crate::strategy::prune::prune;
 use crate::strategy::round::{Round, round};
 use crate::strategy::standing::Standing;
+use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::refine::refine_free;
 use crate::weigh::signatures::Source;
 
@@ -104,7 +107,8 @@ fn dictionary_rounds(
 }
 
 /// The numbers of the terms found, refined in the full model together with all else, with their errors; a phase that
-/// explains less than a parameter costs is left out. What the held-out data speak against stays as it was.
+/// explains less than a parameter costs is left out, and a term that is a law of the catalogue by its form gets its name. What the
+/// held-out data speak against stays as it was.
 pub(crate) fn refine_terms(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     if !standing.found(context).iter().any(is_term) {
         return Ok(standing);
@@ -128,8 +132,32 @@ pub(crate) fn refine_terms(context: &Context<'_>, mut standing: Standing) -> Res
             best = next;
         }
     }
+    for at in context.given..best.train.model.effects.len() {
+        best = by_name(context, at, best);
+    }
     standing.fit = best;
     Ok(standing)
+}
+
+/// `fitted` with a term as the law of the catalogue that it is by its form, where it is as good.
+fn by_name(context: &Context<'_>, at: usize, fitted: Fitted) -> Fitted {
+    let Some(law) = law_of_term(&fitted.train.model.effects[at]) else { return fitted };
+    let mut model = fitted.train.model.clone();
+    model.effects[at] = law.clone();
+    let refined = || {
+        let start = context.started(&model, &fitted.train, &context.evidence.train)?;
+        let trained = context.train(&model, &start, &context.evidence.train, context.policy.rounds, None)?;
+        context.verified(trained, &fitted)
+    };
+    let named = context.journal.tried(&law, "for a term of its form", refined());
+    // Numbers of a law cost more than those of a term, which are the same.
+    let explains = |fitted: &Fitted| {
+        let (fit, trials) = (&fitted.train, &context.evidence.train);
+        fit.minus_two_log_likelihood(trials, &fit.randomness)
+    };
+    let Some(named) = named.filter(|named| explains(named) < explains(&fitted) + EVIDENCE) else { return fitted };
+    context.journal.note(&law, Outcome::Replaced, named.score - fitted.score, "for a term of its form");
+    named
 }
 
 fn is_term(effect: &EffectSpec) -> bool {
@@ -162,7 +190,7 @@ fn terms_refined(context: &Context<'_>, model: &Model, from: &Fitted) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::strategy::fixture::{begun, evidence};
+    use crate::strategy::fixture::{begun, evidence, with};
 
     #[test]
     fn a_force_outside_the_catalogue_is_found_as_a_term_with_its_numbers() {
@@ -180,5 +208,20 @@ mod tests {
         let nothing = evidence(&[], 87);
         let (context, standing) = begun(&nothing, &Model::default());
         assert!(single_term(&context, &standing).expect("a fit").is_none());
+    }
+
+    /// Torque ripple came out as a term outside the catalogue, which has it.
+    #[test]
+    fn a_term_that_is_a_law_by_its_form_gets_its_name() {
+        let hidden = EffectSpec::new("winch_torque_ripple", Some(2), &[60.0, 1.3, 0.5]).expect("an effect");
+        let recorded = evidence(std::slice::from_ref(&hidden), 91);
+        let (context, standing) = begun(&recorded, &Model::default());
+        let term =
+            EffectSpec::expression("winch[2]", "59.9*sin(4.8332*unstretched_length[2] + 0.517)").expect("a term");
+        let standing = with(&context, standing, vec![(term, Vec::new())]);
+        let named = refine_terms(&context, standing).expect("a fit");
+        let [found] = named.found(&context) else { panic!("{:?}", named.found(&context)) };
+        assert_eq!((found.id.as_str(), found.cable), ("winch_torque_ripple", Some(2)));
+        assert!((found.values[0] - 60.0).abs() < 1.0 && (found.values[1] - 1.3).abs() < 1e-3, "{found:?}");
     }
 }

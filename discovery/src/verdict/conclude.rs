@@ -16,11 +16,12 @@ use crate::outcome::{
     BeforeAfter, Discovery, Estimated, Found, HORIZON, HORIZONS, HorizonGap, Located, Onset, Stability, SurveyError,
     Verdict, at_rest,
 };
-use crate::report::{channel_words, phrase, printed};
+use crate::report::{Parameter, channel_words, phrase, printed, quantity};
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
 use crate::strategy::instruments::beside_those_of;
 use crate::strategy::onset::time_errors;
+use crate::strategy::other_optimum::{Other, hardly_told};
 use crate::strategy::standing::Standing;
 use crate::verdict::alike::likeness;
 use crate::verdict::by_block::{ByBlock, Column};
@@ -29,7 +30,7 @@ use crate::verdict::stability::stability;
 use crate::verdict::verify;
 use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY, widened};
 use crate::weigh::lost::lost;
-use crate::write::{errors, label, place};
+use crate::write::{errors, label, parameters, place};
 
 /// What is to be said of a search beside what it found.
 pub(crate) struct About {
@@ -100,6 +101,16 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     located.sort_by(|a, b| b.share.total_cmp(&a.share));
     for found in effects.iter().chain(&terms) {
         remarks.extend(found.stability.as_ref().filter(|s| s.varies()).map(|s| varying(found, s)));
+    }
+    for other in hardly_told(&context, fitted) {
+        let law = &fitted.train.model.effects[other.at];
+        let found = effects.iter_mut().find(|found| found.named && found.effect == *law);
+        if let Some(found) = found.filter(|found| is_another(found, &other.effect)) {
+            remarks.push(as_well(found, &other.effect));
+            if found.effect.id == other.effect.id {
+                found.standard_error = with_the_other(found, &other);
+            }
+        }
     }
     let size = |f: &Fitted| f.train.randomness.force.hypot(f.train.randomness.winch);
     let arm = base.train.randomness.arm;
@@ -327,6 +338,49 @@ fn onset(effect: &EffectSpec, [from, until]: [Option<f64>; 2]) -> Onset {
 /// An effect and its place.
 fn in_words(found: &Found) -> String {
     phrase(&label(&found.effect), &place(&found.effect)).replace('\u{a0}', " ")
+}
+
+/// Whether `other` is another law than what was found, and is not reported beside it; or the same one with other numbers than
+/// its standard errors tell.
+fn is_another(found: &Found, other: &EffectSpec) -> bool {
+    if found.effect.id != other.id {
+        return !found.alternatives.iter().any(|alternative| alternative.effect.id == other.id);
+    }
+    let values = found.effect.values.iter().zip(&other.values).zip(&found.standard_error);
+    values.into_iter().any(|((value, other), error)| error.is_some_and(|error| (value - other).abs() > error))
+}
+
+/// Standard errors about the numbers found where the `other` ones may be the true ones.
+fn with_the_other(found: &Found, other: &Other) -> Vec<Option<f64>> {
+    let share = other.probability().sqrt();
+    let apart = found.effect.values.iter().zip(&other.effect.values).map(|(one, other)| one - other);
+    found.standard_error.iter().zip(apart).map(|(error, apart)| error.map(|error| error.hypot(share * apart))).collect()
+}
+
+/// That another law, or other numbers, explain as much as what was found.
+fn as_well(found: &Found, other: &EffectSpec) -> String {
+    let numbers = |errors: &[Option<f64>]| {
+        let number = |p: &Parameter| {
+            format!("{} {}", p.name.replace('_', " "), quantity(&p.name, p.value, p.standard_error, &p.unit))
+        };
+        parameters(other, errors).iter().map(number).collect::<Vec<_>>().join(", ")
+    };
+    let what = in_words(found);
+    if found.effect.id == other.id {
+        return format!(
+            "The {what} may as well have {}: these data do not tell the two apart beyond doubt. Recordings with the cable at other \
+             lengths do.",
+            numbers(&found.standard_error)
+        );
+    }
+    let info = cdpr::effect::find(&other.id);
+    let separate_by = info.and_then(|info| info.look_alikes.iter().find(|alike| alike.id == found.effect.id));
+    let tell = separate_by.map_or(String::new(), |alike| format!(" To tell: {}.", alike.separate_by));
+    format!(
+        "The {what} may stand for another law, which explains as much: {} ({}).{tell}",
+        phrase(&label(other), &place(other)).replace('\u{a0}', " "),
+        numbers(&[])
+    )
 }
 
 /// That an effect is not the same throughout.
