@@ -159,11 +159,11 @@ mod tests {
     const NOT_SOUGHT: [(&str, &str); 11] = [
         (
             "anchor_compliance",
-            "at lengths that change little it is an error of the cable's stiffness, which is looked for",
+            "at lengths that change little it is an error of the cable's stiffness, from which it is reached",
         ),
         ("cable_catenary", "to first order in the sag it is the parabola, which is looked for"),
-        ("cable_wind", "at poses near each other it is a steady wind and drag, which are looked for"),
-        ("pulley_radius", "to first order in the angle it is an anchor off across its cable, which is looked for"),
+        ("cable_wind", "at poses near each other it is a steady wind or drag in wind, from which it is reached"),
+        ("pulley_radius", "to first order in the angle it is an anchor off across its cable, from which it is reached"),
         ("pulley_wrap_friction", "to first order it is the capstan loss, as whose form it is tried"),
         (
             "winch_dead_band",
@@ -174,7 +174,10 @@ mod tests {
             "over lengths that change little it is the scale of a length sensor, which is looked for",
         ),
         ("winch_power_limit", "where it is reached it is a limit of the force, which is looked for"),
-        ("winch_torque_ripple", "waves along the paid-out length are found in the spectrum and named as terms"),
+        (
+            "winch_torque_ripple",
+            "waves along the paid-out length are found in the spectrum, as terms that get its name",
+        ),
         ("cable_elasticity", "another base model, which `discover` tries as such"),
         ("expression", "the dictionary of terms"),
     ];

@@ -19,7 +19,8 @@ const DRAG_AREA_PER_LENGTH: f64 = 0.01;
 /// 2/|w| of itself with its speed; of a cable, whose points move in proportion to their distance from the anchor, by 4/(3|w|).
 const AS_FAST: f64 = 2.0 / 3.0;
 
-/// The laws that `found` may stand for in this model, each from where it does the same.
+/// The laws that `found` may stand for in this model, each from where it does the same; none where that is beyond its bounds, where it
+/// cannot be what is there.
 pub(crate) fn stood_for(found: &EffectSpec, model: &Model) -> Vec<EffectSpec> {
     let laws = [wind_on_cables(found, model), compliance(found, model), pulley(found, model)];
     laws.into_iter().flatten().map(|law| at_work_like(law, found)).collect()
