@@ -64,6 +64,11 @@ impl Slopes {
         }
     }
 
+    /// Whether the data say anything of each size.
+    fn told(&self) -> Vec<bool> {
+        self.information.diagonal().iter().map(|information| *information > NOTHING).collect()
+    }
+
     /// The slope of `-2 log L` along a move.
     fn along(&self, step: &[f64]) -> f64 {
         self.slope.iter().zip(step).map(|(slope, step)| slope * step).sum()
@@ -78,8 +83,8 @@ impl Slopes {
             normal.gram[r * n + c] = damped * self.information[(r.max(c), r.min(c))];
         }
         normal.right.iter_mut().zip(&self.slope).for_each(|(slot, slope)| *slot = -slope);
-        let unknown: Vec<usize> = (0..n).filter(|i| self.information[(*i, *i)] <= NOTHING).collect();
-        normal.silence(&unknown);
+        let unknown = self.told().into_iter().enumerate().filter(|(_, told)| !told);
+        normal.silence(&unknown.map(|(at, _)| at).collect::<Vec<usize>>());
         let step = solve_within(&normal, &solve(&normal).0, ranges);
         let promise = 0.5 * normal.drop(&step);
         (step, promise)
@@ -101,8 +106,9 @@ impl Sizing<'_> {
     pub(super) fn most_likely(&self, fit: &Fit, sizes: &[Size], mut best: At) -> At {
         let (first, more, most) = DAMPING;
         let mut damping = first;
+        let mut sizes = sizes.to_vec();
         for _ in 0..ROUNDS {
-            let slopes = self.slopes(fit, sizes, &best.randomness);
+            let slopes = self.slopes(fit, &sizes, &best.randomness);
             let ranges: Vec<RangeInclusive<f64>> =
                 sizes.iter().map(|size| self.range_of_move(&best.randomness, *size)).collect();
             let begin = best.value;
@@ -130,6 +136,8 @@ impl Sizing<'_> {
             if begin - best.value < LEAST {
                 return best;
             }
+            let mut told = slopes.told().into_iter();
+            sizes.retain(|_| told.next().is_some_and(|told| told));
         }
         best
     }

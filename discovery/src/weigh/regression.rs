@@ -30,7 +30,8 @@ pub(crate) fn ladder(randomness: &Randomness) -> Vec<Randomness> {
     // What explains everything makes what the instruments seem to do superfluous as well.
     if randomness.has_instrument_noise() {
         let plain = randomness.with_white_noise();
-        levels.extend([plain.without_latents(), plain]);
+        levels.push(plain.without_latents());
+        levels.extend(plain.has_latents().then_some(plain));
     }
     levels
 }
