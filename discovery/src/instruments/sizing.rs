@@ -204,6 +204,19 @@ impl<'a> Sizing<'a> {
         Self { largest_input: f64::INFINITY, ..self }
     }
 
+    /// Whether the recorded forces have a white error for sure: all that they hold where they hardly move moves nothing, and that alone
+    /// explains more than the `gain` of an explanation that is at hand.
+    pub(crate) fn forces_err_for_sure(&self, fit: &Fit, gain: f64) -> bool {
+        if fit.randomness.input > 0.0 {
+            return false;
+        }
+        let starts = self.all_starts(Kind::Input, &fit.randomness).into_iter().map(|start| self.at(fit, start));
+        let best = starts.min_by(|a, b| a.value.total_cmp(&b.value));
+        let begin = fit.minus_two_log_likelihood(self.trials, &fit.randomness);
+        let enough = begin - gain - self.penalty.of_parameters(1) - EVIDENCE;
+        best.is_some_and(|best| best.randomness.input == self.floor && best.value < enough)
+    }
+
     /// `fit` with what its instruments ask for; `None` where they ask for nothing, or far less than the `gain` of an explanation
     /// that is at hand.
     ///

@@ -1,3 +1,5 @@
+use cdpr::effect::EffectSpec;
+
 use super::device::Device;
 use super::less_by_one;
 use super::sizing::{Kind, Size, Sizing, WORTH};
@@ -38,6 +40,26 @@ fn remembering(trial: &Trial, deviation: f64, time: f64, seed: u64) -> Vec<f64> 
 #[test]
 fn white_noise_asks_for_nothing_more() {
     assert!(taken_up(&recordings(|_, _| {})).is_none());
+}
+
+/// Also where a law is missing, which latent forces carry; but not where that explains more.
+#[test]
+fn recorded_forces_have_an_error_for_sure_where_all_that_is_white_in_them_is_one() {
+    let drag = EffectSpec::new("platform_linear_drag", None, &[60.0]).expect("an effect");
+    for (error, sure) in [(100.0, true), (0.0, false)] {
+        let trials = [7, 8].map(|seed| {
+            let mut trial = record(std::slice::from_ref(&drag), 60.0, seed);
+            let white = noise(trial.cables() * trial.len(), 300 + seed);
+            let forces = trial.inputs.iter_mut().flat_map(|inputs| inputs.winch_force.iter_mut());
+            forces.zip(white).for_each(|(force, white)| *force += error * white);
+            trial
+        });
+        let fit = fitted(&[], &trials);
+        let differences = crate::filter::estimate::noise_of_data(&trials);
+        let sizing = Sizing::new(&trials, &differences, Penalty::new(PENALTY));
+        assert_eq!(sizing.forces_err_for_sure(&fit, 0.0), sure, "{error}");
+        assert!(!sizing.forces_err_for_sure(&fit, 1e9));
+    }
 }
 
 /// The likelihood has its maximum near what made the series, and what is found is no worse than that.

@@ -82,6 +82,12 @@ pub(crate) fn evident_wander(context: &Context<'_>, standing: Standing) -> Resul
     }
 }
 
+/// Whether the recorded forces have a white error for sure, which alone explains more than the `gain` of the best effect.
+pub(crate) fn forces_err_for_sure(context: &Context<'_>, fitted: &Fitted, gain: f64) -> bool {
+    let Evidence { train, noise, .. } = context.evidence;
+    Sizing::new(train, noise, context.penalty).forces_err_for_sure(&fitted.train, gain)
+}
+
 /// What stands where no effect was found and an error of the recorded forces explains what is left, though it is more than
 /// recordings are with which a machine is described: with it they say little, and that is said.
 pub(crate) fn with_any_error_of_forces(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {

@@ -16,7 +16,7 @@ use crate::model::sizes::{Sizes, usual_force};
 use crate::strategy::context::Context;
 use crate::strategy::entrance::{Entry, enter};
 use crate::strategy::fitted::{Fitted, Trained};
-use crate::strategy::instruments::{better_instruments, with_instruments};
+use crate::strategy::instruments::{better_instruments, forces_err_for_sure, with_instruments};
 use crate::strategy::onset::for_a_while;
 use crate::strategy::other_optimum::better_optimum;
 use crate::strategy::policy::Policy;
@@ -52,6 +52,10 @@ pub(crate) fn round(
         && let Some(better) = better_instruments(context, &standing.fit, gain)?
     {
         let explained = standing.fit.score - better.score;
+        // With such an error the search begins anew, whatever is found before.
+        if better.train.randomness.white_input() > 0.0 && forces_err_for_sure(context, &standing.fit, gain) {
+            return Ok(Round::Instruments(standing, Box::new(better)));
+        }
         if weighing.explains_more_beside_instruments(&standing, &better, gain, explained)?
             && let Some(found) = weighing.best_that_enters(&standing, 1)?
         {
