@@ -147,7 +147,17 @@ impl Journal {
 
     /// That an effect says nothing along the fit at hand, and why; once, though it be weighed in every round.
     pub(crate) fn silent(&self, effect: &EffectSpec, error: &dyn Error) {
-        let entry = failure(Some(effect.clone()), "its signature", error);
+        self.once(failure(Some(effect.clone()), "its signature", error));
+    }
+
+    /// That a refinement of these effects ended where no step of their parameters could be taken, and why, if it did; once.
+    pub(crate) fn stuck(&self, effects: &[EffectSpec], why: Option<FitError>) {
+        if let Some(error) = why {
+            self.once(failure(effects.last().cloned(), "no step of the parameters goes with the data", &error));
+        }
+    }
+
+    fn once(&self, entry: Entry) {
         self.locked(|entries| {
             if !entries.contains(&entry) {
                 entries.push(entry);
@@ -191,6 +201,17 @@ mod tests {
         let [entry] = &journal.written().entries[..] else { panic!("one entry") };
         assert_eq!((entry.outcome, entry.delta_bic, &entry.effect), (Outcome::Failed, None, &Some(drag(2.0))));
         assert_eq!(entry.reason, format!("on held-out data: {text}"));
+    }
+
+    #[test]
+    fn a_refinement_that_could_go_nowhere_is_told_once() {
+        let journal = Journal::default();
+        let diverged = || FitError::Diverged { trial: "first.csv".to_owned(), time: 3.0 };
+        journal.stuck(&[drag(1.0), drag(2.0)], None);
+        (0..2).for_each(|_| journal.stuck(&[drag(1.0), drag(2.0)], Some(diverged())));
+        let [entry] = &journal.written().entries[..] else { panic!("one entry") };
+        assert_eq!((entry.outcome, &entry.effect), (Outcome::Failed, &Some(drag(2.0))));
+        assert!(entry.reason.contains("first.csv"), "{}", entry.reason);
     }
 
     /// A step that fails since the model goes nowhere near the data is remarked; other failures end the search.

@@ -482,7 +482,8 @@ impl<'a> Sizing<'a> {
         let alone = self.at(fit, start.randomness.clone());
         let mut adapted = fit.clone();
         adapted.randomness = start.randomness;
-        refine_free(&mut adapted, self.trials, free, ADAPTING, None)?;
+        // Where no step can be taken it is as it was, and is asked below whether that is better.
+        let _ended = refine_free(&mut adapted, self.trials, free, ADAPTING, None)?;
         let at = self.at(&adapted, adapted.randomness.clone());
         Ok(if at.value < alone.value { (adapted, at) } else { (fit.clone(), alone) })
     }

@@ -55,7 +55,8 @@ impl<'a> Context<'a> {
             trials.iter().map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count()).sum();
         let mut train = begun_by_data(evidence, model, &journal)?;
         if !survey.is_empty() {
-            refine(&mut train, trials, survey.start, policy.rounds, None)?;
+            let ended = refine(&mut train, trials, survey.start, policy.rounds, None)?;
+            journal.stuck(&train.model.effects, ended);
             train.fit_randomness(trials, noise, true);
         }
         let holdout = held_by_data(evidence, &train, &journal)?;

@@ -22,7 +22,8 @@ impl Context<'_> {
     pub(crate) fn refined_by_data(&self, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
         let e = self.evidence;
         let mut train = begun_by_data(e, model, &self.journal)?;
-        refine(&mut train, &e.train, self.free_from, self.policy.rounds, None)?;
+        let ended = refine(&mut train, &e.train, self.free_from, self.policy.rounds, None)?;
+        self.journal.stuck(&train.model.effects, ended);
         train.fit_randomness(&e.train, &e.noise, false);
         let holdout = held_by_data(e, &train, &self.journal)?;
         Ok(self.finish(train, holdout, from.instruments.clone()))
@@ -84,7 +85,8 @@ impl Context<'_> {
     ) -> Result<Trained, FitError> {
         let noise = &self.evidence.noise;
         let mut fit = self.started(model, from, trials)?;
-        refine(&mut fit, trials, self.free_from, rounds, aim)?;
+        let ended = refine(&mut fit, trials, self.free_from, rounds, aim)?;
+        self.journal.stuck(&fit.model.effects, ended);
         fit.fit_randomness(trials, noise, false);
         let score = self.score(&fit, trials);
         Ok(Trained { fit, score })

@@ -116,7 +116,8 @@ fn refine_all(context: &Context<'_>, tried: &mut [Try], trials: &[Trial], base: 
     let (done, count) = (AtomicUsize::new(0), tried.len() as f64);
     let refined = |model: &Model| {
         let mut fit = context.started(model, base, trials)?;
-        refine(&mut fit, trials, context.free_from, rounds, None)?;
+        let ended = refine(&mut fit, trials, context.free_from, rounds, None)?;
+        context.journal.stuck(&fit.model.effects, ended);
         let score = context.score(&fit, trials);
         Ok::<_, FitError>((fit, score))
     };

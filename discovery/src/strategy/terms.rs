@@ -181,7 +181,8 @@ fn terms_refined(context: &Context<'_>, model: &Model, from: &Fitted) -> Result<
     let (trials, noise) = (&context.evidence.train, &context.evidence.noise);
     let mut fit = context.started(model, &from.train, trials)?;
     let free = free_values(model, context.free_from);
-    refine_free(&mut fit, trials, &free, context.policy.rounds, None)?;
+    let ended = refine_free(&mut fit, trials, &free, context.policy.rounds, None)?;
+    context.journal.stuck(&fit.model.effects, ended);
     fit.fit_randomness(trials, noise, false);
     let score = context.score(&fit, trials);
     context.verified(Trained { fit, score }, from)

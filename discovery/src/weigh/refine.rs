@@ -23,14 +23,14 @@ const KEPT_PROMISE: f64 = 0.5;
 /// Parameters and the size of the latent disturbances are chosen together: what the parameters will explain, the latents
 /// need not carry, and only with small latents are the parameters sharp. The delays of clocks that were found late are
 /// among the parameters: set beside a model that lacks an effect, they stand for some of it. Given a `-2 log L` to be
-/// `aimed` at, it ends early where that is out of reach.
+/// `aimed` at, it ends early where that is out of reach. Returned is why it ended where no step that was promised could be taken.
 pub(crate) fn refine(
     fit: &mut Fit,
     trials: &[Trial],
     first: usize,
     rounds: usize,
     aim: Option<f64>,
-) -> Result<(), FitError> {
+) -> Result<Option<FitError>, FitError> {
     let free = free_parameters(&fit.model, first);
     refine_free(fit, trials, &free, rounds, aim)
 }
@@ -42,7 +42,7 @@ pub(crate) fn refine_free(
     free: &[Free],
     rounds: usize,
     aim: Option<f64>,
-) -> Result<(), FitError> {
+) -> Result<Option<FitError>, FitError> {
     if !fit.has_settled() && fit.model.effects.iter().any(is_friction) {
         // Else it is no likelihood yet, and better than any to come.
         fit.settle(trials, FIRST_MOVES)?;
@@ -59,6 +59,7 @@ pub(crate) fn refine_free(
         }
         let last = proposals.iter().position(|p| p.randomness.same_latents(&fit.randomness)).unwrap_or(0);
         let mut best: Option<(Look, Fit)> = None;
+        let mut failed: Option<FitError> = None;
         'tries: for proposal in &proposals[..=last] {
             for damping in [1.0, 0.3, 0.09] {
                 // Of a step with other latent forces a part may promise less than there is.
@@ -66,7 +67,13 @@ pub(crate) fn refine_free(
                     break;
                 }
                 let parameters = Parameters { free, usable: &usable, clocks: &clocks };
-                let Some(next) = moved(fit, trials, &parameters, proposal, damping) else { continue };
+                let next = match moved(fit, trials, &parameters, proposal, damping) {
+                    Ok(next) => next,
+                    Err(error) => {
+                        failed = Some(error);
+                        continue;
+                    }
+                };
                 let look = next.look(trials, next.randomness.clone());
                 let reached = look.value;
                 let kept = start - reached >= KEPT_PROMISE * (start - proposal.promise);
@@ -82,7 +89,7 @@ pub(crate) fn refine_free(
                 }
             }
         }
-        let Some((look, next)) = best else { break };
+        let Some((look, next)) = best else { return Ok(failed) };
         let reached = look.value;
         *fit = next;
         // Smaller latents are among the proposals.
@@ -95,7 +102,7 @@ pub(crate) fn refine_free(
             break;
         }
     }
-    Ok(())
+    Ok(None)
 }
 
 /// What a proposal moves, in its order.
@@ -107,24 +114,30 @@ struct Parameters<'a> {
 }
 
 /// `fit` with its parameters moved along a proposal, on the trajectory that belongs to them.
-fn moved(fit: &Fit, trials: &[Trial], parameters: &Parameters, proposal: &Proposal, damping: f64) -> Option<Fit> {
+fn moved(
+    fit: &Fit,
+    trials: &[Trial],
+    parameters: &Parameters,
+    proposal: &Proposal,
+    damping: f64,
+) -> Result<Fit, FitError> {
     let steps: Vec<f64> = proposal.step.iter().map(|step| damping * step).collect();
     let (of_effects, of_clocks) = steps.split_at(parameters.usable.len());
     let mut model = fit.model.clone();
     for (at, step) in parameters.usable.iter().zip(of_effects) {
         move_parameter(&mut model, parameters.free[*at], *step);
     }
-    model.check().ok()?;
+    model.check().map_err(|error| FitError::Model(error.to_string()))?;
     let mut randomness = proposal.randomness.clone();
     parameters.clocks.move_by(of_clocks, &mut randomness);
-    let mut next = Fit::new(&model, trials, &randomness, Some(fit)).ok()?;
+    let mut next = Fit::new(&model, trials, &randomness, Some(fit))?;
     // The trajectory gets better with the parameters, and the signatures with the trajectory.
-    next.smooth(trials).ok()?;
+    next.smooth(trials)?;
     if next.overshoots() && model.effects.iter().any(is_friction) {
         // Else it is no likelihood yet.
-        next.settle(trials, MOST_MOVES).ok()?;
+        next.settle(trials, MOST_MOVES)?;
     }
-    Some(next)
+    Ok(next)
 }
 
 #[cfg(test)]
@@ -165,6 +178,20 @@ mod tests {
         let (_, error) = ByBlock::new(&fit, &trials, 0).standard_errors(&fit.model)[0];
         let factor = fit.model.effects[0].values[0];
         assert!((factor - 0.01).abs() < 4.0 * error, "{factor} {error}");
+    }
+
+    #[test]
+    fn why_a_step_cannot_be_taken_is_told() {
+        let gain = EffectSpec::new("winch_force_gain", Some(2), &[0.01]).unwrap();
+        let trials = [record(std::slice::from_ref(&gain), 10.0, 12)];
+        let fit = crate::data::recording::fitted(&[gain], &trials);
+        let (free, clocks) = (free_parameters(&fit.model, 0), Clocks::set(&fit.randomness, &trials));
+        let (mut proposals, usable) = proposals(&fit, &trials, &free, &clocks, std::slice::from_ref(&fit.randomness));
+        let parameters = Parameters { free: &free, usable: &usable, clocks: &clocks };
+        assert!(moved(&fit, &trials, &parameters, &proposals[0], 1.0).is_ok());
+        proposals[0].step[0] = f64::NAN;
+        let Err(error) = moved(&fit, &trials, &parameters, &proposals[0], 1.0) else { panic!("no number") };
+        assert!(error.to_string().contains("winch_force_gain"), "{error}");
     }
 
     /// Beside jitter the right law left a real drive less likely by 870 than it was without it.
