@@ -31,9 +31,10 @@ pub(crate) fn test(extent: Extent) -> Result<()> {
     let examples = project.target.join("release").join("examples");
     runner.step("tests seen from outside", || {
         let mut pytest = environment.python();
-        // Files side by side: most tests keep one processor busy, and what a file's tests share is made once.
+        // Files side by side: most tests keep one processor busy, and what a file's tests share is made once. In their own order:
+        // by the number of their tests those with the searches, few and long, would come last, one processor waiting.
         pytest
-            .args(["-m", "pytest", "-n", "auto", "--dist", "loadfile"])
+            .args(["-m", "pytest", "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"])
             .current_dir(&project.root)
             .env("CDPR_BIN", project.binary("cdpr"))
             .env("CDPR_EXAMPLES", &examples);
