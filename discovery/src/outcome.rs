@@ -7,6 +7,7 @@ use cdpr::per_cable::PerCable;
 use crate::data::{Channel, Trial};
 use crate::journal::Entry;
 use crate::model::examined::WRENCH;
+use crate::report;
 
 /// The outcome in one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -269,9 +270,8 @@ impl Instruments {
 
     /// What a reader should know before any cause, a sentence each.
     pub(crate) fn remarks(&self) -> Vec<String> {
-        let with = |size: &Estimated, scale: f64| match size.standard_error {
-            Some(error) => format!("{:.3} ± {:.2}", scale * size.value, scale * error),
-            None => format!("{:.3}", scale * size.value),
+        let with = |size: &Estimated, scale: f64| {
+            report::with_error(scale * size.value, size.standard_error.map(|error| scale * error))
         };
         let clocks = self.clocks().into_iter().map(|(device, delay)| {
             let way = if delay.value > 0.0 { "lags" } else { "leads" };
@@ -421,3 +421,23 @@ pub const HORIZON: f64 = 5.0;
 
 /// Horizons of the verification (s).
 pub const HORIZONS: [f64; 3] = [1.0, HORIZON, 20.0];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Stamps of a small robot came out as "0.111 ± 0.00 ms".
+    #[test]
+    fn instruments_are_said_to_the_second_digit_of_their_error() {
+        let stamps = Some(Estimated { value: 1.110_4e-4, standard_error: Some(4.5e-6) });
+        let winch_force = Some(Estimated { value: 21.36, standard_error: None });
+        let said = Instruments { channels: Vec::new(), winch_force, stamps }.remarks();
+        assert_eq!(
+            said,
+            [
+                "The recorded winch forces have a white error of 21.36 N.",
+                "The time stamps jitter by 0.1110 ± 0.0045 ms."
+            ]
+        );
+    }
+}

@@ -55,7 +55,7 @@ fn trimmed(text: String) -> String {
 }
 
 /// `value ± error` with the error to two significant digits and both to the same place: `251.2 ± 1.9`.
-pub(super) fn with_error(value: f64, error: Option<f64>) -> String {
+pub(crate) fn with_error(value: f64, error: Option<f64>) -> String {
     let Some(error) = error.filter(|e| e.is_finite() && *e > 0.0) else {
         return significant(value, 4);
     };
