@@ -8,7 +8,7 @@
 
 use crate::data::clean::noise_by_differences;
 use crate::data::{Channel, Trial};
-use crate::instruments::mismatch::{Lengths, NO_FORCE, stiffness};
+use crate::instruments::mismatch::{Lengths, NO_FORCE, Wander, stiffness, wander};
 use crate::model::examined::Examined;
 use crate::model::sizes::usual_force;
 
@@ -28,24 +28,40 @@ struct Sums {
     count: usize,
 }
 
-/// How late the pose is against the lengths (s), less than zero where the lengths are late; `None` where no more than a force
-/// that is missing shows.
-pub(crate) fn clock_offset(model: &Examined, trials: &[Trial]) -> Option<f64> {
-    let mut sums = Sums::default();
-    for trial in trials {
-        (0..trial.cables()).for_each(|i| sums.add(model, trial, i));
+impl Sums {
+    fn of(model: &Examined, trials: &[Trial]) -> Self {
+        let mut sums = Self::default();
+        for trial in trials {
+            (0..trial.cables()).for_each(|i| sums.add(model, trial, i));
+        }
+        sums
     }
-    let late = -sums.product / sums.rate;
-    let explained = sums.product * sums.product / (sums.rate * sums.mismatch);
-    // The model's own delay is known.
-    let unknown = late - model.late(Channel::Pose(0));
+
+    /// How late the pose is (s), where that explains most of the mismatch.
+    fn late(&self) -> Option<f64> {
+        let explained = self.product * self.product / (self.rate * self.mismatch);
+        (explained > EXPLAINS).then_some(-self.product / self.rate)
+    }
+}
+
+/// How late the pose is against the lengths (s), beside what the model has of it, less than zero where the lengths are late; `None` where
+/// no more than a force that is missing shows.
+pub(crate) fn clock_offset(model: &Examined, trials: &[Trial]) -> Option<f64> {
+    let sums = Sums::of(model, trials);
+    let unknown = sums.late()? - model.late(Channel::Pose(0));
     let force = unknown.abs() * (sums.force / sums.count as f64).sqrt();
-    (explained > EXPLAINS && force > NO_FORCE * usual_force(trials)).then_some(unknown)
+    (force > NO_FORCE * usual_force(trials)).then_some(unknown)
+}
+
+/// By how much pose and lengths wander against each other where no force can do that, nor a clock that is late: what a clock explains most
+/// of is no wander, be it a clock or a force.
+pub(crate) fn wander_in_time(model: &Examined, trials: &[Trial]) -> Option<Wander> {
+    wander(model, trials, Sums::of(model, trials).late().unwrap_or(0.0))
 }
 
 impl Sums {
     fn add(&mut self, model: &Examined, trial: &Trial, cable: usize) {
-        let Lengths { of_pose, mismatch } = Lengths::of(model, trial, cable);
+        let Lengths { of_pose, mismatch } = Lengths::of(model, trial, cable, 0.0);
         let position = |channel: &Channel| matches!(channel, Channel::Pose(0 | 1));
         let noise = (0..trial.channels.len()).filter(|j| position(&trial.channels[*j]));
         let noise = noise.map(|j| noise_by_differences(trial, j)).fold(0.0, f64::max);

@@ -12,15 +12,17 @@ const FORGOTTEN: f64 = 0.632;
 
 /// Lengths of one cable (m), a sample each; `NAN` where they are not known.
 pub(super) struct Lengths {
-    /// By the measured pose.
+    /// By the measured pose, as it is shown when it is late.
     pub(super) of_pose: Vec<f64>,
     /// That less the measured one, stretched by the recorded force.
     pub(super) mismatch: Vec<f64>,
 }
 
 impl Lengths {
-    pub(super) fn of(model: &Examined, trial: &Trial, cable: usize) -> Self {
-        let of_pose: Vec<f64> = (0..trial.len()).map(|k| length_of_pose(model, trial, k, cable)).collect();
+    /// Of a pose that is `late` by so much (s) against the lengths.
+    pub(super) fn of(model: &Examined, trial: &Trial, cable: usize, late: f64) -> Self {
+        let shown: Vec<f64> = (0..trial.len()).map(|k| length_of_pose(model, trial, k, cable)).collect();
+        let of_pose: Vec<f64> = trial.time.iter().map(|time| at(&trial.time, &shown, time + late)).collect();
         let measured = |k: usize| {
             let shown = |wanted: Channel| value(trial, k, wanted);
             model.lengths(shown, &trial.inputs[k])[cable].unwrap_or(f64::NAN)
@@ -46,14 +48,14 @@ pub(crate) struct Wander {
     pub(crate) time: f64,
 }
 
-/// By how much the pose and the lengths wander against each other, beside what is constant and what is white, where no force can
-/// do that.
-pub(crate) fn wander(model: &Examined, trials: &[Trial]) -> Option<Wander> {
+/// By how much a pose that is `late` by so much (s) against the lengths and these wander against each other, beside what is constant and
+/// what is white, where no force can do that.
+pub(super) fn wander(model: &Examined, trials: &[Trial], late: f64) -> Option<Wander> {
     let mut most: Option<Wander> = None;
     let mut beyond_forces = false;
     for trial in trials {
         for cable in 0..trial.cables() {
-            let Lengths { of_pose, mismatch } = Lengths::of(model, trial, cable);
+            let Lengths { of_pose, mismatch } = Lengths::of(model, trial, cable, late);
             let Some(wander) = wander_of(&trial.time, &mismatch) else { continue };
             let carried =
                 trial.inputs.iter().map(|inputs| inputs.winch_force[cable].abs()).sum::<f64>() / trial.len() as f64;
@@ -91,6 +93,19 @@ fn wander_of(time: &[f64], signal: &[f64]) -> Option<Wander> {
     Some(Wander { deviation: variance.sqrt(), time: lag as f64 * interval })
 }
 
+/// A signal at a time, linear between samples; `NAN` outside of them.
+fn at(time: &[f64], signal: &[f64], wanted: f64) -> f64 {
+    let after = time.partition_point(|t| *t < wanted);
+    match (after.checked_sub(1), time.get(after)) {
+        (_, Some(t)) if *t == wanted => signal[after],
+        (Some(before), Some(t)) => {
+            let share = (wanted - time[before]) / (t - time[before]);
+            (1.0 - share) * signal[before] + share * signal[after]
+        }
+        _ => f64::NAN,
+    }
+}
+
 /// What a channel shows at sample `k`.
 fn value(trial: &Trial, k: usize, wanted: Channel) -> Option<f64> {
     let j = trial.channels.iter().position(|c| *c == wanted)?;
@@ -120,7 +135,7 @@ mod tests {
             row[0] += error;
         }
         let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
-        wander(&Examined::new(&model).unwrap(), &[trial])
+        wander(&Examined::new(&model).unwrap(), &[trial], 0.0)
     }
 
     #[test]
@@ -131,5 +146,27 @@ mod tests {
         assert!(wandering(&bench, 0.0).is_none());
         // A small force moves a soft robot as far.
         assert!(wandering(&Bench::large(), 0.02).is_none());
+    }
+    /// A late pose of a small robot was taken for noise with memory, beside which a wind stood for a gain.
+    #[test]
+    fn a_pose_that_is_late_does_not_wander() {
+        let bench = Bench::laboratory();
+        let mut trial = record_on(&bench, &[], 20.0, 4);
+        let then = trial.measured.clone();
+        for (k, row) in trial.measured.iter_mut().enumerate() {
+            row[..3].copy_from_slice(&then[k.saturating_sub(3)][..3]);
+        }
+        let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
+        let examined = Examined::new(&model).unwrap();
+        let late = 3.0 * trial.interval();
+        let [in_time, late] = [0.0, late].map(|late| wander(&examined, std::slice::from_ref(&trial), late));
+        assert!(in_time.is_some() && late.is_none(), "{in_time:?} {late:?}");
+    }
+
+    #[test]
+    fn a_signal_is_linear_between_its_samples() {
+        let (time, signal) = ([0.0, 1.0, 3.0], [2.0, 4.0, 0.0]);
+        assert_eq!([0.0, 0.5, 1.0, 2.5, 3.0].map(|t| at(&time, &signal, t)), [2.0, 3.0, 4.0, 1.0, 0.0]);
+        assert!([-0.1, 3.1].iter().all(|t| at(&time, &signal, *t).is_nan()));
     }
 }

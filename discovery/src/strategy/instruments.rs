@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
-use crate::instruments::mismatch::wander;
+use crate::instruments::clock_offset::wander_in_time;
 use crate::instruments::{self, Sizing};
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
@@ -65,7 +65,7 @@ pub(crate) fn with_instruments(context: &Context<'_>, fitted: &Fitted, gain: f64
 /// so, and those of the model as given.
 pub(crate) fn evident_wander(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
     let (Evidence { train, noise, .. }, fit) = (context.evidence, &standing.fit);
-    let Some(wander) = wander(&fit.train.examined, train) else { return Ok(standing) };
+    let Some(wander) = wander_in_time(&fit.train.examined, train) else { return Ok(standing) };
     let sizing = Sizing::new(train, noise, context.penalty);
     let wandering = sizing.wandering(&fit.train, wander, context.free_from);
     let wandering = context.journal.or_remark("Instruments that wander do not go with the data", wandering)?.flatten();
