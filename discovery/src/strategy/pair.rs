@@ -131,6 +131,7 @@ fn solved(
             let member = |k: usize, amplitudes: &[f64]| Scored {
                 candidate: members[k],
                 score,
+                promise: score,
                 amplitudes: amplitudes.to_vec(),
                 level: at_level,
             };
