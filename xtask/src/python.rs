@@ -37,7 +37,8 @@ impl Environment {
         run(Command::new(&host.program).args(["-m", "venv"]).arg(&environment.folder))
             .context("Python's venv module is needed; Debian and Ubuntu have it as python3-venv")?;
         let mut install = environment.python();
-        install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+        // What is imported is compiled then: to compile all of it takes longer than to unpack it.
+        install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile"]);
         for file in requirements(project)? {
             install.arg("--requirement").arg(file);
         }
