@@ -3,8 +3,8 @@
 from .cases import case, effect
 from .cases_cables import on_bench
 
-#: Forces are some 200 N, the platform has 20 kg, speeds go to 0.3 m/s and lengths are some 2.5 m.
-SINGLES_ON_BENCH = [
+#: Tensions are some 200 N and the platform has 20 kg.
+LAWS_ON_BENCH = [
     case("stiffness_2", "single", [effect("cable_stiffness", 2, factor=-0.3)], on_bench),
     case("stiffness_all", "single", [effect("cable_stiffness", factor=0.3)], on_bench),
     case(

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from .cases import case, standard
-from .cases_bench import SINGLES_ON_BENCH
+from .cases_bench import LAWS_ON_BENCH
 from .cases_cables import CABLES, on_bench
 from .cases_pair import PAIRS, TRIPLES
 from .cases_single import SINGLES
@@ -105,5 +105,5 @@ CHANCE = [field(of, "chance") for of in CHANCE]
 #: The same on a bench of 4 m with six cables, run by name.
 BENCH = [case(f"null_{k:02d}", "null", [], on_bench) for k in range(10)]
 BENCH += [of for of in CABLES if of.name.startswith("six_") and of.name != "six_null"]
-BENCH += SINGLES_ON_BENCH
+BENCH += LAWS_ON_BENCH
 BENCH = [field(of, "bench", BENCH_SIZES, angle=BENCH_ANGLE) for of in BENCH]

@@ -37,29 +37,6 @@ impl Sums {
         sums
     }
 
-    /// How late the pose is (s), where that explains most of the mismatch.
-    fn late(&self) -> Option<f64> {
-        let explained = self.product * self.product / (self.rate * self.mismatch);
-        (explained > EXPLAINS).then_some(-self.product / self.rate)
-    }
-}
-
-/// How late the pose is against the lengths (s), beside what the model has of it, less than zero where the lengths are late; `None` where
-/// no more than a force that is missing shows.
-pub(crate) fn clock_offset(model: &Examined, trials: &[Trial]) -> Option<f64> {
-    let sums = Sums::of(model, trials);
-    let unknown = sums.late()? - model.late(Channel::Pose(0));
-    let force = unknown.abs() * (sums.force / sums.count as f64).sqrt();
-    (force > NO_FORCE * usual_force(trials)).then_some(unknown)
-}
-
-/// By how much pose and lengths wander against each other where no force can do that, nor a clock that is late: what a clock explains most
-/// of is no wander, be it a clock or a force.
-pub(crate) fn wander_in_time(model: &Examined, trials: &[Trial]) -> Option<Wander> {
-    wander(model, trials, Sums::of(model, trials).late().unwrap_or(0.0))
-}
-
-impl Sums {
     fn add(&mut self, model: &Examined, trial: &Trial, cable: usize) {
         let Lengths { of_pose, mismatch } = Lengths::of(model, trial, cable, 0.0);
         let position = |channel: &Channel| matches!(channel, Channel::Pose(0 | 1));
@@ -83,6 +60,27 @@ impl Sums {
             self.count += 1;
         }
     }
+
+    /// How late the pose is (s), where that explains most of the mismatch.
+    fn late(&self) -> Option<f64> {
+        let explained = self.product * self.product / (self.rate * self.mismatch);
+        (explained > EXPLAINS).then_some(-self.product / self.rate)
+    }
+}
+
+/// How late the pose is against the lengths (s), beside what the model has of it, less than zero where the lengths are late; `None` where
+/// no more than a force that is missing shows.
+pub(crate) fn clock_offset(model: &Examined, trials: &[Trial]) -> Option<f64> {
+    let sums = Sums::of(model, trials);
+    let unknown = sums.late()? - model.late(Channel::Pose(0));
+    let force = unknown.abs() * (sums.force / sums.count as f64).sqrt();
+    (force > NO_FORCE * usual_force(trials)).then_some(unknown)
+}
+
+/// By how much pose and lengths wander against each other where no force can do that, nor a clock that is late: what a clock explains most
+/// of is no wander, be it a clock or a force.
+pub(crate) fn wander_in_time(model: &Examined, trials: &[Trial]) -> Option<Wander> {
+    wander(model, trials, Sums::of(model, trials).late().unwrap_or(0.0))
 }
 
 /// Rates of a signal with white noise, from as near neighbours as the noise allows; `NAN` where these are missing.

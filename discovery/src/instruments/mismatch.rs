@@ -147,6 +147,7 @@ mod tests {
         // A small force moves a soft robot as far.
         assert!(wandering(&Bench::large(), 0.02).is_none());
     }
+
     /// A late pose of a small robot was taken for noise with memory, beside which a wind stood for a gain.
     #[test]
     fn a_pose_that_is_late_does_not_wander() {

@@ -470,6 +470,7 @@ mod tests {
         let inertia = |cable| ("winch_drum_inertia".to_owned(), Some(cable));
         assert_eq!(ids, [("platform_linear_drag".to_owned(), None), inertia(1), inertia(2)]);
     }
+
     /// A wind of 2.6 N gained 2527, and the gain of a winch by 1.5 %, which had moved the platform far, 752 by its signature: fitted, it
     /// gains 4746.
     #[test]

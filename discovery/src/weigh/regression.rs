@@ -333,6 +333,7 @@ mod tests {
         // Three columns of two independent ones.
         assert!(subset(&normal, &[0, 1, 2]).is_none_or(|all| (all.drop - drop).abs() < 1e-3 * drop));
     }
+
     /// A gain of a winch left 35 358 of 987 285 at small latent forces, and 30 703 are noise: 2 380 may be what its signature misses.
     #[test]
     fn a_signature_may_miss_a_share_of_what_it_explains_and_no_noise() {
