@@ -92,6 +92,16 @@ impl Bench {
             unrecorded: 0.0,
         }
     }
+
+    /// The same with softer and heavier cables, whose ends ring for longer than a sampling interval and in less of it than one.
+    pub(crate) fn ringing() -> Self {
+        let mut bench = Self::laboratory();
+        let parameters = &mut bench.parameters;
+        (parameters.youngs_modulus, parameters.cable_area) = (1e9, 1e-4);
+        (parameters.cable_density, parameters.cable_damping) = (0.1, 40.0);
+        (parameters.platform_inertia, bench.mass[2]) = (1.6, 1.6);
+        bench
+    }
 }
 
 /// Waves of the path: amplitude (m, m, rad) and period (s).

@@ -361,7 +361,7 @@ impl Before {
         let mut before = Self { own: Vec::new(), ringing: Vec::new() };
         let (moving, ringing) = variation.ringing(step);
         for (moving, rings) in moving.iter().zip(ringing) {
-            match moving.cable.filter(|_| rings) {
+            match moving.cable.filter(|_| rings.is_some()) {
                 Some(cable) => before.ringing.push((moving.position, cable)),
                 None => before.own.push((moving.position, moving.rate)),
             }

@@ -141,16 +141,23 @@ impl<'a> Variation<'a> {
     fn turn(&self, moving: &Moving, interval: f64) -> f64 {
         let n = self.inner.dimension;
         let row = &self.inner.by_state[moving.rate * n..(moving.rate + 1) * n];
-        let (stiffness, decay) = (-row[moving.position], -0.5 * row[moving.rate]);
+        let (stiffness, decay) = (self.stiffness(moving), -0.5 * row[moving.rate]);
         let lasts = decay * interval < GONE;
         if lasts { interval * (stiffness - decay * decay).max(0.0).sqrt() } else { 0.0 }
     }
 
-    /// All that moves, and whether it rings within an interval: its rate says nothing then of where it was before.
-    pub(crate) fn ringing(&mut self, step: &Step<'_>) -> (&[Moving], Vec<bool>) {
+    /// All that moves, and by how much (1/s²) what rings within an interval is drawn back: its rate says nothing then of where it
+    /// was before.
+    pub(crate) fn ringing(&mut self, step: &Step<'_>) -> (&[Moving], Vec<Option<f64>>) {
         self.update(step);
-        let ringing = self.moving.iter().map(|moving| self.turn(moving, step.interval) > RINGS).collect();
+        let rings = |moving: &Moving| self.turn(moving, step.interval) > RINGS;
+        let ringing = self.moving.iter().map(|moving| rings(moving).then(|| self.stiffness(moving))).collect();
         (&self.moving, ringing)
+    }
+
+    /// By how much (1/s²) a position is drawn back a third into the interval.
+    fn stiffness(&self, moving: &Moving) -> f64 {
+        -self.inner.by_state[moving.rate * self.inner.dimension + moving.position]
     }
 
     /// Solves the system of an interval, as [`solve`] does; in parts of it, of which `states` must be asked for, where something

@@ -19,6 +19,7 @@ use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::{Keep, filter_from_start};
 use crate::filter::path::{LinearTrial, Trajectory};
 use crate::filter::variation::Step;
+use crate::hypothesis::slow::slow_ends;
 use crate::model::examined::{Examined, Moment, WRENCH};
 
 /// A model's trajectory in one trial, along which signatures are formed.
@@ -28,6 +29,8 @@ pub(crate) struct Along<'a> {
     pub(crate) linear: &'a LinearTrial,
     pub(crate) trial: &'a Trial,
     known: Known,
+    /// The ends of the steps without what rings in them, where something does.
+    slow: Vec<f64>,
 }
 
 /// What is known at each sample before it is measured.
@@ -88,7 +91,24 @@ impl<'a> Along<'a> {
         debug_assert_eq!(trajectories[t].width, examined.states() + examined.latents());
         let (linear, trial) = (&linear[t], &trials[t]);
         let known = Known::new(fit, linear, trial, &trajectories[t]);
-        Self { model, base: examined, linear, trial, known }
+        let mut along = Self { model, base: examined, linear, trial, known, slow: Vec::new() };
+        along.slow = slow_ends(&along);
+        along
+    }
+
+    /// Whether something rings between samples.
+    pub(super) fn rings(&self) -> bool {
+        !self.slow.is_empty()
+    }
+
+    /// The states at both ends of step `k`, as the samples there have them, but without what rings.
+    pub(super) fn ends(&self, k: usize) -> [&[f64]; 2] {
+        self.slow_ends(k).unwrap_or_else(|| [self.states(k), self.states(k + 1)])
+    }
+
+    fn slow_ends(&self, k: usize) -> Option<[&[f64]; 2]> {
+        let n = self.base.states();
+        self.rings().then(|| [2 * k, 2 * k + 1].map(|end| &self.slow[end * n..(end + 1) * n]))
     }
 
     /// The states at sample `k`.
@@ -113,9 +133,9 @@ impl<'a> Along<'a> {
         &self.known.ends[k * n..(k + 1) * n]
     }
 
-    /// Step `k` of the base model.
+    /// Step `k` of the base model, without what rings in it.
     pub(crate) fn step(&self, k: usize) -> Step<'_> {
-        let (from, to) = (self.states(k), self.end(k));
+        let [from, to] = self.slow_ends(k).unwrap_or_else(|| [self.states(k), self.end(k)]);
         let (interval, felt, slack) = (self.linear.interval[k], *self.felt(k), self.linear.slack[k]);
         Step { time: self.trial.time[k], interval, from, to, felt, slack }
     }
@@ -132,20 +152,6 @@ impl<'a> Along<'a> {
             let at = k * linear.channels + j;
             let later = varied.late(*channel) - base.late(*channel);
             shown - known.shown[at] - later * linear.rate[at]
-        })
-    }
-
-    /// Rates of the base plant at both ends of each step.
-    pub(crate) fn end_rates(&self, samples: &Range<usize>) -> [Vec<f64>; 2] {
-        let n = self.base.states();
-        [0, 1].map(|end| {
-            let mut rates = vec![0.0; self.steps(samples) * n];
-            for (at, rates) in rates.chunks_exact_mut(n).enumerate() {
-                let k = samples.start + at;
-                let (time, y) = (self.trial.time[k + end], self.states(k + end));
-                self.base.plant.rates(time, y, self.felt(k), &self.linear.slack[k], rates);
-            }
-            rates
         })
     }
 }

@@ -13,6 +13,7 @@ use crate::filter::kalman::{Randomness, STRETCH};
 use crate::filter::whiten::{Acting, Forcing, Normal, Products, Whitening};
 use crate::hypothesis::along::Along;
 use crate::hypothesis::candidates::Combination;
+use crate::hypothesis::ends::Ends;
 use crate::hypothesis::signature::{Follower, Single};
 
 /// Variations, and columns as weighted sums of them.
@@ -57,12 +58,12 @@ impl<'a> Stream<'a> {
     pub(crate) fn advance(&mut self, end: usize) -> Forcing {
         let Self { along, columns, followers, shares, next } = self;
         let samples = std::mem::replace(next, end)..end;
-        let base_rates = along.end_rates(&samples);
+        let ends = Ends::new(along, &samples);
         let Single { step, sensor } = Single::nothing(along, &samples);
         let (mut step, mut sensor) = (vec![0.0; step.len() * columns.len()], vec![0.0; sensor.len() * columns.len()]);
         for (followers, shares) in followers.chunks_mut(BATCH).zip(shares) {
             let follow = |follower: &mut Result<Follower, FitError>| {
-                let advanced = follower.as_mut().ok()?.advance(along, &samples, &base_rates);
+                let advanced = follower.as_mut().ok()?.advance(along, &samples, &ends);
                 advanced.map_err(|error| *follower = Err(error)).ok()
             };
             let singles: Vec<Option<Single>> = followers.par_iter_mut().map(follow).collect();
