@@ -119,12 +119,18 @@ impl Context<'_> {
         Ok(self.finish(train, holdout, instruments))
     }
 
-    /// The held-out trajectories of a model, first with large latent forces, then with its own.
+    /// The held-out trajectories of a model, first with large latent forces, then with smaller and smaller ones, down to its own: where
+    /// the motion is unstable, a trajectory does not follow all that at once.
     fn settled_from_afar(&self, train: &Fit, from: &Fitted) -> Result<Fit, FitError> {
         let (held, moves) = (&self.evidence.holdout, self.policy.held_out_moves);
         let mut holdout = self.loosened(&train.model, &from.holdout, held)?;
         holdout.settle(held, moves)?;
-        holdout.randomness = train.randomness.clone();
+        let (loose, own) = (holdout.randomness.clone(), &train.randomness);
+        for latents in between_latents(&loose, own) {
+            holdout.randomness = latents;
+            holdout.settle(held, self.policy.settling_moves)?;
+        }
+        holdout.randomness = own.clone();
         holdout.settle(held, moves)?;
         Ok(holdout)
     }
@@ -196,6 +202,26 @@ impl Context<'_> {
     }
 }
 
+/// How much smaller latent forces become at once.
+const LESS: f64 = 5.0;
+
+/// Sizes of latent forces between those of `loose` and its own, each a part of the one before, with all else as `own` has it.
+fn between_latents(loose: &Randomness, own: &Randomness) -> Vec<Randomness> {
+    let smallest = own.smallest_latent();
+    let ratio = |from: f64, to: f64| (from / to.max(smallest)).max(1.0);
+    let (force, winch) = (ratio(loose.force, own.force), ratio(loose.winch, own.winch));
+    let steps = (force.max(winch).ln() / LESS.ln()).ceil().max(1.0);
+    let before = |step: f64| {
+        let share = 1.0 - step / steps;
+        Randomness {
+            force: own.force.max(smallest) * force.powf(share),
+            winch: own.winch.max(smallest) * winch.powf(share),
+            ..own.clone()
+        }
+    };
+    (1..steps as usize).map(|step| before(step as f64)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use cdpr::effect::EffectSpec;
@@ -204,6 +230,21 @@ mod tests {
     use crate::data::recording::record;
     use crate::filter::estimate::noise_of_data;
     use crate::strategy::fitted::Evidence;
+
+    #[test]
+    fn latent_forces_become_smaller_by_steps() {
+        let trials = [record(&[], 5.0, 1)];
+        let own = crate::data::recording::fitted(&[], &trials).randomness.without_latents();
+        let loose = Randomness { force: 60.0 * own.force, winch: 2.0 * own.winch, jitter: 0.1, ..own.clone() };
+        let between = between_latents(&loose, &own);
+        let shares: Vec<f64> = between.iter().map(|latents| latents.force / own.force).collect();
+        let expected = [60.0_f64.powf(2.0 / 3.0), 60.0_f64.powf(1.0 / 3.0)];
+        assert!(shares.iter().zip(expected).all(|(share, expected)| (share - expected).abs() < 1e-9 * expected));
+        assert!(shares.len() == 2 && between[0].winch < 2.0 * own.winch && between[0].winch > own.winch);
+        assert!(between.iter().all(|latents| latents.jitter == own.jitter));
+        // Larger ones are taken at once.
+        assert!(between_latents(&own, &loose).is_empty());
+    }
 
     /// A pose late by a millisecond and a half, of which free runs under a noise of 2 mm show nothing, was pruned.
     #[test]

@@ -43,7 +43,7 @@ pub(crate) struct Policy {
     pub(crate) rounds_from_typical: usize,
     pub(crate) rounds_of_finalists: usize,
     /// Moves of a trajectory: of the model as given, which starts from the data alone; of one on held-out data; and where
-    /// friction has become a state.
+    /// friction has become a state or latent forces become smaller by steps.
     pub(crate) first_moves: usize,
     pub(crate) held_out_moves: usize,
     pub(crate) settling_moves: usize,
