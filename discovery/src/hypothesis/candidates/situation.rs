@@ -8,6 +8,8 @@ use crate::model::sizes::usual_force;
 pub(crate) struct Situation {
     /// Longest trial (s).
     pub(crate) duration: f64,
+    /// Longest sampling interval of a trial, its median (s).
+    pub(crate) interval: f64,
     /// Mean size of the winch forces (N).
     pub(crate) mean_tension: f64,
     /// Winch commands sorted, by cable (N).
@@ -42,6 +44,7 @@ impl Situation {
         let has = |wanted: Channel| trials.iter().any(|t| t.channels.contains(&wanted));
         Self {
             duration: trials.iter().map(|t| t.time[t.len() - 1] - t.time[0]).fold(0.0, f64::max),
+            interval: trials.iter().map(Trial::interval).fold(0.0, f64::max),
             mean_tension: usual_force(trials),
             commands,
             peaks: Vec::new(),

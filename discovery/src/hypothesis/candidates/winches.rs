@@ -11,6 +11,10 @@ const REACHED: [f64; 4] = [0.4, 0.2, 0.07, 0.01];
 /// Share of the platform's mass below which what swings at a winch is as good as without mass.
 const LIGHT: f64 = 1e-3;
 
+/// Time constants and dead times in sampling intervals: what is later by less than one is hardly seen, and signatures are good for a
+/// few times more than they are taken at.
+const LATE: [f64; 2] = [1.5, 10.0];
+
 /// Laws of the winches.
 pub(super) fn winches(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
     let force = SMALL * situation.mean_tension;
@@ -29,7 +33,7 @@ pub(super) fn winches(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
     }
     lib.each_cable("winch_force_gain", &[vec![0.01]], 0, proportional(0.01));
     lib.each_cable("winch_force_bias", &[vec![force]], 0, proportional(force));
-    for tau in [0.03, 0.2] {
+    for tau in LATE.map(|intervals| intervals * situation.interval) {
         lib.each_cable("winch_lag", &[vec![tau]], 1, move |a| (a[0] > 0.05).then(|| vec![tau * a[0].min(4.0)]));
         lib.each_cable("winch_delay", &[vec![tau]], 1, move |a| (a[0] > 0.05).then(|| vec![tau * a[0].min(4.0)]));
     }
