@@ -2,6 +2,7 @@
 //! others.
 
 pub(crate) mod along;
+pub(crate) mod beside;
 pub(crate) mod candidates;
 pub(crate) mod containing;
 pub(crate) mod correction;

@@ -11,10 +11,10 @@ use crate::filter::error::FitError;
 use crate::filter::variation::{Forced, Variation};
 use crate::filter::whiten::Forcing;
 use crate::hypothesis::along::Along;
+use crate::hypothesis::beside::with_variation;
 use crate::hypothesis::ends::Ends;
 use crate::hypothesis::facts::{Told, facts};
 use crate::hypothesis::late::LateForces;
-use crate::hypothesis::survey::with_variation;
 use crate::model::examined::{Examined, Moment, disturb};
 
 /// What one variation adds over some samples: `states` numbers a step, `channels` a sample.

@@ -13,6 +13,7 @@ use cdpr::model_file::Model;
 
 use crate::data::{Channel, Trial};
 use crate::filter::whiten::Normal;
+use crate::hypothesis::beside::moved_in;
 use crate::hypothesis::candidates::{Known, Library, is_there};
 use crate::hypothesis::parameter::Free;
 use crate::model::sizes::Sizes;
@@ -113,31 +114,12 @@ pub(crate) fn set_beside(library: &mut Library, model: &Model, effects: Range<us
     for effect in &model.effects[effects] {
         let Some(plausible) = plausible(&effect.id, &sizes) else { continue };
         for (parameter, value) in effect.values.iter().enumerate() {
-            let mut variation = effect.clone();
-            variation.values.fill(0.0);
             // As small as candidates are varied by.
             let size = VARIED * plausible;
-            variation.values[parameter] = size;
             let known = Known { mean: -value / size, precision: (size / plausible).powi(2) };
-            library.set_beside(variation, known);
+            library.set_beside(moved_in(effect, parameter, size), known);
         }
     }
-}
-
-/// `model` with `variation` in it: an error of the survey moves one that is there, what else it is comes beside the others.
-pub(crate) fn with_variation(model: &Model, variation: &EffectSpec) -> Model {
-    let mut model = model.clone();
-    let sizes = Sizes::of(&model.parameters);
-    let same = |e: &&mut EffectSpec| {
-        (&e.id, e.cable, &e.channel, e.from, e.until)
-            == (&variation.id, variation.cable, &variation.channel, variation.from, variation.until)
-    };
-    let there = plausible(&variation.id, &sizes).and_then(|_| model.effects.iter_mut().find(same));
-    match there {
-        Some(there) => there.values.iter_mut().zip(&variation.values).for_each(|(value, by)| *value += by),
-        None => model.effects.push(variation.clone()),
-    }
-    model
 }
 
 /// By how much (m) errors of the survey make a cable longer at most, or shorter, with the platform in the middle.
@@ -258,15 +240,6 @@ mod tests {
         assert_eq!((best.id, best.cable), ("winch_force_gain", Some(2)));
         let found = best.effect(&ranked[0].amplitudes).expect("an effect").values[0];
         assert!((found + 0.01).abs() < 1e-3, "{found}");
-    }
-
-    #[test]
-    fn an_error_that_is_there_moves_and_another_comes_beside() {
-        let model = with_errors(&Model::default(), &[effect("anchor_offset", 2, &[0.01, 0.0])]);
-        let moved = with_variation(&model, &effect("anchor_offset", 2, &[0.0, 0.02]));
-        assert_eq!(moved.effects, [effect("anchor_offset", 2, &[0.01, 0.02])]);
-        assert_eq!(with_variation(&model, &effect("anchor_offset", 1, &[0.0, 0.02])).effects.len(), 2);
-        assert_eq!(with_variation(&model, &effect("winch_force_bias", 2, &[1.0])).effects.len(), 2);
     }
 
     /// On a recording like these, with the geometry as given, friction came with four parts of the geometry that stood for all.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::filter::estimate::Fit;
+use crate::hypothesis::beside::set_found_beside;
 use crate::hypothesis::candidates::{Situation, catalogue, dictionary};
 use crate::hypothesis::spectrum::{drum_waves, peaks, waves};
 use crate::hypothesis::survey::set_beside;
@@ -33,6 +34,10 @@ pub(crate) fn signatures(
         Source::Terms => dictionary(&situation(context, fit)),
     };
     set_beside(&mut library, &fit.model, context.free_from..context.given);
+    // Whether a term goes with the held-out data is foreseen by its signature alone.
+    if source == Source::Catalogue {
+        set_found_beside(&mut library, &fit.model, context.given);
+    }
     Arc::new(Signatures::new(library))
 }
 

@@ -207,7 +207,7 @@ impl<'a> Weighing<'a> {
             context.journal.note(effect, Outcome::Refused, change, reason);
             None
         };
-        // Where errors of the survey move along, its signature does not say all.
+        // Where something moves along, its signature does not say all.
         let alone = library.beside.is_empty() && facts(library.candidates[chosen.candidate].id).enters_as_it_is;
         if alone && self.foreseen(fitted, chosen) > fitted.holdout_score {
             return refuse(chosen.score - base, "it would not predict the held-out data better");

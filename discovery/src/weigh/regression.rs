@@ -63,6 +63,9 @@ pub(crate) fn pairs(library: &Library, columns: &[usize]) -> Vec<(usize, usize)>
 /// errors of quick signatures.
 const APART: f64 = 1e-4;
 
+/// Share of each that is added to what is free, so that two that are alike, or one that says nothing, are no reason to move none.
+const ALIKE: f64 = 1e-9;
+
 /// What is free beside every candidate, at one size of what is random: it moves along with each of them, and what it explains
 /// of a candidate the candidate does not explain (A. E. Beaton's sweep; the efficient score of a test with nuisance parameters).
 pub(crate) struct Beside<'a> {
@@ -80,8 +83,9 @@ impl<'a> Beside<'a> {
         let at = |r: usize, c: usize| normal.gram[beside[r].0 * all + c];
         let k = beside.len();
         let gram = DMatrix::from_fn(k, k, |r, c| {
-            let known = if r == c { beside[r].1.precision } else { 0.0 };
-            at(r, beside[c].0) + known
+            let own =
+                if r == c { beside[r].1.precision + (ALIKE * at(r, beside[r].0)).max(f64::MIN_POSITIVE) } else { 0.0 };
+            at(r, beside[c].0) + own
         });
         let right = DVector::from_fn(k, |r, _| normal.right[beside[r].0] + beside[r].1.mean * beside[r].1.precision);
         let (mut moves, mut alone) = (DMatrix::from_fn(k, all, at), right.clone());

@@ -46,8 +46,8 @@ pub(crate) struct Library {
     pub(crate) variations: Vec<EffectSpec>,
     pub(crate) columns: Vec<Combination>,
     pub(crate) candidates: Vec<Candidate>,
-    /// Columns of what is free beside every candidate, and what is known of their amplitudes beforehand: these errors of the
-    /// survey move along when a candidate comes in.
+    /// Columns of what is free beside every candidate, and what is known of their amplitudes beforehand: errors of the survey, and
+    /// parameters of what was found, move along when a candidate comes in.
     pub(crate) beside: Vec<(usize, Known)>,
 }
 
