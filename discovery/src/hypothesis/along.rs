@@ -92,7 +92,7 @@ impl<'a> Along<'a> {
         let (linear, trial) = (&linear[t], &trials[t]);
         let known = Known::new(fit, linear, trial, &trajectories[t]);
         let mut along = Self { model, base: examined, linear, trial, known, slow: Vec::new() };
-        along.slow = slow_ends(&along);
+        along.slow = slow_ends(examined, linear.len - 1, |k| along.step(k));
         along
     }
 

@@ -5,20 +5,21 @@
 //! rate or the rate of its strain is then to be taken where it moves as the chord does, its force in balance with that: the slow
 //! manifold of singular perturbations (P. Kokotović, H. K. Khalil, J. O'Reilly, Singular Perturbation Methods in Control, 1999).
 
-use crate::filter::variation::{Moving, Variation};
-use crate::hypothesis::along::Along;
+use crate::filter::variation::{Moving, Step, Variation};
+use crate::model::examined::Examined;
 
-/// The states at both ends of each step, one after the other, without what rings in it; empty where nothing rings.
-pub(super) fn slow_ends(along: &Along<'_>) -> Vec<f64> {
-    let (base, n, steps) = (along.base, along.base.states(), along.linear.len - 1);
+/// The states at both ends of each of so many steps of `base`, one after the other, without what rings in it; empty where nothing
+/// rings.
+pub(super) fn slow_ends<'s>(base: &Examined, steps: usize, step: impl Fn(usize) -> Step<'s>) -> Vec<f64> {
+    let n = base.states();
     let mut variation = Variation::new(base);
-    if steps == 0 || variation.ringing(&along.step(0)).1.iter().all(Option::is_none) {
+    if steps == 0 || variation.ringing(&step(0)).1.iter().all(Option::is_none) {
         return Vec::new();
     }
     let mut ends = Vec::with_capacity(2 * n * steps);
     let mut rates = vec![0.0; n];
     for k in 0..steps {
-        let step = along.step(k);
+        let step = step(k);
         let places = [(step.time, step.from), (step.end_time(), step.to)];
         let [before, after] = places.map(|(time, y)| base.plant.evaluate(time, y, &step.felt, &step.slack).kinematics);
         let (moving, ringing) = variation.ringing(&step);

@@ -126,7 +126,7 @@ impl Context<'_> {
         let mut holdout = self.loosened(&train.model, &from.holdout, held)?;
         holdout.settle(held, moves)?;
         let (loose, own) = (holdout.randomness.clone(), &train.randomness);
-        for latents in between_latents(&loose, own) {
+        for latents in between_latents(&loose, own, self.policy.smaller) {
             holdout.randomness = latents;
             holdout.settle(held, self.policy.settling_moves)?;
         }
@@ -202,15 +202,13 @@ impl Context<'_> {
     }
 }
 
-/// How much smaller latent forces become at once.
-const LESS: f64 = 5.0;
-
-/// Sizes of latent forces between those of `loose` and its own, each a part of the one before, with all else as `own` has it.
-fn between_latents(loose: &Randomness, own: &Randomness) -> Vec<Randomness> {
+/// Sizes of latent forces between those of `loose` and its own, each smaller than the one before by at most a factor, with all else as
+/// `own` has it.
+fn between_latents(loose: &Randomness, own: &Randomness, factor: f64) -> Vec<Randomness> {
     let smallest = own.smallest_latent();
     let ratio = |from: f64, to: f64| (from / to.max(smallest)).max(1.0);
     let (force, winch) = (ratio(loose.force, own.force), ratio(loose.winch, own.winch));
-    let steps = (force.max(winch).ln() / LESS.ln()).ceil().max(1.0);
+    let steps = (force.max(winch).ln() / factor.ln()).ceil().max(1.0);
     let before = |step: f64| {
         let share = 1.0 - step / steps;
         Randomness {
@@ -236,14 +234,14 @@ mod tests {
         let trials = [record(&[], 5.0, 1)];
         let own = crate::data::recording::fitted(&[], &trials).randomness.without_latents();
         let loose = Randomness { force: 60.0 * own.force, winch: 2.0 * own.winch, jitter: 0.1, ..own.clone() };
-        let between = between_latents(&loose, &own);
+        let between = between_latents(&loose, &own, 5.0);
         let shares: Vec<f64> = between.iter().map(|latents| latents.force / own.force).collect();
         let expected = [60.0_f64.powf(2.0 / 3.0), 60.0_f64.powf(1.0 / 3.0)];
         assert!(shares.iter().zip(expected).all(|(share, expected)| (share - expected).abs() < 1e-9 * expected));
         assert!(shares.len() == 2 && between[0].winch < 2.0 * own.winch && between[0].winch > own.winch);
         assert!(between.iter().all(|latents| latents.jitter == own.jitter));
         // Larger ones are taken at once.
-        assert!(between_latents(&own, &loose).is_empty());
+        assert!(between_latents(&own, &loose, 5.0).is_empty());
     }
 
     /// A pose late by a millisecond and a half, of which free runs under a noise of 2 mm show nothing, was pruned.

@@ -9,7 +9,7 @@ use crate::filter::kalman::{Filtered, Keep, filter, smoothed_memory};
 use crate::filter::path::LinearTrial;
 use crate::model::delayed::earlier;
 use crate::model::examined::Examined;
-use crate::verdict::POLICY;
+use crate::verdict::policy::POLICY;
 
 /// Share of a normal distribution below twice its standard deviation.
 const WITHIN_TWO: f64 = 0.977_25;

@@ -89,7 +89,7 @@ impl<'a> Beside<'a> {
         });
         let right = DVector::from_fn(k, |r, _| normal.right[beside[r].0] + beside[r].1.mean * beside[r].1.precision);
         let (mut moves, mut alone) = (DMatrix::from_fn(k, all, at), right.clone());
-        // Without what is known beforehand columns may say nothing: then nothing moves.
+        // Where they are no numbers nothing moves.
         match gram.cholesky() {
             Some(cholesky) => {
                 cholesky.solve_mut(&mut moves);
