@@ -43,12 +43,10 @@ pub(crate) struct Policy {
     pub(crate) rounds_from_typical: usize,
     pub(crate) rounds_of_finalists: usize,
     /// Moves of a trajectory: of the model as given, which starts from the data alone; of one on held-out data; and where
-    /// friction has become a state or latent forces become smaller by steps.
+    /// friction has become a state.
     pub(crate) first_moves: usize,
     pub(crate) held_out_moves: usize,
     pub(crate) settling_moves: usize,
-    /// Factor by which latent forces become smaller at once: a trajectory that was settled with the larger ones comes along.
-    pub(crate) smaller: f64,
     /// Length (s) of the beginnings of trials, by which laws are chosen for the whole: some motion in every direction.
     pub(crate) beginning: f64,
     /// How long (s) before the last effect begins they start then: the filter must have settled.
@@ -133,7 +131,6 @@ pub(crate) const POLICY: Policy = Policy {
     first_moves: 10,
     held_out_moves: 30,
     settling_moves: 3,
-    smaller: 5.0,
     beginning: 30.0,
     lead: 5.0,
     far_off: 100.0,
