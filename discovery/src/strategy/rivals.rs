@@ -3,10 +3,12 @@
 //! Most are seen on the beginnings of the trials to be far off, where a law is also found sooner when it is far from a start.
 
 use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
 use rayon::prelude::*;
 
 use crate::data::Trial;
 use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
 use crate::hypothesis::candidates::is_there;
 use crate::hypothesis::containing::containing;
 use crate::hypothesis::extension::{count_in_use, extended_like};
@@ -79,9 +81,7 @@ fn in_its_place(context: &Context<'_>, standing: &Standing, k: usize, rival: &Ef
         (context.train(&model, &begun, beginnings, policy.rounds_near_the_end, None)?, 0.0)
     } else {
         model.effects[at] = extended_like(rival, law);
-        let aim = begun.minus_two_log_likelihood(beginnings, &begun.randomness);
-        let start = context.loosened(&model, &begun, beginnings)?;
-        let mut begun = context.train(&model, &start, beginnings, policy.rounds, Some(aim))?;
+        let mut begun = trained_in_its_place(context, &model, at, &begun, beginnings)?;
         if begun.score < limit + policy.hopeless {
             begun = Forms { context, beginnings }.shaped(begun, at);
         }
@@ -98,14 +98,39 @@ fn in_its_place(context: &Context<'_>, standing: &Standing, k: usize, rival: &Ef
     let whole = if contains {
         context.train(&begun.fit.model, &fitted.train, trials, policy.rounds, None)?
     } else {
-        let start = context.loosened(&begun.fit.model, &fitted.train, trials)?;
-        let aim = fitted.train.minus_two_log_likelihood(trials, &fitted.train.randomness);
-        context.train(&begun.fit.model, &start, trials, policy.rounds, Some(aim))?
+        trained_in_its_place(context, &begun.fit.model, at, &fitted.train, trials)?
     };
     let effect = whole.fit.model.effects[at].clone();
     let price = price(&effect) - price(law);
     let overdispersion = overdispersion(&fitted.train, &whole.fit, trials);
     Ok(Rival { effect, delta_bic: whole.score - fitted.score, price, overdispersion, whole: Some(whole) })
+}
+
+/// A model with another law, of this number, fitted to `trials`: first with latent forces that carry what the law that stood did. Where
+/// its trajectory has not settled as they became smaller its likelihood is none, and it is fitted from the trajectory that stands,
+/// which a law much like the other follows at once.
+fn trained_in_its_place(
+    context: &Context<'_>,
+    model: &Model,
+    at: usize,
+    stands: &Fit,
+    trials: &[Trial],
+) -> Result<Trained, FitError> {
+    let aim = stands.minus_two_log_likelihood(trials, &stands.randomness);
+    let train = |start: &Fit| context.train(model, start, trials, context.policy.rounds, Some(aim));
+    let loosened = context.loosened(model, stands, trials).and_then(|start| train(&start));
+    if loosened.as_ref().is_ok_and(|trained| trained.fit.has_settled()) {
+        return loosened;
+    }
+    let law = &model.effects[at];
+    let there = context.journal.tried(law, "from the trajectory that stands", train(stands));
+    match there.filter(|there| there.fit.has_settled()) {
+        Some(there) => {
+            context.journal.tried(law, "with latent forces first", loosened);
+            Ok(there)
+        }
+        None => loosened,
+    }
 }
 
 /// What stands with one of the rivals of the last effect of `next` in its place, if that is better: where a gap is left, what
@@ -151,6 +176,28 @@ pub(crate) fn or_rival(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::recording::{Bench, record_on};
+    use crate::filter::estimate::noise_of_data;
+    use crate::strategy::fitted::Evidence;
+    use crate::strategy::fixture::{begun, effect, with};
+
+    /// Where winches ring between samples, a dead time of all of them gives its place to the lag that is there.
+    #[test]
+    fn a_lag_is_better_than_the_dead_time_that_stands_for_it() {
+        let bench = Bench::ringing();
+        let lag = effect("winch_lag", None, &[0.01, 0.0]);
+        let recorded = |seed: u64| record_on(&bench, std::slice::from_ref(&lag), 10.0, seed);
+        let (train, holdout) = (vec![recorded(61)], vec![recorded(62)]);
+        let noise = noise_of_data(&train);
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
+        let (context, standing) = begun(&evidence, &model);
+        let dead_time = effect("winch_delay", None, &[0.01]);
+        let standing = with(&context, standing, vec![(dead_time, vec![lag])]);
+        let rivals = rivals_of(&context, &standing, 0);
+        assert!(rivals[0].whole.as_ref().is_some_and(|whole| whole.fit.has_settled()));
+        assert!(rivals[0].effect.id == "winch_lag" && rivals[0].delta_bic < -10.0, "{}", rivals[0].delta_bic);
+    }
 
     #[test]
     fn the_price_of_a_parameter_tells_no_laws_apart() {
