@@ -145,7 +145,7 @@ pub struct Alternative {
     /// The effect with the parameters it would have.
     pub effect: EffectSpec,
     /// BIC with it in place of the chosen one, minus BIC with the chosen one: of the training data, or where it is far off,
-    /// of their first 30 s alone.
+    /// of their beginnings alone.
     pub delta_bic: f64,
     /// Correlation of the whitened signatures.
     pub correlation: Option<f64>,

@@ -11,6 +11,7 @@ mod ready;
 pub(crate) mod recording;
 mod text;
 mod trial;
+pub(crate) mod turns;
 mod units;
 
 use std::path::PathBuf;

@@ -459,7 +459,7 @@ impl<'a> Sizing<'a> {
 
     /// The beginnings of the trials; none where these are the whole.
     fn beginnings(&self) -> Option<Vec<Trial>> {
-        let end = |trial: &Trial| trial.time.partition_point(|time| *time - trial.time[0] <= POLICY.beginning);
+        let end = |trial: &Trial| trial.time.partition_point(|time| *time - trial.time[0] <= POLICY.longest_beginning);
         let part = |trial: &Trial| trial.part(0..end(trial), trial.name.clone());
         let shorter = self.trials.iter().any(|trial| end(trial) < trial.len());
         shorter.then(|| self.trials.iter().map(part).collect())

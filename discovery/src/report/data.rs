@@ -144,7 +144,7 @@ pub struct Alternative {
     /// Its parameters if it were the true one.
     pub parameters: Vec<Parameter>,
     /// BIC with this effect in place of the chosen one, minus BIC with the chosen one; near zero means a tie. Where it is far
-    /// off, of the first 30 s of each trial alone.
+    /// off, of the beginnings of the trials alone.
     pub delta_bic: f64,
     /// Correlation of the two whitened signatures, -1 to 1, where it was computed.
     pub correlation: Option<f64>,

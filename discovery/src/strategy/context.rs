@@ -5,6 +5,7 @@ use std::ops::Range;
 use cdpr::model_file::Model;
 
 use crate::data::Trial;
+use crate::data::turns::turning_time;
 use crate::filter::error::FitError;
 use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::Randomness;
@@ -35,6 +36,8 @@ pub(crate) struct Context<'a> {
     pub(crate) base_randomness: Randomness,
     /// Horizons that the growth of errors allows.
     pub(crate) reaches: Reaches,
+    /// Length (s) of the beginnings of trials, by which laws are chosen for the whole.
+    pub(crate) beginning: f64,
     pub(crate) journal: Journal,
     pub(crate) asked: Asked,
     pub(crate) progress: Progress<'a>,
@@ -69,6 +72,7 @@ impl<'a> Context<'a> {
             geometry_may_be_off: false,
             base_randomness: train.randomness.clone(),
             reaches: Reaches::of(&holdout, held, noise, &verdict::POLICY),
+            beginning: (policy.turns * turning_time(trials, noise)).min(policy.longest_beginning),
             journal,
             asked: Asked::default(),
             progress,

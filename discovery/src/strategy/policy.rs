@@ -47,9 +47,12 @@ pub(crate) struct Policy {
     pub(crate) first_moves: usize,
     pub(crate) held_out_moves: usize,
     pub(crate) settling_moves: usize,
-    /// Length (s) of the beginnings of trials, by which laws are chosen for the whole: some motion in every direction.
-    pub(crate) beginning: f64,
-    /// How long (s) before the last effect begins they start then: the filter must have settled.
+    /// Length of the beginnings of trials, by which laws are chosen for the whole, in turns of the position that turns least often: some
+    /// motion in every direction.
+    pub(crate) turns: f64,
+    /// The most that it may be (s): where a machine turns seldom, the work counts.
+    pub(crate) longest_beginning: f64,
+    /// How long before the last effect begins they start, as a share of that length: the filter must have settled.
     pub(crate) lead: f64,
     /// What the criterion must rise on the beginnings for an explanation to be far off: ten times the evidence.
     pub(crate) far_off: f64,
@@ -131,8 +134,9 @@ pub(crate) const POLICY: Policy = Policy {
     first_moves: 10,
     held_out_moves: 30,
     settling_moves: 3,
-    beginning: 30.0,
-    lead: 5.0,
+    turns: 4.0,
+    longest_beginning: 30.0,
+    lead: 1.0 / 6.0,
     far_off: 100.0,
     hopeless: 1000.0,
     simpler: 0.93,

@@ -14,7 +14,6 @@ use crate::outcome::{Alternative, NullTest};
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
 use crate::strategy::form::Chosen;
-use crate::strategy::policy::Policy;
 use crate::weigh::signatures::{Signatures, Source};
 
 /// What is known of an effect that was accepted. Its law and its size are in the model that stands.
@@ -75,7 +74,7 @@ impl Standing {
             fit: base.clone(),
             base: Arc::new(base),
             accepted: Vec::new(),
-            beginnings: beginnings(&context.evidence.train, f64::NEG_INFINITY, context.policy).into(),
+            beginnings: beginnings(&context.evidence.train, f64::NEG_INFINITY, context.beginning).into(),
             chance: None,
             looked: false,
             weighed: None,
@@ -134,7 +133,8 @@ impl Standing {
     /// nothing of it.
     pub(crate) fn begin_in_force(&mut self, context: &Context<'_>) {
         let from = self.found(context).iter().filter_map(|effect| effect.from).fold(f64::NEG_INFINITY, f64::max);
-        self.beginnings = beginnings(&context.evidence.train, from - context.policy.lead, context.policy).into();
+        let (length, lead) = (context.beginning, context.policy.lead * context.beginning);
+        self.beginnings = beginnings(&context.evidence.train, from - lead, length).into();
     }
 
     /// A fit on the beginnings of its trials.
@@ -159,13 +159,13 @@ impl Standing {
     }
 }
 
-/// The first part of each trial from some time (s) before its last part on.
-fn beginnings(trials: &[Trial], from: f64, policy: &Policy) -> Vec<Trial> {
+/// A part of each trial of this length (s), from some time (s) before its last part on.
+fn beginnings(trials: &[Trial], from: f64, length: f64) -> Vec<Trial> {
     let beginning = |trial: &Trial| {
-        let latest = trial.time[trial.len() - 1] - policy.beginning;
+        let latest = trial.time[trial.len() - 1] - length;
         let from = from.min(latest).max(trial.time[0]);
         let start = trial.time.partition_point(|t| *t < from);
-        let end = trial.time.partition_point(|t| *t - trial.time[start] <= policy.beginning);
+        let end = trial.time.partition_point(|t| *t - trial.time[start] <= length);
         trial.part(start..end, trial.name.clone())
     };
     trials.iter().map(beginning).collect()
@@ -176,13 +176,12 @@ mod tests {
     use super::*;
     use crate::data::recording::record;
     use crate::strategy::fixture::{begun, effect, evidence, with};
-    use crate::strategy::policy::POLICY;
 
     #[test]
     fn beginnings_are_where_the_last_effect_has_begun() {
         let trials = [record(&[], 50.0, 1)];
         let from_to = |from: f64| {
-            let part = &beginnings(&trials, from, &POLICY)[0];
+            let part = &beginnings(&trials, from, 30.0)[0];
             [part.time[0], part.time[part.len() - 1]].map(f64::round)
         };
         assert_eq!(from_to(f64::NEG_INFINITY), [0.0, 30.0]);
