@@ -59,6 +59,7 @@ impl Sizing<'_> {
         let mut share = FEW_LATENTS;
         loop {
             let few = randomness.with_latents(share);
+            // None of them can be larger than the largest that is considered: the ladder ends.
             let last = few.force * MORE > most;
             let mut fit = Fit::new(model, self.trials, &few, None)?;
             let moved = fit.settle(self.trials, POLICY.first_moves);

@@ -105,6 +105,7 @@ impl Context<'_> {
         instruments: Option<Randomness>,
     ) -> Result<Fitted, FitError> {
         let (train, held) = (trained.fit, &self.evidence.holdout);
+        // A start of which nothing comes is one of two, and no answer: where the other fails as well, its error is told.
         let carried = Fit::new(&train.model, held, &train.randomness, Some(&from.holdout)).and_then(|mut holdout| {
             let stays = holdout.settle(held, self.policy.held_out_moves)?;
             Ok((stays && holdout.has_settled(), holdout))
@@ -118,6 +119,7 @@ impl Context<'_> {
                     (false, true) => false,
                     _ => value(other) < value(&holdout),
                 };
+                // What has not settled leaves a gap, which tells more than why it cannot be made better.
                 self.settled_from_afar(&train).ok().filter(better).unwrap_or(holdout)
             }
             Err(_) => self.settled_from_afar(&train)?,
