@@ -184,7 +184,8 @@ impl<'a> Bench<'a> {
         let randomness = self.randomness(model, &trial, interval);
         self.add_noise(&mut trial, interval, SEED);
         let trials = [trial];
-        let fit = Fit::along_trajectories(model, examined, &trials, vec![trajectory], randomness);
+        let begun = vec![(trajectory.states(0).to_vec(), trajectory)];
+        let fit = Fit::along_trajectories(model, examined, &trials, begun, randomness);
         let fit = fit.map_err(|e| cannot(&e))?;
         let [trial] = trials;
         Ok((fit, trial))

@@ -249,49 +249,42 @@ impl Fit {
         before: Option<&Fit>,
     ) -> Result<Self, FitError> {
         let examined = Examined::new(model).map_err(|e| FitError::Model(e.to_string()))?;
-        let first: Vec<Vec<f64>> = trials.iter().map(|t| examined.first_states(t)).collect();
-        let trajectories = trials
-            .iter()
-            .enumerate()
-            .map(|(t, trial)| match before {
+        let begun = trials.iter().enumerate().map(|(t, trial)| {
+            let first = examined.first_states(trial);
+            let trajectory = match before {
                 Some(fit) => carry_over(&fit.examined, &examined, trial, &fit.trajectories[t]),
                 None => {
-                    let mut trajectory = first_trajectory(&examined, trial, &first[t]);
+                    let mut trajectory = first_trajectory(&examined, trial, &first);
                     let mut follower = None;
                     for (k, row) in trajectory.values.chunks_exact_mut(trajectory.width).enumerate() {
                         follow(&examined, trial, k, row, &mut follower);
                     }
                     trajectory
                 }
-            })
-            .collect();
-        let mut fit = Self {
-            model: model.clone(),
-            examined,
-            first,
-            trajectories,
-            linear: Linear::Given(Arc::default()),
-            late: Vec::new(),
-            defects: Vec::new(),
-            randomness: randomness.clone(),
-            pace: before.map_or_else(|| vec![1.0; trials.len()], |fit| fit.pace.clone()),
-        };
-        fit.linearise(trials)?;
+            };
+            (first, trajectory)
+        });
+        let begun = begun.collect();
+        let mut fit = Self::along_trajectories(model, examined, trials, begun, randomness.clone())?;
+        if let Some(before) = before {
+            fit.pace.clone_from(&before.pace);
+        }
         Ok(fit)
     }
 
-    /// `model` linearised along trajectories that are known.
+    /// `model` linearised along trajectories that are known, each behind the guess of its first states.
     pub(crate) fn along_trajectories(
         model: &Model,
         examined: Examined,
         trials: &[Trial],
-        trajectories: Vec<Trajectory>,
+        begun: Vec<(Vec<f64>, Trajectory)>,
         randomness: Randomness,
     ) -> Result<Self, FitError> {
+        let (first, trajectories) = begun.into_iter().unzip();
         let mut fit = Self {
             model: model.clone(),
             examined,
-            first: trajectories.iter().map(|trajectory| trajectory.states(0).to_vec()).collect(),
+            first,
             trajectories,
             linear: Linear::Given(Arc::default()),
             late: Vec::new(),

@@ -1,6 +1,6 @@
 //! The filter: trajectories, the model linearised along them, a Kalman filter and smoother on that, and whitening.
 
-mod by_steps;
+mod anew;
 pub(crate) mod error;
 pub(crate) mod estimate;
 pub(crate) mod kalman;

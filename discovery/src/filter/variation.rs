@@ -40,6 +40,19 @@ pub(crate) struct Moving {
     pub(crate) cable: Option<usize>,
 }
 
+impl Moving {
+    /// All of a model.
+    pub(crate) fn all(model: &Examined) -> Vec<Self> {
+        let plant = &model.plant;
+        let of_cable = |i| {
+            let (position, rate) = (plant.unstretched_index(i)?, plant.rate_index(i)?);
+            Some(Self { position, rate, cable: Some(i) })
+        };
+        let of_platform = (0..3).map(|axis| Self { position: axis, rate: 3 + axis, cable: None });
+        of_platform.chain((0..plant.cables()).filter_map(of_cable)).collect()
+    }
+}
+
 /// Solver of the variational equation `Ẋ = (∂f/∂x) X + ∂f/∂w` (`w`: latents or parameters) over one interval, by the two-stage Radau IIA method.
 ///
 /// Order 3 and L-stable: friction near rest and hard springs decay as they should. For a linear equation the two stages
@@ -76,15 +89,9 @@ const MOST_HALVINGS: u32 = 6;
 
 impl<'a> Variation<'a> {
     pub(crate) fn new(model: &'a Examined) -> Self {
-        let plant = &model.plant;
-        let of_cable = |i| {
-            let (position, rate) = (plant.unstretched_index(i)?, plant.rate_index(i)?);
-            Some(Moving { position, rate, cable: Some(i) })
-        };
-        let of_platform = (0..3).map(|axis| Moving { position: axis, rate: 3 + axis, cable: None });
         Self {
             model,
-            moving: of_platform.chain((0..plant.cables()).filter_map(of_cable)).collect(),
+            moving: Moving::all(model),
             point: vec![0.0; model.states()],
             inner: Jacobian::default(),
             end: Jacobian::default(),

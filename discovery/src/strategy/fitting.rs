@@ -105,41 +105,21 @@ impl Context<'_> {
         instruments: Option<Randomness>,
     ) -> Result<Fitted, FitError> {
         let (train, held) = (trained.fit, &self.evidence.holdout);
-        // A start of which nothing comes is one of two, and no answer: where the other fails as well, its error is told.
-        let carried = Fit::new(&train.model, held, &train.randomness, Some(&from.holdout)).and_then(|mut holdout| {
-            let stays = holdout.settle(held, self.policy.held_out_moves)?;
-            Ok((stays && holdout.has_settled(), holdout))
-        });
+        let settled =
+            |mut fit: Fit| fit.settle(held, self.policy.held_out_moves).map(|stays| (stays && fit.has_settled(), fit));
+        let carried = Fit::new(&train.model, held, &train.randomness, Some(&from.holdout)).and_then(settled);
+        let anew = || Fit::forward(&train.model, held, &train.randomness).and_then(settled);
         let holdout = match carried {
             Ok((true, holdout)) => holdout,
-            Ok((false, holdout)) => {
-                let value = |fit: &Fit| fit.minus_two_log_likelihood(held, &train.randomness);
-                let better = |other: &Fit| match (other.has_settled(), holdout.has_settled()) {
-                    (true, false) => true,
-                    (false, true) => false,
-                    _ => value(other) < value(&holdout),
-                };
-                // What has not settled leaves a gap, which tells more than why it cannot be made better.
-                self.settled_from_afar(&train).ok().filter(better).unwrap_or(holdout)
-            }
-            Err(_) => self.settled_from_afar(&train)?,
+            // What has not settled leaves a gap, which tells more than why it cannot be made better.
+            Ok((false, holdout)) => match anew() {
+                Ok((_, anew)) if anew.stands_before(&holdout, held) => anew,
+                _ => holdout,
+            },
+            // A start of which nothing comes is one of two, and no answer: where the other fails as well, its error is told.
+            Err(_) => anew()?.1,
         };
         Ok(self.finish(train, holdout, instruments))
-    }
-
-    /// The held-out trajectories of a model from the data alone, for those of another model may have run away: first with large latent
-    /// forces, then with smaller and smaller ones, down to its own. Where the motion is unstable, a trajectory does not follow all that
-    /// at once.
-    fn settled_from_afar(&self, train: &Fit) -> Result<Fit, FitError> {
-        let (held, noise, moves) = (&self.evidence.holdout, &self.evidence.noise, self.policy.held_out_moves);
-        let (own, large) = (&train.randomness, &self.base_randomness);
-        let loose = Randomness { force: large.force, winch: large.winch, ..own.clone() };
-        let mut holdout = Fit::new(&train.model, held, &loose, None)?;
-        holdout.smooth(held)?;
-        holdout.fit_randomness(held, noise, true);
-        holdout.settle(held, moves)?;
-        holdout.settle_by_steps(held, own, moves)?;
-        Ok(holdout)
     }
 
     /// A fit of `model` on training data, starting from another one, with its parameters as they are.

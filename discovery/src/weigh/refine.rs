@@ -11,10 +11,6 @@ use crate::weigh::regression::ladder;
 
 /// Fall of `-2 log L` below which a refinement has settled: a third of a standard error.
 const SETTLED: f64 = 0.1;
-/// Most moves of a trajectory of friction before its parameters are moved.
-const FIRST_MOVES: usize = 3;
-/// Most further moves of a trajectory that overshoots.
-const MOST_MOVES: usize = 8;
 /// Share of its promise that a proposal must keep to be taken without looking at others.
 const KEPT_PROMISE: f64 = 0.5;
 
@@ -43,9 +39,9 @@ pub(crate) fn refine_free(
     rounds: usize,
     aim: Option<f64>,
 ) -> Result<Option<FitError>, FitError> {
-    if !fit.has_settled() && fit.model.effects.iter().any(is_friction) {
+    if !fit.has_settled() {
         // Else it is no likelihood yet, and better than any to come.
-        fit.settle(trials, FIRST_MOVES)?;
+        fit.or_anew(trials);
     }
     for round in 1..rounds {
         let clocks = Clocks::set(&fit.randomness, trials);
@@ -135,7 +131,7 @@ fn moved(
     next.smooth(trials)?;
     if next.overshoots() && model.effects.iter().any(is_friction) {
         // Else it is no likelihood yet.
-        next.settle(trials, MOST_MOVES)?;
+        next.or_anew(trials);
     }
     Ok(next)
 }
