@@ -39,8 +39,8 @@ pub(crate) fn refine_free(
     rounds: usize,
     aim: Option<f64>,
 ) -> Result<Option<FitError>, FitError> {
-    if !fit.has_settled() {
-        // Else it is no likelihood yet, and better than any to come.
+    if !fit.has_settled() && fit.model.effects.iter().any(is_friction) {
+        // Else it is no likelihood yet, and better than any to come. What is smooth settles with the parameters.
         fit.or_anew(trials);
     }
     for round in 1..rounds {
