@@ -13,6 +13,7 @@ use crate::model::examined::{Examined, disturb};
 ///
 /// A linear model of friction that turns its sign within a sample holds for that sample only if the winch turns as it does there. Along
 /// a line through the data it does not; here each step begins where the model itself has come, put right by what was just measured.
+/// Commands before a sample are not known to its simulation, so a dead time acts as if there were none: it is a place to begin.
 ///
 /// # Errors
 /// When the model cannot be simulated from where a sample leaves it.
