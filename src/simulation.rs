@@ -103,6 +103,19 @@ impl Simulation {
         self
     }
 
+    /// The same with the points kept that its steps lead to, see [`Simulation::path`].
+    #[must_use]
+    pub fn with_path(mut self) -> Self {
+        self.integrator.keep_path();
+        self
+    }
+
+    /// Where the integrator's steps of the last [`advance`](Self::advance) have led, the last of them to its end: a time (s) and the
+    /// states there, one step after the other. Empty without [`Simulation::with_path`].
+    pub fn path(&self) -> &[f64] {
+        self.integrator.path()
+    }
+
     /// The method that integrates.
     pub fn solver(&self) -> Solver {
         self.integrator.solver()
@@ -421,4 +434,28 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let b_part = sum - a;
     (sum, (a - (sum - b_part)) + (b - b_part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model_file::Model;
+
+    #[test]
+    fn a_path_leads_step_by_step_to_the_end_and_changes_nothing() {
+        let plain = Model::default().simulation().expect("a start");
+        let (mut plain, mut kept) = (plain.clone(), plain.with_path());
+        assert!(kept.path().is_empty());
+        for _ in 0..3 {
+            for simulation in [&mut plain, &mut kept] {
+                simulation.set_inputs(Inputs::pulling(4, 3e4));
+                simulation.advance(2.0).expect("a motion");
+            }
+            assert!(plain.states() == kept.states() && plain.path().is_empty());
+            let width = plain.states().len() + 1;
+            let times: Vec<f64> = kept.path().chunks_exact(width).map(|point| point[0]).collect();
+            assert!(times.len() > 2 && times.is_sorted_by(|a, b| a < b) && times[0] > kept.time() - 2.0, "{times:?}");
+            assert_eq!(kept.path()[kept.path().len() - width..], [&[kept.time()], kept.states()].concat());
+        }
+    }
 }

@@ -86,6 +86,8 @@ pub struct Integrator {
     pub(super) looks: Looks,
     pub(super) statistics: Statistics,
     pub(super) allowance: Allowance,
+    /// Where the steps of a call have led, where that is asked for: a time (s) and the states there, one step after the other.
+    path: Option<Vec<f64>>,
 }
 
 impl Integrator {
@@ -125,6 +127,7 @@ impl Integrator {
             looks: Looks::new(switches),
             statistics: Statistics::default(),
             allowance: Allowance::full(0.0),
+            path: None,
         };
         integrator.hold_to_tolerance();
         integrator
@@ -284,11 +287,25 @@ impl Integrator {
         self.advance_part(system, time, y, duration)
     }
 
+    /// From now on the points that the steps of a call lead to are kept until the next one.
+    pub fn keep_path(&mut self) {
+        self.path = Some(Vec::new());
+    }
+
+    /// Where the steps of the last call have led, the last of them to its end: a time (s) and the states there, one step after the
+    /// other. Empty where it was not asked for.
+    pub fn path(&self) -> &[f64] {
+        self.path.as_deref().unwrap_or_default()
+    }
+
     /// Begins a call that is made up of parts; the work that it may be is for all of them together.
     pub(crate) fn begin(&mut self, time: f64) {
         self.allowance = Allowance::full(time);
         self.stiffness = Stiffness::default();
         self.choice.calls = self.choice.calls.saturating_add(1);
+        if let Some(path) = &mut self.path {
+            path.clear();
+        }
     }
 
     /// [`Integrator::advance`] as a part of a call.
@@ -435,6 +452,10 @@ impl Integrator {
                         } else {
                             work.end_rates(h);
                         }
+                    }
+                    if let Some(path) = &mut self.path {
+                        path.push(t);
+                        path.extend_from_slice(y);
                     }
                     if self.solver == Solver::Auto
                         && self.is_explicit() == explicit

@@ -394,9 +394,14 @@ impl Fit {
         self.defect() < SMALL_DEFECT
     }
 
-    /// Whether the last move of a trajectory left most of its defects.
-    pub(crate) fn overshoots(&self) -> bool {
-        self.pace.iter().any(|pace| *pace < 1.0)
+    /// Whether its trajectories are to be taken before those of another fit of the same model: what has not settled has no likelihood.
+    pub(crate) fn stands_before(&self, other: &Self, trials: &[Trial]) -> bool {
+        let value = |fit: &Self| fit.minus_two_log_likelihood(trials, &fit.randomness);
+        match (self.has_settled(), other.has_settled()) {
+            (true, false) => true,
+            (false, true) => false,
+            _ => value(self) < value(other),
+        }
     }
 
     /// The same fit on parts of its trials.

@@ -1,6 +1,5 @@
 //! The filter: trajectories, the model linearised along them, a Kalman filter and smoother on that, and whitening.
 
-mod anew;
 pub(crate) mod error;
 pub(crate) mod estimate;
 pub(crate) mod kalman;
@@ -10,3 +9,4 @@ pub(crate) mod shelf;
 pub(crate) mod variation;
 pub(crate) mod vector;
 pub(crate) mod whiten;
+pub(crate) mod within;

@@ -11,6 +11,7 @@ use crate::filter::error::FitError;
 use crate::filter::sensor_slopes::{SensorSlopes, Slopes};
 use crate::filter::variation::{Step, Variation};
 use crate::filter::vector::padded;
+use crate::filter::within::{Turning, Within};
 use crate::hypothesis::facts::facts;
 use crate::model::delayed::{Clock, at_instants, rates};
 use crate::model::examined::{Examined, Moment, disturb};
@@ -62,6 +63,8 @@ pub(crate) struct LinearTrial {
     transition: Arc<Vec<f32>>,
     /// Where one step of the model misses the trajectory's next point, `states` a step.
     pub(crate) defect: Vec<f64>,
+    /// Where the integrator has stopped within the steps.
+    pub(crate) within: Within,
     /// Latents of the trajectory, `disturbances` a sample.
     latents: Vec<f64>,
     /// The states that each channel shows anything of.
@@ -99,6 +102,7 @@ impl LinearTrial {
             + doubles.map(|values| size_of_val(&values[..])).iter().sum::<usize>()
             + size_of_val(&self.felt[..])
             + size_of_val(&self.slack[..])
+            + self.within.bytes()
     }
 
     /// Latents of the trajectory at sample `k`.
@@ -221,6 +225,7 @@ pub(crate) fn linearise(
         // One step more than there are, so that there is one for each sample.
         transition: Arc::default(),
         defect: vec![0.0; len * n],
+        within: Within::default(),
         latents: (0..len).flat_map(|k| trajectory.latents(k).to_vec()).collect(),
         shows: Vec::new(),
         slopes: Vec::new(),
@@ -249,7 +254,9 @@ pub(crate) fn linearise(
         let part = Part { first: at * stretch, transition, defect, shown, residual, felt, slack };
         part.fill(model, trial, trajectory, &clocks)
     });
-    let slopes = Slopes::joined(filled.collect::<Result<_, _>>()?);
+    let (slopes, within): (_, Vec<Within>) = filled.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+    let slopes = Slopes::joined(slopes);
+    linear.within = Within::joined(within);
     linear.rate = rates(&trial.time, &linear.shown, m);
     for (j, clock) in clocks.iter().enumerate() {
         clock.iter().for_each(|clock| linear.delay(trial, j, *clock));
@@ -286,9 +293,10 @@ impl Part<'_> {
         trial: &Trial,
         trajectory: &Trajectory,
         clocks: &[Option<Clock>],
-    ) -> Result<Slopes, FitError> {
+    ) -> Result<(Slopes, Within), FitError> {
         let (n, m, len) = (model.states(), trial.channels.len(), self.felt.len());
-        let mut simulation = model.simulation(trial, self.first, trajectory.states(self.first));
+        let mut simulation = model.simulation(trial, self.first, trajectory.states(self.first)).with_path();
+        let (mut within, turning) = (Within::default(), Turning::of(model));
         let mut sensors = SensorSlopes::new(model, trial);
         let mut shown = Vec::new();
         let mut variation = Variation::new(model);
@@ -320,7 +328,10 @@ impl Part<'_> {
                 let Some(rest) = clock.map(|clock| clock.rest(&trial.time, k)) else { continue };
                 let before = before.get_or_insert_with(|| {
                     let (time, interval) = (trial.time[k], trial.interval());
-                    Before::of(&mut Variation::new(model), &Step { time, interval, from: x, to: x, felt, slack })
+                    Before::of(
+                        &mut Variation::new(model),
+                        &Step { time, interval, from: x, to: x, felt, slack, within: &[] },
+                    )
                 });
                 before.shown(&e, rest, slopes);
             }
@@ -337,13 +348,14 @@ impl Part<'_> {
             for ((slot, next), aim) in defect.iter_mut().zip(next).zip(trajectory.states(k + 1)) {
                 *slot = next - aim;
             }
-            let step = Step { time: trial.time[k], interval, from: x, to: next, felt, slack };
+            within.push(x, simulation.path(), &turning);
+            let step = Step { time: trial.time[k], interval, from: x, to: next, felt, slack, within: within.step(at) };
             variation.transition(&step, &mut carries);
             // What stays is known.
             carries.iter_mut().step_by(padded(n) + 1).take(n).for_each(|stays| *stays -= 1.0);
             transition.iter_mut().zip(&carries).for_each(|(slot, value)| *slot = *value as f32);
         }
-        Ok(Slopes::of(&sensor, m, n))
+        Ok((Slopes::of(&sensor, m, n), within))
     }
 }
 
@@ -451,7 +463,8 @@ mod tests {
         let (model, still) = ringing();
         let before = |model: &Examined, simulation: &Simulation| {
             let (from, felt, slack) = (simulation.states(), simulation.inputs(), simulation.slack());
-            Before::of(&mut Variation::new(model), &Step { time: 0.0, interval: 0.01, from, to: from, felt, slack })
+            let step = Step { time: 0.0, interval: 0.01, from, to: from, felt, slack, within: &[] };
+            Before::of(&mut Variation::new(model), &step)
         };
         let ringing = before(&model, &still);
         assert_eq!((ringing.own.len(), ringing.ringing.len()), (3, 4));

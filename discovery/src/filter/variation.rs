@@ -2,6 +2,7 @@
 
 use cdpr::dynamics::{Inputs, Jacobian};
 use cdpr::per_cable::PerCable;
+use cdpr::plant::Plant;
 
 use crate::filter::vector::{FULL, add, vectorised};
 use crate::model::examined::Examined;
@@ -14,9 +15,28 @@ pub(crate) struct Step<'a> {
     pub(crate) to: &'a [f64],
     pub(crate) felt: Inputs,
     pub(crate) slack: PerCable<bool>,
+    /// Points between: a time (s) and the states there, one after the other.
+    pub(crate) within: &'a [f64],
 }
 
 impl Step<'_> {
+    /// How many parts the points between make of it.
+    fn parts(&self) -> usize {
+        self.within.len() / (self.from.len() + 1) + 1
+    }
+
+    /// The part of number `at`, as a step by itself.
+    fn part(&self, at: usize, plant: &Plant) -> Step<'_> {
+        if self.within.is_empty() {
+            return Step { ..*self };
+        }
+        let mut points = self.within.chunks_exact(self.from.len() + 1).map(|point| (point[0], &point[1..]));
+        let (time, from) = if at == 0 { (self.time, self.from) } else { points.nth(at - 1).expect("a point") };
+        let (end, to) = points.next().unwrap_or((self.end_time(), self.to));
+        let slack = if at == 0 { self.slack } else { plant.slack_cables(time, from, &self.felt) };
+        Step { time, interval: end - time, from, to, felt: self.felt, slack, within: &[] }
+    }
+
     /// A third of the way, where a straight line is good enough to take slopes at.
     pub(crate) fn inner_point(&self, point: &mut [f64]) {
         for (slot, (a, b)) in point.iter_mut().zip(self.from.iter().zip(self.to)) {
@@ -59,6 +79,8 @@ impl Moving {
 /// reduce to one system, `(I - 5/12 hJ₁ - 1/4 hJ₂ + 1/6 h²J₁J₂) X = I + 1/3 hJ₁`, with `J₁` a third into the interval and
 /// `J₂` at its end (the method: E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, section IV.5).
 ///
+/// Where the integrator took several steps, as through friction that turns its sign, each of them is one here as well.
+///
 /// Springs that ring for longer than an interval, as of light winches on short cables, are followed in as many parts of it as their
 /// frequency asks for, by the slopes in the middle of each half.
 pub(crate) struct Variation<'a> {
@@ -75,10 +97,13 @@ pub(crate) struct Variation<'a> {
     of_half: [Vec<f64>; 2],
     once: Vec<f64>,
     first: Vec<f64>,
+    /// The solution over the parts of a step so far.
+    so_far: Vec<f64>,
+    /// What is forced a third into a part and at its end.
+    forced: [Vec<f64>; 2],
 }
 
-/// Angle (rad) by which an oscillation turns within an interval from which one step, then off by a seventh of it, does not do. Below,
-/// slopes taken at both its points tell friction that turns its sign better than parts with the slopes on a line between.
+/// Angle (rad) by which an oscillation turns within an interval from which one step, then off by a seventh of it, does not do.
 const RINGS: f64 = 2.0;
 /// Angle (rad) by which it may turn in a part: the method is then off by a thousandth.
 const MOST_TURN: f64 = 0.5;
@@ -100,17 +125,19 @@ impl<'a> Variation<'a> {
             of_half: [Vec::new(), Vec::new()],
             once: Vec::new(),
             first: Vec::new(),
+            so_far: Vec::new(),
+            forced: [Vec::new(), Vec::new()],
         }
     }
 
     /// Writes `∂x(end)/∂(x, latents)(start)` by columns, each at the beginning of its part of `target`.
     pub(crate) fn transition(&mut self, step: &Step<'_>, target: &mut [f64]) {
-        self.update(step);
-        for (slopes, jacobian) in self.slopes.iter_mut().zip([&self.inner, &self.end]) {
-            beside(slopes, jacobian, &jacobian.by_input, self.model.latents());
-        }
-        let (n, latents) = (self.inner.dimension, self.model.latents());
-        let width = self.solve(n, latents, step.interval, true);
+        let (n, latents) = (self.model.states(), self.model.latents());
+        let (width, _) = self.over(step, latents, true, |variation, _| {
+            for (slopes, jacobian) in variation.slopes.iter_mut().zip([&variation.inner, &variation.end]) {
+                beside(slopes, jacobian, &jacobian.by_input, latents);
+            }
+        });
         let length = target.len() / (n + latents);
         let own = n.next_multiple_of(FULL);
         for (r, row) in self.system.chunks_exact(width).enumerate() {
@@ -121,18 +148,53 @@ impl<'a> Variation<'a> {
         }
     }
 
-    /// Writes what `forced` rates add to the states at the end of the interval, `states × columns` by rows.
-    pub(crate) fn response(&mut self, step: &Step<'_>, forced: &Forced<'_>, target: &mut [f64]) {
-        self.update(step);
-        let (n, columns) = (self.inner.dimension, forced.columns);
-        beside(&mut self.slopes[0], &self.inner, forced.inner, columns);
-        beside(&mut self.slopes[1], &self.end, forced.end, columns);
-        let by_states = self.halvings(step.interval) > 0;
-        let width = self.solve(n, columns, step.interval, by_states);
+    /// Writes what is `forced` adds to the states at the end of the interval, `states × columns` by rows. In each part of a step
+    /// `forced` writes what is added to the rates a third into it and at its end, in the same order.
+    pub(crate) fn response(
+        &mut self,
+        step: &Step<'_>,
+        columns: usize,
+        mut forced: impl FnMut(&Step<'_>, &mut [Vec<f64>; 2]),
+        target: &mut [f64],
+    ) {
+        let n = self.model.states();
+        self.forced.iter_mut().for_each(|forced| forced.resize(n * columns, 0.0));
+        let (width, by_states) = self.over(step, columns, false, |variation, part| {
+            forced(part, &mut variation.forced);
+            let jacobians = [&variation.inner, &variation.end].into_iter().zip(&variation.forced);
+            for (slopes, (jacobian, forced)) in variation.slopes.iter_mut().zip(jacobians) {
+                beside(slopes, jacobian, forced, columns);
+            }
+        });
         let first = n.next_multiple_of(FULL) * if by_states { 2 } else { 1 };
         for (row, out) in self.system.chunks_exact(width).zip(target.chunks_exact_mut(columns)) {
             out.copy_from_slice(&row[first..first + columns]);
         }
+    }
+
+    /// Solves over a step, one of its parts after the other, with the slopes that `take` sets for each. Returns the width of a row,
+    /// and whether the solution has the states at the start.
+    fn over(
+        &mut self,
+        step: &Step<'_>,
+        columns: usize,
+        states: bool,
+        mut take: impl FnMut(&mut Self, &Step<'_>),
+    ) -> (usize, bool) {
+        let (n, parts, model) = (self.model.states(), step.parts(), self.model);
+        let (mut width, mut by_states) = (0, states || parts > 1);
+        for at in 0..parts {
+            let part = step.part(at, &model.plant);
+            self.update(&part);
+            take(self, &part);
+            by_states |= self.halvings(part.interval) > 0;
+            std::mem::swap(&mut self.so_far, &mut self.system);
+            width = self.solve(n, columns, part.interval, by_states);
+            if at > 0 {
+                vectorised!(FUSED => after::<FUSED>(&mut self.system, &self.so_far, n, width));
+            }
+        }
+        (width, by_states)
     }
 
     /// How often an interval (s) is halved for the oscillations in it.
@@ -203,13 +265,6 @@ impl<'a> Variation<'a> {
         self.inner.update(plant, step.inner_time(), &self.point, &step.felt, &step.slack);
         self.end.update(plant, step.end_time(), step.to, &step.felt, &step.slack);
     }
-}
-
-/// What is added to the rates of the states, `columns` numbers a state: a third into an interval and at its end.
-pub(crate) struct Forced<'a> {
-    pub(crate) inner: &'a [f64],
-    pub(crate) end: &'a [f64],
-    pub(crate) columns: usize,
 }
 
 /// Writes the slopes by states and, beside them, by what is forced, each part with zeros up to a full register.
@@ -339,11 +394,14 @@ fn eliminate<const ROW: usize, const FUSED: bool>(rows: &mut [[f64; ROW]]) {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use cdpr::effect::EffectSpec;
     use cdpr::model_file::Model;
     use cdpr::parameters::Parameters;
     use cdpr::simulation::{Simulation, Start};
 
     use super::*;
+    use crate::data::recording::Bench;
+    use crate::filter::within::{Turning, Within};
     use crate::model::examined::disturb;
 
     /// A robot of 4 m whose cables' light ends ring between samples of 10 ms, at rest.
@@ -365,6 +423,57 @@ pub(crate) mod tests {
         (model, still)
     }
 
+    /// A winch that comes to rest within the interval and goes on the other way: after it, a difference in speed is as much smaller or
+    /// larger as the winch is accelerated less or more, which slopes a third into the interval and at its end do not tell.
+    #[test]
+    fn friction_that_turns_its_sign_within_an_interval_is_carried_through_it() {
+        let bench = Bench::laboratory();
+        let friction = EffectSpec::new("winch_coulomb_friction", None, &[3.0, 0.002]).expect("an effect");
+        let model = Model { parameters: bench.parameters.clone(), effects: vec![friction], ..Model::default() };
+        let model = Examined::new(&model).expect("a model");
+        let inputs = Inputs::pulling(4, 100.0);
+        let start = Start { pose: [0.1, -0.05, 0.02], inputs, ..Start::default() };
+        let still = Simulation::new(model.plant.clone(), &start, 1e-10).expect("a start");
+        let (n, interval) = (model.states(), 0.01);
+        let rate = model.plant.rate_index(1).expect("a rate");
+        let mut from = still.states().to_vec();
+        from[rate] = 0.05;
+        let carried = |from: &[f64]| {
+            let mut simulation =
+                Simulation::from_states(model.plant.clone(), 0.0, from.to_vec(), inputs, 1e-12).with_path();
+            simulation.advance(interval).expect("a step");
+            simulation
+        };
+        let end = carried(&from);
+        let mut within = Within::default();
+        within.push(&from, end.path(), &Turning::of(&model));
+        assert!(!within.step(0).is_empty(), "friction does not turn");
+        let step = Step {
+            time: 0.0,
+            interval,
+            from: &from,
+            to: end.states(),
+            felt: inputs,
+            slack: still.slack(),
+            within: &[],
+        };
+        let mut variation = Variation::new(&model);
+        let mut off = |within: &[f64]| {
+            let mut columns = vec![0.0; n * (n + model.latents())];
+            variation.transition(&Step { within, ..step }, &mut columns);
+            let moved = |by: f64| {
+                let mut from = from.clone();
+                from[rate] += by;
+                carried(&from).states().to_vec()
+            };
+            let (up, down) = (moved(1e-6), moved(-1e-6));
+            let exact: Vec<f64> = up.iter().zip(&down).map(|(up, down)| (up - down) / 2e-6).collect();
+            (columns[rate * n + rate] / exact[rate] - 1.0).abs()
+        };
+        let (whole, in_parts) = (off(&[]), off(within.step(0)));
+        assert!(in_parts < 0.1 && whole > 4.0 * in_parts, "{in_parts} {whole}");
+    }
+
     /// Ends of cables of 0.05 kg on springs of 50 kN/m: they turn by more than a period in an interval of 10 ms, which one step
     /// took for gone. Trajectories of such a robot did not settle.
     #[test]
@@ -382,7 +491,7 @@ pub(crate) mod tests {
         let nothing = vec![0.0; n + model.latents()];
         let (from, to) = (still.states().to_vec(), carried(&nothing[..n], &nothing[n..]));
         let mut variation = Variation::new(&model);
-        let step = Step { time: 0.0, interval, from: &from, to: &to, felt: inputs, slack: still.slack() };
+        let step = Step { time: 0.0, interval, from: &from, to: &to, felt: inputs, slack: still.slack(), within: &[] };
         let mut columns = vec![0.0; n * (n + model.latents())];
         variation.transition(&step, &mut columns);
         for (c, column) in columns.chunks_exact(n).enumerate() {

@@ -19,6 +19,7 @@ use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::{Keep, filter_from_start};
 use crate::filter::path::{LinearTrial, Trajectory};
 use crate::filter::variation::Step;
+use crate::filter::within::Within;
 use crate::hypothesis::slow::slow_ends;
 use crate::model::examined::{Examined, Moment, WRENCH};
 
@@ -41,6 +42,8 @@ struct Known {
     felt: Vec<Inputs>,
     /// Where each step of the model goes from there, a number a state.
     ends: Vec<f64>,
+    /// Where the integrator stops on the way.
+    within: Within,
     /// What the sensors show there, a number a channel.
     shown: Vec<f64>,
 }
@@ -53,8 +56,8 @@ impl Known {
             let next = smoothed.states(k + 1).iter().zip(defect);
             end.iter_mut().zip(next).for_each(|(slot, (state, defect))| *slot = state + defect);
         }
-        let (felt, shown) = (linear.felt.clone(), linear.shown.clone());
-        let mut known = Self { trajectory: smoothed.clone(), felt, ends, shown };
+        let (felt, within, shown) = (linear.felt.clone(), linear.within.clone(), linear.shown.clone());
+        let mut known = Self { trajectory: smoothed.clone(), felt, ends, within, shown };
         let randomness = for_trial(&fit.randomness, trial).without_latents();
         if randomness.input == 0.0 {
             return known;
@@ -72,8 +75,16 @@ impl Known {
             disturbance.iter_mut().chain(winch_force.iter_mut()).zip(&acts[n..]).for_each(|(slot, by)| *slot += by);
             if k + 1 < linear.len {
                 let end = &mut known.ends[k * n..(k + 1) * n];
+                let mut moved = vec![0.0; n];
                 for (c, by) in acts.iter().enumerate() {
-                    end.iter_mut().zip(linear.column(k, c)).for_each(|(slot, slope)| *slot += by * slope);
+                    moved.iter_mut().zip(linear.column(k, c)).for_each(|(slot, slope)| *slot += by * slope);
+                }
+                end.iter_mut().zip(&moved).for_each(|(slot, by)| *slot += by);
+                // Between, on a line from what the beginning is moved by to that.
+                for point in known.within.step_mut(k).chunks_exact_mut(n + 1) {
+                    let share = (point[0] - trial.time[k]) / linear.interval[k];
+                    let ends = acts.iter().zip(&moved);
+                    point[1..].iter_mut().zip(ends).for_each(|(slot, (from, to))| *slot += from + share * (to - from));
                 }
             }
             let moment = Moment { time: trial.time[k], y: &row[..n], felt: &known.felt[k], slack: linear.slack[k] };
@@ -136,8 +147,14 @@ impl<'a> Along<'a> {
     /// Step `k` of the base model, without what rings in it.
     pub(crate) fn step(&self, k: usize) -> Step<'_> {
         let [from, to] = self.slow_ends(k).unwrap_or_else(|| [self.states(k), self.end(k)]);
+        Step { from, to, within: &[], ..self.own_step(k) }
+    }
+
+    /// Step `k` of the base model as it goes.
+    pub(super) fn own_step(&self, k: usize) -> Step<'_> {
         let (interval, felt, slack) = (self.linear.interval[k], *self.felt(k), self.linear.slack[k]);
-        Step { time: self.trial.time[k], interval, from, to, felt, slack }
+        let (from, to, within) = (self.states(k), self.end(k), self.known.within.step(k));
+        Step { time: self.trial.time[k], interval, from, to, felt, slack, within }
     }
 
     /// The steps that begin at some samples.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::filter::variation::{Forced, Variation};
+use crate::filter::variation::{Step, Variation};
 use crate::hypothesis::along::Along;
 
 /// The base model at both ends of each step over some samples.
@@ -73,17 +73,21 @@ impl<'a> Ends<'a> {
 fn carry(along: &Along<'_>, first: usize, carried: &mut [f64]) {
     let n = along.base.states();
     let mut variation = Variation::new(along.base);
-    // A third of the way from the beginning to the end, and there.
-    let mut forced = [vec![0.0; 2 * n * n], vec![0.0; 2 * n * n]];
-    for r in 0..n {
-        forced[0][r * 2 * n + r] = 2.0 / 3.0;
-        forced[0][r * 2 * n + n + r] = 1.0 / 3.0;
-        forced[1][r * 2 * n + n + r] = 1.0;
-    }
-    let [inner, end] = &forced;
     let mut response = vec![0.0; 2 * n * n];
     for (at, carried) in carried.chunks_exact_mut(2 * n * n).enumerate() {
-        variation.response(&along.step(first + at), &Forced { inner, end, columns: 2 * n }, &mut response);
+        let step = along.step(first + at);
+        // On a line between both ends.
+        let forced = |part: &Step<'_>, forced: &mut [Vec<f64>; 2]| {
+            for (forced, time) in forced.iter_mut().zip([part.inner_time(), part.end_time()]) {
+                let share = (time - step.time) / step.interval;
+                forced.fill(0.0);
+                for r in 0..n {
+                    forced[r * 2 * n + r] = 1.0 - share;
+                    forced[r * 2 * n + n + r] = share;
+                }
+            }
+        };
+        variation.response(&step, 2 * n, forced, &mut response);
         for (c, column) in carried.chunks_exact_mut(n).enumerate() {
             for (slot, row) in column.iter_mut().zip(response.chunks_exact(2 * n)) {
                 *slot = row[c];

@@ -43,6 +43,12 @@ fn loss_of(effect: &EffectSpec) -> Option<f64> {
     value_of(effect, "loss").or_else(wrapped)
 }
 
+/// Speed (m/s) over which a law of friction turns its sign.
+pub(crate) fn turning_speed(effect: &EffectSpec) -> Option<f64> {
+    let speed = is_friction(effect).then(|| value_of(effect, "transition_speed"))??;
+    if speed > 0.0 { Some(speed) } else { value_of(effect, "stribeck_speed").map(|speed| 0.1 * speed) }
+}
+
 /// Force (N) of a law of friction that does not depend on the tension.
 fn force_of(effect: &EffectSpec) -> Option<f64> {
     value_of(effect, "force").or(value_of(effect, "coulomb"))

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::data::{Channel, Trial};
 use crate::filter::error::FitError;
-use crate::filter::variation::{Forced, Variation};
+use crate::filter::variation::{Step, Variation};
 use crate::filter::whiten::Forcing;
 use crate::hypothesis::along::Along;
 use crate::hypothesis::beside::with_variation;
@@ -349,24 +349,23 @@ fn respond(along: &Along<'_>, varied: &[Varied], first: usize, steps: &mut [f32]
     let mut point = vec![0.0; n];
     let (mut own, mut moved) = (vec![0.0; n], vec![0.0; n]);
     let width = acting.len();
-    let mut forced = [vec![0.0; n * width], vec![0.0; n * width]];
     let mut response = vec![0.0; n * width];
     for (k, target) in steps.chunks_exact_mut(n * columns).enumerate() {
-        let step = along.step(first + k);
-        step.inner_point(&mut point);
-        let places = [(step.inner_time(), &point[..]), (step.end_time(), step.to)];
-        for ((time, y), forced) in places.into_iter().zip(&mut forced) {
-            base.plant.rates(time, y, &step.felt, &step.slack, &mut own);
-            for (c, at) in acting.iter().enumerate() {
-                let Varied { examined, size, .. } = &varied[*at];
-                examined.plant.rates(time, y, &step.felt, &step.slack, &mut moved);
-                for (r, (moved, own)) in moved.iter().zip(&own).enumerate() {
-                    forced[r * width + c] = (moved - own) / size;
+        let forced = |part: &Step<'_>, forced: &mut [Vec<f64>; 2]| {
+            part.inner_point(&mut point);
+            let places = [(part.inner_time(), &point[..]), (part.end_time(), part.to)];
+            for ((time, y), forced) in places.into_iter().zip(forced) {
+                base.plant.rates(time, y, &part.felt, &part.slack, &mut own);
+                for (c, at) in acting.iter().enumerate() {
+                    let Varied { examined, size, .. } = &varied[*at];
+                    examined.plant.rates(time, y, &part.felt, &part.slack, &mut moved);
+                    for (r, (moved, own)) in moved.iter().zip(&own).enumerate() {
+                        forced[r * width + c] = (moved - own) / size;
+                    }
                 }
             }
-        }
-        let [inner, at_end] = &forced;
-        variation.response(&step, &Forced { inner, end: at_end, columns: width }, &mut response);
+        };
+        variation.response(&along.own_step(first + k), width, forced, &mut response);
         for (row, target) in response.chunks_exact(width).zip(target.chunks_exact_mut(columns)) {
             for (at, value) in acting.iter().zip(row) {
                 target[*at] = *value as f32;

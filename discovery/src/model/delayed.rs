@@ -20,11 +20,6 @@ impl Clock {
         k.checked_add_signed(self.samples).filter(|row| *row < len)
     }
 
-    /// How late it is beside the samples (s).
-    pub(crate) fn within(self, interval: f64) -> f64 {
-        self.late - self.samples as f64 * interval
-    }
-
     /// When it was so (s), near to sample `k`.
     pub(crate) fn instant(self, time: &[f64], k: usize) -> Option<f64> {
         self.row(k, time.len()).map(|row| time[row] - self.late)

@@ -108,7 +108,7 @@ impl Context<'_> {
         let settled =
             |mut fit: Fit| fit.settle(held, self.policy.held_out_moves).map(|stays| (stays && fit.has_settled(), fit));
         let carried = Fit::new(&train.model, held, &train.randomness, Some(&from.holdout)).and_then(settled);
-        let anew = || Fit::forward(&train.model, held, &train.randomness).and_then(settled);
+        let anew = || Fit::new(&train.model, held, &train.randomness, None).and_then(settled);
         let holdout = match carried {
             Ok((true, holdout)) => holdout,
             // What has not settled leaves a gap, which tells more than why it cannot be made better.

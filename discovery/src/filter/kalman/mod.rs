@@ -1,7 +1,5 @@
 //! Kalman filter and smoother on the linearised model.
 
-pub(crate) mod forward;
-
 use std::ops::Range;
 
 use cdpr::per_cable::MAX_CABLES;
