@@ -85,7 +85,7 @@ fn is_likelier(context: &Context<'_>, model: &Model, fitted: &Fitted) -> Result<
 }
 
 /// The `model` fitted, if it is as good as one that is `fitted`.
-fn as_good(context: &Context<'_>, model: &Model, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+pub(crate) fn as_good(context: &Context<'_>, model: &Model, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
     let next = context.fit(model, fitted)?;
     let as_likely = next.holdout_score < fitted.holdout_score + context.policy.helps * EVIDENCE;
     let as_good = next.score <= fitted.score && as_likely;

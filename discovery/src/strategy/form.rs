@@ -198,6 +198,13 @@ impl Forms<'_> {
         self.train_few(&standing.fit.train.model, &begun)
     }
 
+    /// `model`, which lacks something that `from` has, with the law at one place of it in the form that the beginnings then ask for.
+    pub(crate) fn anew(&self, model: &Model, from: &Fit, at: usize) -> Result<Trained, FitError> {
+        let start = self.context.loosened(model, from, self.beginnings)?;
+        let shaped = self.in_full(self.train(model, &start)?, at);
+        self.formed(&shaped, &[at])
+    }
+
     /// The law and the presliding of friction at some places that the beginnings of the trials ask for.
     pub(crate) fn formed(&self, shaped: &Trained, places: &[usize]) -> Result<Trained, FitError> {
         let mut begun = shaped.clone();

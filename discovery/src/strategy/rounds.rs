@@ -7,6 +7,7 @@ use crate::strategy::every_cable::on_every_cable;
 use crate::strategy::form::form_if;
 use crate::strategy::geometry::survey_gains;
 use crate::strategy::instruments::{beside_instruments, better_instruments};
+use crate::strategy::one_friction::one_friction;
 use crate::strategy::onset::onset;
 use crate::strategy::round::{Round, best_gain, round};
 use crate::strategy::standing::Standing;
@@ -50,7 +51,7 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
             }
             Round::Found(next) => {
                 // As long as more is found, times at which an effect acts may only stand for what is not found yet.
-                standing = onset(context, on_every_cable(context, next), context.policy.most);
+                standing = onset(context, one_friction(context, on_every_cable(context, next)), context.policy.most);
                 true
             }
             Round::Nothing(same) => {

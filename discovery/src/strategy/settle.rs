@@ -12,6 +12,7 @@ use crate::strategy::context::Context;
 use crate::strategy::every_cable::on_every_cable;
 use crate::strategy::fitted::Trained;
 use crate::strategy::form::settle_extensions;
+use crate::strategy::one_friction::one_friction;
 use crate::strategy::onset::settle_times;
 use crate::strategy::prune::prune;
 use crate::strategy::rivals::{Rival, all_rivals};
@@ -24,6 +25,7 @@ use crate::weigh::criterion::told_apart_from;
 pub(crate) fn settle(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     (context.progress)("comparing explanations", 0.75);
     let most = context.policy.most_replacements;
+    standing = one_friction(context, standing);
     // What was replaced last is compared as well.
     for round in 0..=most {
         standing = prune(context, standing)?;
