@@ -60,6 +60,8 @@ pub struct Entry {
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
     entries: Mutex<Vec<Entry>>,
+    /// Laws that were refused because they are not certain enough, though the data are likelier by them.
+    doubted: Mutex<Vec<(EffectSpec, f64)>>,
     /// What a reader should know of the way that the search went, a sentence each.
     remarks: Mutex<Vec<String>>,
     /// The names of all candidates weighed so far.
@@ -78,6 +80,17 @@ impl Journal {
     pub(crate) fn note(&self, effect: &EffectSpec, outcome: Outcome, delta_bic: f64, reason: &str) {
         let (effect, delta_bic) = (Some(effect.clone()), Some(delta_bic));
         self.write(Entry { effect, outcome, delta_bic, reason: reason.to_owned() });
+    }
+
+    /// That an effect is refused because it is not certain enough, and how much likelier the data are by it: it may be there.
+    pub(crate) fn doubt(&self, effect: &EffectSpec, delta_bic: f64, reason: &str) {
+        self.note(effect, Outcome::Refused, delta_bic, reason);
+        locked(&self.doubted).push((effect.clone(), delta_bic));
+    }
+
+    /// What was refused so, with the fall of the criterion by it then.
+    pub(crate) fn doubted(&self) -> Vec<(EffectSpec, f64)> {
+        locked(&self.doubted).clone()
     }
 
     /// That `what` was to be tried of an effect and why it could not be.

@@ -74,7 +74,12 @@ pub(crate) fn enter(
     };
     if (0..effects.len()).any(unseen) {
         for (effect, weight) in effects.iter().zip(weights) {
-            context.journal.note(effect, Outcome::Refused, -weight, why_unseen(&next.train));
+            let why = why_unseen(&next.train);
+            if next.train.randomness.input > 0.0 && effects.len() == 1 {
+                context.journal.doubt(effect, -weight, why);
+            } else {
+                context.journal.note(effect, Outcome::Refused, -weight, why);
+            }
         }
         return Ok(Entry::OnNoise);
     }

@@ -16,7 +16,7 @@ use crate::outcome::{
     BeforeAfter, Discovery, Estimated, Found, HORIZON, HORIZONS, HorizonGap, Located, Onset, Stability, SurveyError,
     Verdict, at_rest,
 };
-use crate::report::{Parameter, channel_words, phrase, printed, quantity};
+use crate::report::{channel_words, phrase, printed};
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
 use crate::strategy::instruments::beside_those_of;
@@ -26,11 +26,12 @@ use crate::strategy::standing::Standing;
 use crate::verdict::alike::likeness;
 use crate::verdict::by_block::{ByBlock, Column};
 use crate::verdict::detection::detection_limits;
+use crate::verdict::doubted::doubted;
 use crate::verdict::stability::stability;
 use crate::verdict::verify;
 use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY, widened};
 use crate::weigh::lost::lost;
-use crate::write::{errors, label, parameters, place};
+use crate::write::{errors, in_numbers, label, place};
 
 /// What is to be said of a search beside what it found.
 pub(crate) struct About {
@@ -111,6 +112,16 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
                 found.standard_error = with_the_other(found, &other);
             }
         }
+    }
+    if let Some(doubted) = doubted(&context, fitted) {
+        let mut moved = Vec::new();
+        for found in &mut effects {
+            if let Some((widened, words)) = doubted.widened(&found.effect, &found.standard_error) {
+                found.standard_error = widened;
+                moved.extend(words);
+            }
+        }
+        remarks.push(doubted.remark(&moved));
     }
     let size = |f: &Fitted| f.train.randomness.force.hypot(f.train.randomness.winch);
     let arm = base.train.randomness.arm;
@@ -359,18 +370,12 @@ fn with_the_other(found: &Found, other: &Other) -> Vec<Option<f64>> {
 
 /// That another law, or other numbers, explain as much as what was found.
 fn as_well(found: &Found, other: &EffectSpec) -> String {
-    let numbers = |errors: &[Option<f64>]| {
-        let number = |p: &Parameter| {
-            format!("{} {}", p.name.replace('_', " "), quantity(&p.name, p.value, p.standard_error, &p.unit))
-        };
-        parameters(other, errors).iter().map(number).collect::<Vec<_>>().join(", ")
-    };
     let what = in_words(found);
     if found.effect.id == other.id {
         return format!(
             "The {what} may as well have {}: these data do not tell the two apart beyond doubt. Recordings with the cable at other \
              lengths do.",
-            numbers(&found.standard_error)
+            in_numbers(other, &found.standard_error)
         );
     }
     let info = cdpr::effect::find(&other.id);
@@ -379,7 +384,7 @@ fn as_well(found: &Found, other: &EffectSpec) -> String {
     format!(
         "The {what} may stand for another law, which explains as much: {} ({}).{tell}",
         phrase(&label(other), &place(other)).replace('\u{a0}', " "),
-        numbers(&[])
+        in_numbers(other, &[])
     )
 }
 

@@ -9,6 +9,7 @@ pub(crate) mod alike;
 pub(crate) mod by_block;
 pub(crate) mod conclude;
 pub(crate) mod detection;
+mod doubted;
 mod facts;
 mod free_runs;
 pub(crate) mod gap;

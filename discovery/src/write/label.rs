@@ -84,6 +84,14 @@ pub fn errors(found: &Found) -> Vec<f64> {
     found.standard_error.iter().map(|error| error.unwrap_or(f64::NAN)).collect()
 }
 
+/// The parameters of an effect with these standard errors, one after the other.
+pub(crate) fn in_numbers(spec: &EffectSpec, standard_error: &[Option<f64>]) -> String {
+    let number = |p: &report::Parameter| {
+        format!("{} {}", p.name.replace('_', " "), report::quantity(&p.name, p.value, p.standard_error, &p.unit))
+    };
+    parameters(spec, standard_error).iter().map(number).collect::<Vec<_>>().join(", ")
+}
+
 /// The parameters of an effect with their units, in the order of the catalogue, without those that take no part in its law.
 #[must_use]
 pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<report::Parameter> {

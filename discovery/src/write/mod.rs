@@ -14,6 +14,7 @@ mod table;
 mod trials;
 
 pub use json::discovery_json;
+pub(crate) use label::in_numbers;
 pub use label::{errors, label, law, parameters, place, sizes};
 pub use report::{About, report};
 pub use table::{COLUMNS, gap_csv};
