@@ -79,7 +79,8 @@ impl Moving {
 /// reduce to one system, `(I - 5/12 hJ₁ - 1/4 hJ₂ + 1/6 h²J₁J₂) X = I + 1/3 hJ₁`, with `J₁` a third into the interval and
 /// `J₂` at its end (the method: E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, section IV.5).
 ///
-/// Where the integrator took several steps, as through friction that turns its sign, each of them is one here as well.
+/// Where friction turns its sign it is a part of the interval between points that the integrator stopped at (see [`within`](crate::filter::within)): friction
+/// turns in none of them by much more than its slopes tell.
 ///
 /// Springs that ring for longer than an interval, as of light winches on short cables, are followed in as many parts of it as their
 /// frequency asks for, by the slopes in the middle of each half.

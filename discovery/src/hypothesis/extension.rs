@@ -53,6 +53,11 @@ pub(crate) fn index_of(spec: &EffectSpec, name: &str) -> Option<usize> {
     spec.info().ok()?.parameters.iter().position(|parameter| parameter.name == name)
 }
 
+/// Whether two effects are one law at one place, whatever their sizes and times.
+pub(crate) fn is_one_law(a: &EffectSpec, b: &EffectSpec) -> bool {
+    (&a.id, a.cable, &a.expression) == (&b.id, b.cable, &b.expression)
+}
+
 /// The value of the parameter `name`.
 pub(crate) fn value_of(spec: &EffectSpec, name: &str) -> Option<f64> {
     index_of(spec, name).map(|at| spec.values[at])

@@ -7,6 +7,7 @@ use cdpr::effect::EffectSpec;
 use rayon::prelude::*;
 
 use crate::filter::error::FitError;
+use crate::hypothesis::extension::is_one_law;
 use crate::hypothesis::friction::is_friction;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
@@ -23,7 +24,9 @@ pub(crate) fn one_friction(context: &Context<'_>, mut standing: Standing) -> Sta
         let pairs = (0..found.len()).flat_map(|a| (0..a).map(move |b| [a, b]));
         let untried = pairs.filter(|[a, b]| at_one_winch(&found[*a], &found[*b])).find(|pair| {
             let laws = pair.map(|k| &found[k]);
-            !tried.iter().any(|other| other.iter().zip(laws).all(|(other, law)| same_law(other, law)))
+            !tried.iter().any(|other| {
+                other.iter().zip(laws).all(|(other, law)| is_one_law(other, law) && other.from == law.from)
+            })
         });
         let Some(pair) = untried else { return standing };
         tried.push(pair.map(|k| found[k].clone()));
@@ -83,11 +86,6 @@ fn at_one_winch(a: &EffectSpec, b: &EffectSpec) -> bool {
     is_friction(a) && is_friction(b) && one_place && (a.from, a.until) == (b.from, b.until)
 }
 
-/// Whether two effects are one law at one place.
-fn same_law(a: &EffectSpec, b: &EffectSpec) -> bool {
-    (&a.id, a.cable, a.from) == (&b.id, b.cable, b.from)
-}
-
 #[cfg(test)]
 mod tests {
     use cdpr::model_file::Model;
@@ -95,7 +93,7 @@ mod tests {
     use super::*;
     use crate::strategy::fixture::{begun, effect, evidence, names, with};
 
-    /// What stands after Coulomb and Stribeck friction of winch 2 were found, where `hidden` acts.
+    /// What stands after Coulomb friction and a capstan loss of winch 2 were found, where `hidden` acts.
     fn stands(hidden: &[EffectSpec]) -> (Vec<(String, Option<usize>)>, usize) {
         let evidence = evidence(hidden, 95);
         let (context, standing) = begun(&evidence, &Model::default());
@@ -106,7 +104,7 @@ mod tests {
         (names(&context, &one), one.accepted.len())
     }
 
-    /// As friction of all winches of the telescope was named: Coulomb friction of 60 N and Stribeck friction of 159 N.
+    /// Of 220 N on all winches of the telescope, so smoothed, Coulomb friction of 60 N and Stribeck friction of 159 N were named.
     #[test]
     fn friction_of_another_form_is_one_law() {
         let algebraic = effect("winch_coulomb_friction", Some(2), &[400.0, 0.1, 0.0, 1.0]);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use cdpr::effect::EffectSpec;
 
 use crate::filter::error::FitError;
+use crate::hypothesis::extension::is_one_law;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
 use crate::strategy::entrance::{is_certain, why_unseen};
@@ -19,7 +20,7 @@ pub(crate) fn prune(context: &Context<'_>, mut standing: Standing) -> Result<Sta
         let found = standing.found(context);
         let certainties = context.certainty(&standing.fit).wald;
         let certainty = |k: usize| certainties[context.at(k)];
-        let left = (0..found.len()).filter(|k| !judged.iter().any(|judged| same(judged, &found[*k])));
+        let left = (0..found.len()).filter(|k| !judged.iter().any(|judged| is_one_law(judged, &found[*k])));
         let Some(k) = left.min_by(|a, b| certainty(*a).total_cmp(&certainty(*b))) else { break };
         let certainty = certainty(k);
         let (model, effect) = standing.without(context, k);
@@ -103,11 +104,6 @@ fn or_nothing(context: &Context<'_>, standing: Standing) -> Standing {
     let (effect, change) = (&standing.found(context)[0], standing.fit.score - standing.base.score);
     context.journal.note(effect, Outcome::Removed, change, "it does not predict the held-out data better");
     standing.anew()
-}
-
-/// Whether two effects are one law at one place.
-fn same(a: &EffectSpec, b: &EffectSpec) -> bool {
-    (&a.id, a.cable, &a.expression) == (&b.id, b.cable, &b.expression)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
+use crate::hypothesis::extension::is_one_law;
 use crate::report::phrase;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
@@ -24,7 +25,7 @@ pub(crate) struct Doubted {
 /// The law that was refused for what the recorded forces lose with their error, and makes the data likelier in the end as well.
 pub(crate) fn doubted(context: &Context<'_>, fitted: &Fitted) -> Option<Doubted> {
     let fit = &fitted.train;
-    let there = |effect: &EffectSpec| fit.model.effects.iter().any(|other| is_at_the_same_place(other, effect));
+    let there = |effect: &EffectSpec| fit.model.effects.iter().any(|other| is_one_law(other, effect));
     let doubted = context.journal.doubted().into_iter().filter(|(effect, _)| !there(effect));
     let (effect, _) = doubted.min_by(|a, b| a.1.total_cmp(&b.1))?;
     let mut model = fit.model.clone();
@@ -37,10 +38,6 @@ pub(crate) fn doubted(context: &Context<'_>, fitted: &Fitted) -> Option<Doubted>
     (change < -EVIDENCE).then_some(Doubted { effect, change, beside })
 }
 
-fn is_at_the_same_place(a: &EffectSpec, b: &EffectSpec) -> bool {
-    (&a.id, a.cable, &a.expression) == (&b.id, b.cable, &b.expression)
-}
-
 impl Doubted {
     /// Standard errors of an effect that was found, with how far it is moved; and what it then is, if that is farther than they said.
     pub(crate) fn widened(
@@ -48,7 +45,7 @@ impl Doubted {
         found: &EffectSpec,
         errors: &[Option<f64>],
     ) -> Option<(Vec<Option<f64>>, Option<String>)> {
-        let moved = self.beside.effects.iter().find(|effect| is_at_the_same_place(effect, found))?;
+        let moved = self.beside.effects.iter().find(|effect| is_one_law(effect, found))?;
         let apart = || moved.values.iter().zip(&found.values).map(|(with, without)| with - without);
         let errors = || errors.iter().zip(apart());
         let beyond = errors().any(|(error, apart)| error.is_some_and(|error| apart.abs() > error));
@@ -67,7 +64,7 @@ impl Doubted {
         let change = self.change.abs();
         let with_it = if moved.is_empty() { String::new() } else { format!(": with it {}", moved.join(", and ")) };
         format!(
-            "A {what} ({numbers}) would make the data likelier as well, by {change:.0} in the criterion, but is not certain enough for a \
+            "The data would be likelier still, by {change:.0} in the criterion, with {what} ({numbers}), which is not certain enough for a \
              name: the recorded forces have an error, and what they lose with it may be what it explains. Standard errors allow for \
              it{with_it}."
         )
