@@ -37,12 +37,10 @@ pub(crate) fn one_friction(context: &Context<'_>, mut standing: Standing) -> Sta
 /// What stands with the better one of two laws in the place of both, if that is as good.
 fn one_of(context: &Context<'_>, standing: Standing, [a, b]: [usize; 2]) -> Standing {
     (context.progress)("asking one law of friction to do what two do", 0.2);
-    let tried = [(a, b), (b, a)].into_par_iter().filter_map(|(kept, out)| {
-        let one = context.journal.tried(
-            &standing.found(context)[kept],
-            "alone at its winch",
-            alone(context, &standing, kept, out),
-        );
+    let found = standing.found(context);
+    let can_stand = |(kept, out): &(usize, usize)| acts_wherever(&found[*kept], &found[*out]);
+    let tried = [(a, b), (b, a)].into_par_iter().filter(can_stand).filter_map(|(kept, out)| {
+        let one = context.journal.tried(&found[kept], "alone at its winch", alone(context, &standing, kept, out));
         one.flatten().map(|fit| (kept, out, fit))
     });
     let best = context.journal.side_by_side(|| tried.min_by(|a, b| a.2.score.total_cmp(&b.2.score)));
@@ -80,6 +78,11 @@ fn alone(context: &Context<'_>, standing: &Standing, kept: usize, out: usize) ->
     as_good(context, &formed.fit.model, &standing.fit)
 }
 
+/// Whether one law acts at every winch where another does: friction of one winch stands in the place of none that all have.
+fn acts_wherever(law: &EffectSpec, other: &EffectSpec) -> bool {
+    law.cable.is_none() || law.cable == other.cable
+}
+
 /// Whether two effects are laws of friction at one winch, at work at the same times.
 fn at_one_winch(a: &EffectSpec, b: &EffectSpec) -> bool {
     let one_place = a.cable == b.cable || a.cable.is_none() || b.cable.is_none();
@@ -109,6 +112,16 @@ mod tests {
     fn friction_of_another_form_is_one_law() {
         let algebraic = effect("winch_coulomb_friction", Some(2), &[400.0, 0.1, 0.0, 1.0]);
         assert_eq!(stands(&[algebraic]), (vec![("winch_coulomb_friction".to_owned(), Some(2))], 1));
+    }
+
+    /// On a log of a real robot friction of winch 1 stood in the place of that of all winches beside a loss of winch 1; the others had
+    /// none then, and what they had was read as an umbilical.
+    #[test]
+    fn friction_of_one_winch_stands_in_the_place_of_none_that_all_have() {
+        let coulomb = |cable| effect("winch_coulomb_friction", cable, &[200.0, 0.02]);
+        let (all, one, other) = (coulomb(None), coulomb(Some(1)), coulomb(Some(2)));
+        assert!(acts_wherever(&all, &one) && acts_wherever(&one, &one) && acts_wherever(&all, &all));
+        assert!(!acts_wherever(&one, &all) && !acts_wherever(&one, &other));
     }
 
     #[test]
