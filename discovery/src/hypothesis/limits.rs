@@ -1,14 +1,14 @@
 //! Limits of a winch's force.
 //!
-//! A limit that no command reaches says nothing of itself, so refinement never moves it. Where one limit of a winch stands,
-//! the other one is therefore put among the commands, where it acts.
+//! A limit that no force reaches says nothing of itself, so refinement never moves it. Where one limit of a winch stands,
+//! the other one is therefore put among the forces, where it acts.
 
 use cdpr::effect::EffectSpec;
 
 use crate::hypothesis::candidates::Situation;
 
 pub(crate) const ID: &str = "winch_saturation";
-/// Share of the commands beyond a limit from which it is refined where the other one stands, and where none does.
+/// Share of the forces beyond a limit from which it is refined where the other one stands, and where none does.
 const BEYOND: f64 = 0.05;
 const BEYOND_AT_FIRST: f64 = 0.1;
 
@@ -18,12 +18,13 @@ pub(crate) fn typical(cable: Option<usize>, situation: &Situation) -> Option<Eff
     EffectSpec::new(ID, cable, &[at(BEYOND_AT_FIRST), at(1.0 - BEYOND_AT_FIRST)]).ok()
 }
 
-/// The name and the value of the limit that an effect lacks, where it is one limit of a winch's force and no command reaches
-/// the other one.
-pub(crate) fn other_limit(effect: &EffectSpec, situation: &Situation) -> Option<(&'static str, f64)> {
+/// The name and the value of the limit that an effect lacks, where it is one limit of a winch's force and none of the forces in a
+/// situation reaches the other one.
+pub(crate) fn other_limit(effect: &EffectSpec, situation: impl FnOnce() -> Situation) -> Option<(&'static str, f64)> {
     if effect.id != ID {
         return None;
     }
+    let situation = situation();
     let quantile = |share: f64| situation.quantile(effect.cable, share);
     match effect.values[..] {
         [lower, _] if lower < quantile(0.0) => Some(("lower", quantile(BEYOND))),
@@ -42,7 +43,7 @@ mod tests {
         let situation = Situation::of(&[record(&[], 20.0, 5)]);
         let at = |share: f64| situation.quantile(Some(2), share);
         let other = |lower: f64, upper: f64| {
-            other_limit(&EffectSpec::new(ID, Some(2), &[lower, upper]).expect("an effect"), &situation)
+            other_limit(&EffectSpec::new(ID, Some(2), &[lower, upper]).expect("an effect"), || situation.clone())
         };
         assert_eq!(other(at(0.2), 2.0 * at(1.0)), Some(("upper", at(0.95))));
         assert_eq!(other(0.5 * at(0.0), at(0.8)), Some(("lower", at(0.05))));

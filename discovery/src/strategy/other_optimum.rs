@@ -1,6 +1,6 @@
 //! Laws of which a refinement finds one optimum of two.
 //!
-//! Where one limit of a winch's force has shown, the other one is put among the commands, where it acts; where a drum is off its
+//! Where one limit of a winch's force has shown, the other one is put among the forces, where it acts; where a drum is off its
 //! axis, its phase is mirrored. Both are refined from there, before held-out data judge: what is missing may reach these alone.
 
 use cdpr::effect::EffectSpec;
@@ -27,7 +27,9 @@ pub(crate) fn better_optimum(context: &Context<'_>, trained: Trained) -> Trained
 
 fn from_the_other(context: &Context<'_>, trained: &Trained) -> Result<Option<Trained>, FitError> {
     let (model, trials) = (&trained.fit.model, &context.evidence.train);
-    let Some(start) = model.effects.last().and_then(|effect| Start::of(effect, trials)) else { return Ok(None) };
+    let Some(start) = model.effects.last().and_then(|effect| Start::of(effect, &trained.fit, trials)) else {
+        return Ok(None);
+    };
     let other = with(model, model.effects.len() - 1, &start.values);
     if other.check().is_err() {
         return Ok(None);
@@ -94,13 +96,21 @@ struct Start {
 }
 
 impl Start {
-    fn of(effect: &EffectSpec, trials: &[Trial]) -> Option<Self> {
+    fn of(effect: &EffectSpec, fit: &Fit, trials: &[Trial]) -> Option<Self> {
         let limit = || {
-            other_limit(effect, &Situation::of(trials)).map(|limit| Self { values: vec![limit], evidence: EVIDENCE })
+            let limit = other_limit(effect, || Situation::of(&felt(fit, trials)))?;
+            Some(Self { values: vec![limit], evidence: EVIDENCE })
         };
         let drum = || mirrored(effect, trials).map(|values| Self { values: values.to_vec(), evidence: 0.0 });
         limit().or_else(drum)
     }
+}
+
+/// Trials with the forces that winches have along a fit in the place of those commanded: where a limit is missing, latent forces take from
+/// commands what it cuts off, and among these it would cut nothing.
+fn felt(fit: &Fit, trials: &[Trial]) -> Vec<Trial> {
+    let linear = fit.linear(trials);
+    trials.iter().zip(&*linear).map(|(trial, linear)| Trial { inputs: linear.felt.clone(), ..trial.clone() }).collect()
 }
 
 #[cfg(test)]
