@@ -9,6 +9,7 @@ use crate::data::Trial;
 use crate::filter::estimate::Fit;
 use crate::hypothesis::correction::leaves_enough;
 use crate::hypothesis::parameter::range_of_shape;
+use crate::hypothesis::term;
 use crate::model::sizes::Sizes;
 use crate::outcome::{BeforeAfter, Found, HorizonGap, NullTest};
 
@@ -157,15 +158,16 @@ pub(crate) struct Facts {
 }
 
 /// Standard error of an effect's size in multiples of the size: of the size parameter that is known best, for an effect
-/// may well be zero along one axis. A law that is all shape is as well known as its best shape.
+/// may well be zero along one axis. A law that is all shape is as well known as its best shape, a term as the number before it.
 pub(crate) fn relative_error(effect: &EffectSpec, standard_error: &[Option<f64>]) -> f64 {
-    let Ok(info) = effect.info() else { return 0.0 };
-    let is_size = |k: &usize| !info.parameters[*k].shape && !info.parameters[*k].extension;
-    let mut sizes: Vec<usize> = (0..effect.values.len()).filter(is_size).collect();
+    let values = term::values(effect);
+    let extends = |k: usize| effect.info().is_ok_and(|info| info.parameters.get(k).is_some_and(|p| p.extension));
+    let is_size = |k: &usize| !term::is_shape(effect, *k) && !extends(*k);
+    let mut sizes: Vec<usize> = (0..values.len()).filter(is_size).collect();
     if sizes.is_empty() {
-        sizes = (0..effect.values.len()).collect();
+        sizes = (0..values.len()).collect();
     }
-    let of = |k: usize| standard_error[k].filter(|e| e.is_finite()).map(|e| e / effect.values[k].abs());
+    let of = |k: usize| standard_error.get(k).copied().flatten().filter(|e| e.is_finite()).map(|e| e / values[k].abs());
     sizes.into_iter().filter_map(of).fold(f64::INFINITY, f64::min)
 }
 

@@ -335,6 +335,9 @@ mod effects {
         // A law that is all shape: a limit that no command reaches is not known, the other is.
         let limits = EffectSpec::new("winch_saturation", None, &[100.0, 20e3]).unwrap();
         assert!(relative_error(&limits, &[None, Some(5.0)]) < 1e-3);
+        // A force on the platform that explained 3634 was given up: a term had no size, and so no certain one.
+        let term = EffectSpec::expression("platform.force_x", "-4*sin(2*x)").expect("a term");
+        assert!((relative_error(&term, &[Some(0.2), Some(1.0)]) - 0.05).abs() < 1e-12);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::Randomness;
 use crate::filter::whiten::{Normal, whiten};
 use crate::hypothesis::along::Along;
-use crate::hypothesis::parameter::{Free, free_parameters, parameter_step, range_of_change};
+use crate::hypothesis::parameter::{Free, free_values, parameter_step, range_of_change};
 use crate::hypothesis::signature::Varied;
 use crate::hypothesis::survey::regularise;
 use crate::hypothesis::term;
@@ -142,9 +142,9 @@ pub(crate) struct Certainty {
     pub(crate) lost: Vec<f64>,
 }
 
-/// How certain the sizes of the effects from `first` on are in a fit.
+/// How certain the sizes of the effects from `first` on are in a fit, the numbers of terms outside the catalogue among them.
 pub(crate) fn certainty(fit: &Fit, trials: &[Trial], first: usize) -> Certainty {
-    let free = free_parameters(&fit.model, first);
+    let free = free_values(&fit.model, first);
     let clocks = Clocks::set(&fit.randomness, trials);
     let (proposals, usable) = proposals(fit, trials, &free, &clocks, std::slice::from_ref(&fit.randomness));
     let (model, Proposal { normal, covariance, .. }) = (&fit.model, &proposals[0]);
