@@ -75,7 +75,9 @@ pub(crate) fn enter(
     if (0..effects.len()).any(unseen) {
         for (effect, weight) in effects.iter().zip(weights) {
             let why = why_unseen(&next.train);
-            if next.train.randomness.input > 0.0 && effects.len() == 1 {
+            // A term may stand for any law that was refused, which says more.
+            let is_law = source == Source::Catalogue && effects.len() == 1;
+            if next.train.randomness.input > 0.0 && is_law {
                 context.journal.doubt(effect, -weight, why);
             } else {
                 context.journal.note(effect, Outcome::Refused, -weight, why);
@@ -270,8 +272,17 @@ mod tests {
         };
         assert!(matches!(entered(&SEARCH), Entry::Entered(_)));
         assert!(matches!(entered(&DEMANDING), Entry::OnNoise), "{:?}", standing.base.gap);
-        let [.., last] = &context.journal.written().entries[..] else { panic!("an entry") };
-        assert!(last.outcome == Outcome::Refused && last.reason.contains("noise"), "{last:?}");
+        // Where the forces have an error the law is doubted.
+        let mut beside_an_error = next;
+        beside_an_error.train.randomness.input = 18.0;
+        for (source, doubted) in [(Source::Terms, 0), (Source::Catalogue, 1)] {
+            let entry = enter(&context, &standing, beside_an_error.clone(), vec![Vec::new()], source, "");
+            assert!(matches!(entry, Ok(Entry::OnNoise)) && context.journal.doubted().len() == doubted);
+        }
+        let entries = context.journal.written().entries;
+        let on_noise =
+            |entry: &&crate::journal::Entry| entry.outcome == Outcome::Refused && entry.reason.contains("noise");
+        assert_eq!(entries.iter().filter(on_noise).count(), 1, "{entries:?}");
     }
 
     #[test]
