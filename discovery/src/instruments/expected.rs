@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::data::clean::median;
 use crate::filter::estimate::{Fit, for_trial};
-use crate::filter::kalman::{Keep, filter};
+use crate::filter::kalman::{Keep, Run, STRETCH, filter};
 use crate::filter::path::LinearTrial;
 use crate::model::examined::WRENCH;
 use crate::model::randomness::{Expected, Randomness};
@@ -81,6 +81,27 @@ impl Fit {
             return of_expected(self, trials, randomness);
         }
         self.filter(trials, randomness, Keep::Likelihood).iter().map(|f| f.minus_two_log_likelihood).sum()
+    }
+
+    /// By how much `-2 log L` is above what is to be expected where the model is right and there are no latent forces: white innovations
+    /// of the variance that the filter gives them.
+    pub(crate) fn beyond_noise(&self, trials: &[Trial]) -> f64 {
+        let (own, without) = (self.linear(trials), self.randomness.without_latents());
+        let expected = (without.white_input() > 0.0).then(|| along_expected(self, trials, &without));
+        let (linear, without) = expected.as_ref().map_or((&own[..], &without), |(linear, with)| (&linear[..], with));
+        let of_trial = |(linear, trial): (&LinearTrial, &Trial)| {
+            let randomness = for_trial(without, trial);
+            let mut run = Run::new(linear, &randomness);
+            let (mut found, mut beyond) = (0.0, 0.0);
+            for end in (STRETCH..linear.len + STRETCH).step_by(STRETCH) {
+                let filtered = run.advance(end.min(linear.len), Keep::Innovations);
+                found = filtered.minus_two_log_likelihood;
+                beyond += filtered.whitened.iter().filter(|e| e.is_finite()).map(|e| e * e - 1.0).sum::<f64>();
+            }
+            found - beyond
+        };
+        let if_right: f64 = linear.par_iter().zip(trials).map(of_trial).sum();
+        (self.minus_two_log_likelihood(trials, &self.randomness) - if_right).max(0.0)
     }
 }
 

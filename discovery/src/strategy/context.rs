@@ -7,7 +7,7 @@ use cdpr::model_file::Model;
 use crate::data::Trial;
 use crate::data::turns::turning_time;
 use crate::filter::error::FitError;
-use crate::filter::estimate::{Fit, for_trial};
+use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::journal::Journal;
 use crate::strategy::asked::Asked;
@@ -98,19 +98,37 @@ impl<'a> Context<'a> {
 
     /// The share of all evidence against `base` that `fitted` explains: one where nothing but the noise is left.
     pub(crate) fn explained(&self, base: &Fitted, fitted: &Fitted) -> f64 {
-        self.share(base.score, fitted.score, &self.evidence.train)
+        share(base.score, &fitted.train, fitted.score, &self.evidence.train)
     }
+}
 
-    /// The share of all evidence that a score of a model on `trials` leaves, by which another score is better.
-    pub(crate) fn share(&self, from: f64, to: f64, trials: &[Trial]) -> f64 {
-        let noise_alone: f64 = trials
-            .iter()
-            .map(|trial| {
-                let noise = for_trial(&self.base_randomness, trial).noise;
-                let count = |j: usize| trial.measured.iter().filter(|row| row[j].is_finite()).count() as f64;
-                noise.iter().enumerate().map(|(j, noise)| count(j) * (1.0 + 2.0 * noise.ln())).sum::<f64>()
-            })
-            .sum();
-        (from - to) / (from - noise_alone)
+/// The share of what a score of a model on `trials` leaves that another, a fit with its `score`, explains: one where that leaves
+/// nothing but what is random without latent forces, none where it is no better.
+pub(crate) fn share(from: f64, fit: &Fit, score: f64, trials: &[Trial]) -> f64 {
+    let gained = from - score;
+    if gained > 0.0 { gained / (gained + fit.beyond_noise(trials)) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+
+    use super::*;
+    use crate::strategy::fixture::{begun, effect, evidence, with};
+
+    #[test]
+    fn the_share_of_what_leaves_nothing_but_noise_is_one() {
+        let (drag, gain) =
+            (effect("platform_linear_drag", None, &[60.0]), effect("winch_force_gain", Some(1), &[0.01]));
+        let evidence = evidence(&[drag.clone(), gain.clone()], 65);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let explained = |found: &[&EffectSpec]| {
+            let found = found.iter().map(|effect| ((*effect).clone(), Vec::new())).collect();
+            context.explained(&standing.base, &with(&context, standing.clone(), found).fit)
+        };
+        let [both, one] = [explained(&[&drag, &gain]), explained(&[&drag])];
+        assert!(both > 0.97 && (0.0..0.9).contains(&one), "{both} {one}");
+        let Fitted { train, score, .. } = &*standing.base;
+        assert_eq!(share(*score, train, *score + 1.0, &evidence.train), 0.0);
     }
 }

@@ -5,7 +5,7 @@ use super::segments::{self, Course, Kind, Segments, entries, multiplied, price};
 use crate::filter::error::FitError;
 use crate::hypothesis::extension::count_in_use;
 use crate::journal::Outcome;
-use crate::strategy::context::Context;
+use crate::strategy::context::{self, Context};
 use crate::strategy::fitted::Fitted;
 use crate::strategy::standing::{Accepted, Standing};
 use crate::weigh::criterion::EVIDENCE;
@@ -25,7 +25,7 @@ pub(crate) fn onset(context: &Context<'_>, mut standing: Standing, share: f64) -
         }
         let trials = &context.evidence.train;
         match in_time(context, &standing.fit, context.at(k)) {
-            Ok(Some(next)) if context.share(standing.fit.score, next.score, trials) > share => {
+            Ok(Some(next)) if context::share(standing.fit.score, &next.train, next.score, trials) > share => {
                 standing = takes_its_course(context, standing, next, k);
             }
             Ok(_) => {}
