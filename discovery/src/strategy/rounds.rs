@@ -9,6 +9,7 @@ use crate::strategy::geometry::survey_gains;
 use crate::strategy::instruments::{beside_instruments, better_instruments};
 use crate::strategy::one_friction::one_friction;
 use crate::strategy::onset::onset;
+use crate::strategy::prune::prune;
 use crate::strategy::round::{Round, best_gain, round};
 use crate::strategy::standing::Standing;
 use crate::weigh::signatures::{Signatures, Source};
@@ -23,7 +24,7 @@ pub(crate) fn one_more(context: &Context<'_>, standing: Standing, signatures: &S
 ///
 /// What the instruments have beside white noise is taken up where it explains more than the next effect. Where several laws stand
 /// and errors of the survey promise to explain what they leave, and more of it than one more law or the instruments, no more are
-/// looked for.
+/// looked for, but for one that makes fewer of them: errors of one anchor are found after what stood for each of their directions.
 pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     while standing.accepted.len() < context.policy.most_effects {
         let score = standing.fit.score;
@@ -33,7 +34,11 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
             && gain > best_gain(context, &standing.fit, &signatures)
         {
             let Some(better) = better_instruments(context, &standing.fit, gain)? else {
-                return Ok(Standing { geometry_is_off: true, ..standing });
+                match fewer_with_one_more(context, &standing)? {
+                    Some(fewer) => standing = fewer,
+                    None => return Ok(Standing { geometry_is_off: true, ..standing }),
+                }
+                continue;
             };
             standing = beside_instruments(context, standing, better)?;
             if standing.begins_anew() {
@@ -67,12 +72,34 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
     Ok(standing)
 }
 
+/// What stands with one more law, and what the instruments ask for before it, if it does what some of those that stand did, so that they
+/// are no longer so many.
+fn fewer_with_one_more(context: &Context<'_>, standing: &Standing) -> Result<Option<Standing>, FitError> {
+    let mut next = standing.clone();
+    loop {
+        let signatures = signatures(context, &next, &next.fit, Source::Catalogue);
+        match one_more(context, next, &signatures)? {
+            Round::Instruments(same, better) => {
+                next = beside_instruments(context, same, *better)?;
+                if next.begins_anew() {
+                    return Ok(None);
+                }
+            }
+            Round::Found(found) => {
+                let needed = prune(context, found)?;
+                return Ok((needed.accepted.len() < context.policy.several_laws).then_some(needed));
+            }
+            Round::Nothing(_) => return Ok(None),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use cdpr::model_file::Model;
 
     use super::*;
-    use crate::strategy::fixture::{begun, effect, evidence, names};
+    use crate::strategy::fixture::{begun, effect, evidence, names, with};
     use crate::strategy::policy::{POLICY, Policy};
 
     #[test]
@@ -116,5 +143,20 @@ mod tests {
             let expected = if off { vec![] } else { vec![("anchor_offset".to_owned(), Some(1))] };
             assert_eq!(found, expected);
         }
+    }
+    /// An error of one anchor beside a bias: a scale of its length and an error of another anchor stood for it, three laws, and the
+    /// errors of all were taken in their place, beside which the anchor was not named.
+    #[test]
+    fn one_law_that_does_what_two_stood_for_is_taken_before_the_geometry_is_off() {
+        static AT_ONCE: Policy = Policy { several_laws: 2, ..POLICY };
+        let anchor = effect("anchor_offset", Some(1), &[1.5, 0.8]);
+        let evidence = evidence(std::slice::from_ref(&anchor), 85);
+        let (mut context, standing) = begun(&evidence, &Model::default());
+        (context.geometry_may_be_off, context.policy) = (true, &AT_ONCE);
+        let scale = effect("length_sensor_scale", Some(1), &[-2e-4]);
+        let other = effect("anchor_offset", Some(3), &[0.05, -0.05]);
+        let standing = with(&context, standing, vec![(scale, Vec::new()), (other, Vec::new())]);
+        let fewer = fewer_with_one_more(&context, &standing).expect("a fit").expect("one law");
+        assert_eq!(names(&context, &fewer), [("anchor_offset".to_owned(), Some(1))]);
     }
 }
