@@ -79,14 +79,13 @@ pub(crate) struct Policy {
     pub(crate) finalists: usize,
     /// Share of the gap that a law looked at from a typical size may leave: half.
     pub(crate) look_leaves: f64,
-    /// Standard errors squared, of an effect's size from zero, below which nearly nothing is left out with it, or it may be what
-    /// recorded forces lose with their error, and from which it leaves a gap whatever the others do and is no work of noise: ten
-    /// and twenty standard errors.
+    /// Standard errors squared, of an effect's size from zero, below which nearly nothing is left out with it, and from which it leaves a
+    /// gap whatever the others do and is no work of noise: ten and twenty standard errors.
     pub(crate) uncertain: f64,
     pub(crate) certain: f64,
-    /// The same of how far the lost forces would move a size, from which they have to do with it: a tenth of a standard error. They
-    /// move drag on cables by a fiftieth, damping of cables by more than one, and by less than one where it begins late.
-    pub(crate) moved: f64,
+    /// Factor within which it is known how far the lost forces move a size: how a controller answers its own errors is not. Damping that
+    /// was not there came out eleven standard errors from zero where they were said to move it by two.
+    pub(crate) lost_within: f64,
     /// Share of what an effect explains that its size, in standard errors, squared, must come to: it is at least as much where
     /// the law is linear; a half allows for those that are not.
     pub(crate) seen: f64,
@@ -151,7 +150,7 @@ pub(crate) const POLICY: Policy = Policy {
     look_leaves: 0.5,
     uncertain: 100.0,
     certain: 400.0,
-    moved: 0.01,
+    lost_within: 6.0,
     seen: 0.5,
     segments: 40,
     few_segments: 10,
