@@ -15,7 +15,7 @@
 //! them; but these are seen where simulations run freely over held-out data, for there no noise acts.
 //!
 //! Where recorded forces have an error it must be seen beyond what they lose with it (see [`lost`](crate::weigh::lost)), of which that
-//! says no more than about how much it is.
+//! says no more than about how much it is, and not be uncertain.
 
 use std::sync::Arc;
 
@@ -139,7 +139,7 @@ pub(crate) fn why_unseen(fit: &Fit) -> &'static str {
 
 /// Whether the size of an effect is as certain as it must be where the effect explains so much (fall of the criterion), in
 /// the same noise, or very certain: the fall says too much where the noise without the effect is not yet the likeliest. And it
-/// must be more than what recorded forces may lose. Of what has no size but only shapes nothing is known of it.
+/// must be more than what recorded forces may lose, and not uncertain beside these. Of what has no size but only shapes nothing is known of it.
 pub(crate) fn is_certain(context: &Context<'_>, certainty: &Certainty, effect: usize, explained: f64) -> bool {
     let (policy, Certainty { spread, wald, lost }) = (context.policy, certainty);
     let least = (policy.seen * explained / spread).min(policy.certain);
@@ -147,9 +147,12 @@ pub(crate) fn is_certain(context: &Context<'_>, certainty: &Certainty, effect: u
 }
 
 /// Wald statistic from which a size is not what recorded forces lose with their error, which moves it by so much, as far as that is
-/// known: beyond that as far as chance goes.
+/// known: beyond that as far as chance goes, and not uncertain.
 fn beyond_lost(moves: f64, policy: &Policy) -> f64 {
-    if moves == 0.0 { 0.0 } else { (policy.lost_within * moves.sqrt() + EVIDENCE.sqrt()).powi(2) }
+    if moves == 0.0 {
+        return 0.0;
+    }
+    (policy.lost_within * moves.sqrt() + EVIDENCE.sqrt()).powi(2).max(policy.uncertain)
 }
 
 /// What chance explains along a fit; none where the recordings are too short to tell.
@@ -239,9 +242,11 @@ mod tests {
         assert!(!certain(&beside_an_error(42.4, 44.9), 20.8) && !certain(&beside_an_error(119.6, 4.0), 98.6));
         assert!(!certain(&beside_an_error(386.7, 300.0), 202.0));
         // These were there, and refused: drag of cables; drag of the platform and the gain of a winch, which they move by one standard
-        // error and half of one; a stiffness that they do not move.
-        let there = [(386.7, 1e-3, 202.0), (330.6, 0.78, 243.3), (205.5, 0.29, 242.8), (91.3, 1e-6, 86.6)];
+        // error and half of one.
+        let there = [(386.7, 1e-3, 202.0), (330.6, 0.78, 243.3), (205.5, 0.29, 242.8)];
         assert!(there.into_iter().all(|(wald, lost, weight)| certain(&beside_an_error(wald, lost), weight)));
+        // Less than ten standard errors.
+        assert!(!certain(&beside_an_error(90.0, 1e-3), 49.0));
         let mut with_error = fit.clone();
         with_error.randomness.input = 18.0;
         assert_ne!(why_unseen(fit), why_unseen(&with_error));

@@ -79,8 +79,9 @@ pub(crate) struct Policy {
     pub(crate) finalists: usize,
     /// Share of the gap that a law looked at from a typical size may leave: half.
     pub(crate) look_leaves: f64,
-    /// Standard errors squared, of an effect's size from zero, below which nearly nothing is left out with it, and from which it leaves a
-    /// gap whatever the others do and is no work of noise: ten and twenty standard errors.
+    /// Standard errors squared, of an effect's size from zero, below which nearly nothing is left out with it, or it is too little beside
+    /// recorded forces with an error, and from which it leaves a gap whatever the others do and is no work of noise: ten and twenty
+    /// standard errors.
     pub(crate) uncertain: f64,
     pub(crate) certain: f64,
     /// Factor within which it is known how far the lost forces move a size: how a controller answers its own errors is not. Damping that
