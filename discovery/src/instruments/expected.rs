@@ -83,14 +83,12 @@ impl Fit {
         self.filter(trials, randomness, Keep::Likelihood).iter().map(|f| f.minus_two_log_likelihood).sum()
     }
 
-    /// By how much `-2 log L` is above what is to be expected where the model is right and there are no latent forces: white innovations
-    /// of the variance that the filter gives them.
+    /// By how much `-2 log L` is above what is to be expected where the model is right and the instruments have white noise alone, without
+    /// latent forces: white innovations of the variance that the filter gives them. What else instruments have may stand for a law.
     pub(crate) fn beyond_noise(&self, trials: &[Trial]) -> f64 {
-        let (own, without) = (self.linear(trials), self.randomness.without_latents());
-        let expected = (without.white_input() > 0.0).then(|| along_expected(self, trials, &without));
-        let (linear, without) = expected.as_ref().map_or((&own[..], &without), |(linear, with)| (&linear[..], with));
+        let (linear, without) = (self.linear(trials), self.randomness.with_white_noise().without_latents());
         let of_trial = |(linear, trial): (&LinearTrial, &Trial)| {
-            let randomness = for_trial(without, trial);
+            let randomness = for_trial(&without, trial);
             let mut run = Run::new(linear, &randomness);
             let (mut found, mut beyond) = (0.0, 0.0);
             for end in (STRETCH..linear.len + STRETCH).step_by(STRETCH) {

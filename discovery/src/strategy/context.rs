@@ -103,7 +103,7 @@ impl<'a> Context<'a> {
 }
 
 /// The share of what a score of a model on `trials` leaves that another, a fit with its `score`, explains: one where that leaves
-/// nothing but what is random without latent forces, none where it is no better.
+/// nothing but white noise, none where it is no better.
 pub(crate) fn share(from: f64, fit: &Fit, score: f64, trials: &[Trial]) -> f64 {
     let gained = from - score;
     if gained > 0.0 { gained / (gained + fit.beyond_noise(trials)) } else { 0.0 }
