@@ -246,7 +246,7 @@ mod tests {
         let there = [(386.7, 1e-3, 202.0), (330.6, 0.78, 243.3), (205.5, 0.29, 242.8)];
         assert!(there.into_iter().all(|(wald, lost, weight)| certain(&beside_an_error(wald, lost), weight)));
         // Less than ten standard errors.
-        assert!(!certain(&beside_an_error(90.0, 1e-3), 49.0));
+        assert!(!certain(&beside_an_error(90.0, 1e-3), 90.0));
         let mut with_error = fit.clone();
         with_error.randomness.input = 18.0;
         assert_ne!(why_unseen(fit), why_unseen(&with_error));
