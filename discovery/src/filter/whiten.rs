@@ -336,7 +336,7 @@ impl<'a> Whitening<'a> {
         let filtered = run.advance(end, Keep::Gains);
         self.minus_two_log_likelihood = filtered.minus_two_log_likelihood;
         let (n, m, len) = (linear.states, linear.channels, linear.len);
-        let (acting, w) = (linear.width(), n + randomness.processes());
+        let (acting, w) = (n + randomness.estimated(), n + randomness.processes());
         let remembered = randomness.shown_by_channel(m);
         // Errors of forces move the states as the latent forces at their winches do.
         let errors = w - randomness.force_errors()..w;
@@ -345,7 +345,7 @@ impl<'a> Whitening<'a> {
         let mut decay = vec![0.0; w - n];
         let panels = begun.len();
         let mut next = vec![[0.0; PANEL]; linear.padded];
-        let mut transition = vec![0.0; acting * linear.padded];
+        let mut transition = vec![0.0; linear.width() * linear.padded];
         // A sample's measurements, what each of their gains does to the ones after it, and their signatures, whitened.
         let mut used = Vec::with_capacity(m);
         let mut carried = vec![0.0; m * m];
@@ -413,7 +413,7 @@ impl<'a> Whitening<'a> {
                     for (r, sum) in (first..n).zip(&mut sum) {
                         *sum = taken(&step[r * columns..(r + 1) * columns], panel);
                     }
-                    for (column, row) in transition.chunks_exact(linear.padded).zip(&*s) {
+                    for (column, row) in transition.chunks_exact(linear.padded).zip(&s[..acting]) {
                         plus_each::<FUSED>(&mut sum, block(column, first / BLOCK), row);
                     }
                     next[first..first + BLOCK].copy_from_slice(&sum);

@@ -68,7 +68,8 @@ impl Known {
         let mut shown = Vec::new();
         for (k, row) in known.trajectory.values.chunks_exact_mut(w).enumerate() {
             let deviation = filtered.predicted(k);
-            let mut acts = deviation[..w].to_vec();
+            let mut acts = deviation[..n + randomness.estimated()].to_vec();
+            acts.resize(w, 0.0);
             (n + WRENCH..w).cycle().zip(errors.clone()).for_each(|(winch, at)| acts[winch] += deviation[n + at]);
             row.iter_mut().zip(&acts).for_each(|(slot, by)| *slot += by);
             let Inputs { disturbance, winch_force, .. } = &mut known.felt[k];

@@ -6,8 +6,10 @@ use crate::model::examined::WRENCH;
 
 /// Smallest latent force considered, as a share of the winch forces: below it a trial is as good as undisturbed. The filter always has
 /// it: along an unstable motion data of a model without any would say more the longer they are, and a gain of one winch was told 14
-/// times more exactly without 0.03 N.
+/// times more exactly without 0.03 N. Where latent forces are that small they are no processes, but white noise of the same power.
 const SMALLEST_LATENT: f64 = 1.5e-6;
+/// How many times as large a latent force has to be to be told from it: nothing leads from there on towards none.
+const TOLD_FROM_NONE: f64 = 2.0;
 /// Largest.
 const LARGEST_LATENT: f64 = 5.0;
 /// From what size on latent forces are searched for, as a share of the winch forces.
@@ -118,6 +120,19 @@ impl Randomness {
         self.force.max(self.winch) > self.smallest_latent()
     }
 
+    /// How many latent disturbances the filter estimates, the first of its processes: none where they have nothing to do, unless errors of
+    /// forces act through them.
+    pub(crate) fn estimated(&self) -> usize {
+        if self.has_latents() || self.force_errors() > 0 { self.latents } else { 0 }
+    }
+
+    /// Power at low frequency of a latent disturbance over its variance, where it is held over intervals of this length (s): the
+    /// variance of the white noise that stands for it.
+    pub(crate) fn power(&self, interval: f64) -> f64 {
+        let decay = (-f64::from(interval as f32) / self.time).exp();
+        (1.0 + decay) / (1.0 - decay)
+    }
+
     /// The same without latent disturbances.
     pub(crate) fn without_latents(&self) -> Self {
         let nothing = self.smallest_latent();
@@ -163,7 +178,8 @@ impl Randomness {
     }
 
     fn considered(&self, size: f64) -> f64 {
-        size.clamp(self.smallest_latent(), LARGEST_LATENT * self.usual_force)
+        let nothing = self.smallest_latent();
+        if size < TOLD_FROM_NONE * nothing { nothing } else { size.min(LARGEST_LATENT * self.usual_force) }
     }
 
     /// The same with nothing but white noise from the instruments. Forces that are only to be expected keep what is left of
@@ -197,7 +213,7 @@ impl Randomness {
 
     /// What the filter estimates beside the states: latents, then noise with memory, then errors of forces.
     pub(crate) fn processes(&self) -> usize {
-        self.latents + self.memory.len() + self.force_errors()
+        self.estimated() + self.memory.len() + self.force_errors()
     }
 
     /// Parts of the errors of the winch forces that the filter estimates, the last of its processes: the first part of each
@@ -235,7 +251,7 @@ impl Randomness {
 
     /// Stationary standard deviation of a process.
     pub(crate) fn deviation(&self, process: usize) -> f64 {
-        match process.checked_sub(self.latents) {
+        match process.checked_sub(self.estimated()) {
             None => self.latent_deviation(process),
             Some(at) => match (self.memory.get(at), &self.expected) {
                 (Some(memory), _) => memory.deviation,
@@ -245,9 +261,10 @@ impl Randomness {
         }
     }
 
-    /// What is left of each process after an interval (s).
+    /// What is left of each process after an interval (s), which is taken as a short number: stamps are rounded.
     #[inline]
     pub(crate) fn decays(&self, interval: f64, out: &mut [f64]) {
+        let interval = f64::from(interval as f32);
         let (mut time, mut decay) = (f64::NAN, 0.0);
         for (process, slot) in out.iter_mut().enumerate() {
             let own = self.time_of(process);
@@ -266,7 +283,7 @@ impl Randomness {
 
     /// Time constant of a process (s).
     fn time_of(&self, process: usize) -> f64 {
-        match process.checked_sub(self.latents) {
+        match process.checked_sub(self.estimated()) {
             None => self.time,
             Some(at) => match (self.memory.get(at), &self.expected) {
                 (Some(memory), _) => memory.time,
@@ -281,7 +298,7 @@ impl Randomness {
         (0..channels)
             .map(|j| {
                 let first = self.memory.partition_point(|m| m.channel < j);
-                self.latents + first..self.latents + self.memory.partition_point(|m| m.channel <= j)
+                self.estimated() + first..self.estimated() + self.memory.partition_point(|m| m.channel <= j)
             })
             .collect()
     }
@@ -298,6 +315,16 @@ impl Randomness {
 mod tests {
     use super::*;
     use crate::data::recording::{fitted, record};
+
+    /// From a hundredth above the least a search went nowhere, and latent forces stood where there are none.
+    #[test]
+    fn latent_forces_that_cannot_be_told_from_none_are_none() {
+        let none = fitted(&[], &[record(&[], 10.0, 1)]).randomness.without_latents();
+        assert!(!none.has_latents() && none.estimated() == 0 && none.processes() == 0);
+        let times = |factor: f64| Randomness { force: none.force_scaled(factor), ..none.clone() };
+        assert!(times(1.9).same(&none));
+        assert_eq!((times(2.1).has_latents(), times(2.1).estimated()), (true, 7));
+    }
 
     /// They were taken for exact where something explained all, and never had an error again.
     #[test]

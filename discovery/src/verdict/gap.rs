@@ -79,7 +79,7 @@ pub(crate) fn predict_by(
             let mut memory = vec![0.0; randomness.memory.len()];
             let remember = |shown: &mut [f64], memory: &[f64]| {
                 for (value, processes) in shown.iter_mut().zip(&remembered) {
-                    *value += processes.clone().map(|process| memory[process - randomness.latents]).sum::<f64>();
+                    *value += processes.clone().map(|process| memory[process - randomness.estimated()]).sum::<f64>();
                 }
             };
             let (shown, restarts) = (vec![vec![f64::NAN; m]; trial.len()], trial.restarts(horizon));
@@ -101,7 +101,7 @@ pub(crate) fn predict_by(
                     let state: Vec<f64> =
                         fit.trajectories[t].states(k).iter().zip(filtered.updated(k)).map(|(a, b)| a + b).collect();
                     simulation.set_states(&state);
-                    let known = &filtered.updated(k)[examined.states() + randomness.latents..];
+                    let known = &filtered.updated(k)[examined.states() + randomness.estimated()..];
                     memory.copy_from_slice(&known[..randomness.memory.len()]);
                     running = true;
                 }
@@ -118,7 +118,7 @@ pub(crate) fn predict_by(
                         if randomness.memory[at].drift {
                             *value += drifts[k + 1][at] - drifts[k][at];
                         } else {
-                            *value *= randomness.decay(randomness.latents + at, interval);
+                            *value *= randomness.decay(randomness.estimated() + at, interval);
                         }
                     }
                 }

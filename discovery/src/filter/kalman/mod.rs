@@ -58,6 +58,9 @@ impl Filtered {
 /// Standard deviation of the rounding and discretisation error that a step may hide (m, rad, m/s, ...).
 const STEP_ERROR: f64 = 1e-9;
 
+/// Products of variances of which the logarithm is not yet taken: that of one at a time costs as much as what else a measurement does.
+const LOGARITHM: Range<f64> = 1e-200..1e200;
+
 /// What later passes need of a filter's run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Keep {
@@ -94,7 +97,9 @@ macro_rules! by_width {
 /// The part of [`by_width!`] that looks for the room beside the states.
 macro_rules! by_room {
     ($states:literal, $width:expr, $work:ident, $arguments:tt) => {
-        if $width <= $states + 8 {
+        if $width <= $states {
+            vectorised!(FUSED => $work::<$states, $states, FUSED>$arguments)
+        } else if $width <= $states + 8 {
             vectorised!(FUSED => $work::<$states, { $states + 8 }, FUSED>$arguments)
         } else if $width <= $states + 16 {
             vectorised!(FUSED => $work::<$states, { $states + 16 }, FUSED>$arguments)
@@ -158,7 +163,7 @@ impl Standing {
         let (n, w) = (linear.states, linear.states + randomness.processes());
         let mut x = vec![0.0; w];
         x[..n].copy_from_slice(&linear.prior);
-        for (slot, latent) in x[n..].iter_mut().zip(linear.latents(0)) {
+        for (slot, latent) in x[n..].iter_mut().zip(linear.latents(0)).take(randomness.estimated()) {
             *slot = -latent;
         }
         let mut p = vec![0.0; w * w];
@@ -194,7 +199,9 @@ impl<'a> Run<'a> {
 
 /// What one measurement shows: places among states and processes, with slopes. Loops over it stay in wide registers, which
 /// those over a chain of iterators do not.
+#[derive(Clone)]
 struct Seen<const W: usize> {
+    channel: usize,
     count: usize,
     at: [usize; W],
     slope: [f64; W],
@@ -203,13 +210,13 @@ struct Seen<const W: usize> {
 impl<const W: usize> Seen<W> {
     #[inline(always)]
     fn nothing() -> Self {
-        Self { count: 0, at: [0; W], slope: [0.0; W] }
+        Self { channel: 0, count: 0, at: [0; W], slope: [0.0; W] }
     }
 
     /// Takes up channel `j` at sample `k`, with the processes that it shows beside the states.
     #[inline(always)]
     fn take(&mut self, linear: &LinearTrial, k: usize, j: usize, processes: &Range<usize>) {
-        self.count = 0;
+        (self.channel, self.count) = (j, 0);
         for (c, slope) in linear.shown_by(k, j) {
             (self.at[self.count], self.slope[self.count]) = (c, slope);
             self.count += 1;
@@ -262,7 +269,8 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
     let mut p = [[0.0; W]; W];
     p.iter_mut().zip(standing.p.chunks_exact(w)).for_each(|(row, values)| row[..w].copy_from_slice(values));
     let mut updates = vec![([0.0; W], [0.0; W]); m];
-    let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new());
+    let (mut seen, mut innovations) = (vec![Seen::<W>::nothing(); m], vec![0.0; m]);
+    let mut room = Room::<N, W>::new(linear);
     for k in first..end {
         let kept = k - first;
         if keep >= Keep::Innovations {
@@ -271,42 +279,57 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
         if keep >= Keep::Covariance {
             out.covariance.as_chunks_mut().0[kept * w..(kept + 1) * w].copy_from_slice(&p[..w]);
         }
-        // One measurement after the other, and the covariance once for all of them.
+        // All measurements as if each were the only one; then each takes what it tells off those after it, which wait for nothing else.
         let mut used = 0;
         for j in 0..m {
-            let at = k * m + j;
-            let z = linear.residual[at];
+            let z = linear.residual[k * m + j];
             if !z.is_finite() {
                 continue;
             }
+            let seen = &mut seen[used];
             seen.take(linear, k, j, &remembered[j]);
             let mut ph = [0.0; W];
             for i in 0..seen.count.min(W) {
                 ph = plus::<W, FUSED>(ph, seen.slope[i], &p[seen.at[i]]);
             }
-            for (before, minus_gain) in &updates[..used] {
-                ph = plus::<W, FUSED>(ph, seen.of(minus_gain), before);
-            }
-            let innovation = z - seen.of(&x);
-            let r = randomness.noise[j].powi(2) + (randomness.jitter * linear.rate[at]).powi(2);
-            let s = r + seen.of(&ph);
-            let inverse = 1.0 / s;
-            let gain = ph.map(|v| v * inverse);
-            add::<FUSED>(&mut x, innovation, &gain);
-            updates[used] = (ph, gain.map(|g| -g));
+            updates[used].0 = ph;
+            innovations[used] = z - seen.of(&x);
             used += 1;
+        }
+        let mut variances = 1.0;
+        for a in 0..used {
+            let (own, after) = updates[a..used].split_first_mut().expect("one at least");
+            let (ph, minus_gain) = own;
+            let (j, innovation) = (seen[a].channel, innovations[a]);
+            let at = k * m + j;
+            let r = randomness.noise[j].powi(2) + (randomness.jitter * linear.rate[at]).powi(2);
+            let s = r + seen[a].of(ph);
+            let inverse = 1.0 / s;
+            *minus_gain = ph.map(|v| -v * inverse);
+            add::<FUSED>(&mut x, -innovation, &*minus_gain);
+            for ((other, _), b) in after.iter_mut().zip(a + 1..) {
+                let by = seen[b].of(minus_gain);
+                *other = plus::<W, FUSED>(*other, by, ph);
+                innovations[b] += by * innovation;
+            }
             if keep >= Keep::Gains {
-                out.gain.as_chunks_mut().0[kept * m + j] = gain;
+                out.gain.as_chunks_mut().0[kept * m + j] = minus_gain.map(|g| -g);
             }
             if keep >= Keep::Innovations {
                 let deviation = s.sqrt();
                 out.deviation[kept * m + j] = deviation;
                 out.whitened[kept * m + j] = innovation / deviation;
             }
-            out.minus_two_log_likelihood += s.ln() + innovation * innovation * inverse;
+            variances *= s;
+            if !LOGARITHM.contains(&variances) {
+                out.minus_two_log_likelihood += variances.ln();
+                variances = 1.0;
+            }
+            out.minus_two_log_likelihood += innovation * innovation * inverse;
             out.noise_moment[j].0 += innovation * innovation * r * inverse;
             out.noise_moment[j].1 += 1;
         }
+        out.minus_two_log_likelihood += variances.ln();
         for (at, rows) in p[..w.next_multiple_of(BLOCK)].as_chunks_mut::<BLOCK>().0.iter_mut().enumerate() {
             let mut updated = *rows;
             for (ph, minus_gain) in &updates[..used] {
@@ -351,7 +374,7 @@ fn spread_in<const N: usize, const W: usize, const FUSED: bool>(
     let mut sums = vec![(0.0, 0); m];
     let mut x = [0.0; W];
     let mut p = [[0.0; W]; W];
-    let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new());
+    let (mut seen, mut room) = (Seen::<W>::nothing(), Room::<N, W>::new(linear));
     let mut running = false;
     for k in 0..linear.len {
         if let Ok(at) = restarts.binary_search(&k) {
@@ -385,13 +408,23 @@ struct Room<const N: usize, const W: usize> {
     half: Vec<[f64; W]>,
     /// The rows of the latent forces at winches without the errors of forces.
     alone: [[f64; W]; MAX_CABLES],
+    /// What is left of each process after an interval of this length (s), zero for states, and the power of latents that are not estimated.
+    over: f32,
     decay: [f64; W],
+    power: f64,
 }
 
 impl<const N: usize, const W: usize> Room<N, W> {
     #[inline(always)]
-    fn new() -> Self {
-        Self { columns: vec![[0.0; N]; W], half: vec![[0.0; W]; N], alone: [[0.0; W]; MAX_CABLES], decay: [0.0; W] }
+    fn new(linear: &LinearTrial) -> Self {
+        Self {
+            columns: vec![[0.0; N]; linear.width()],
+            half: vec![[0.0; W]; N],
+            alone: [[0.0; W]; MAX_CABLES],
+            over: f32::NAN,
+            decay: [0.0; W],
+            power: 0.0,
+        }
     }
 }
 
@@ -402,13 +435,17 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     k: usize,
     x: &mut [f64; W],
     p: &mut [[f64; W]; W],
-    Room { columns, half, alone, decay }: &mut Room<N, W>,
+    Room { columns, half, alone, over, decay, power }: &mut Room<N, W>,
 ) {
-    let (n, acting) = (linear.states, linear.width());
-    let w = n + randomness.processes();
+    let (n, estimated) = (linear.states, randomness.estimated());
+    let (acting, w) = (n + estimated, n + randomness.processes());
     linear.columns(k, columns.as_flattened_mut());
-    let columns = &columns[..acting];
-    randomness.decays(linear.interval[k], &mut decay[n..w]);
+    let (columns, others) = columns[..linear.width()].split_at(acting);
+    if linear.interval[k] as f32 != *over {
+        *over = linear.interval[k] as f32;
+        randomness.decays(linear.interval[k], &mut decay[n..w]);
+        *power = randomness.power(linear.interval[k]);
+    }
     // Errors of forces move the states as the latent forces at their winches do.
     let winches = if randomness.force_errors() > 0 { n + WRENCH..acting } else { acting..acting };
     let errors = || winches.clone().cycle().zip(w - randomness.force_errors()..w);
@@ -424,8 +461,12 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
     for (value, column) in acts.iter().zip(columns) {
         add::<FUSED>(&mut next, *value, column);
     }
-    x[..n].copy_from_slice(&next[..n]);
     let (now, then) = (linear.latents(k), linear.latents(k + 1));
+    // What is not estimated is none, whatever it was along the trajectory.
+    for (latent, column) in now.iter().zip(others) {
+        add::<FUSED>(&mut next, -latent, column);
+    }
+    x[..n].copy_from_slice(&next[..n]);
     for (l, (now, then)) in (n..acting).zip(now.iter().zip(then)) {
         x[l] = decay[l] * (x[l] + now) - then;
     }
@@ -441,6 +482,9 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
         *half = sum;
     }
     p[winches.clone()].copy_from_slice(&alone[..winches.len()]);
+    for (row, half) in p[..n].iter_mut().zip(&*half) {
+        *row = std::array::from_fn(|i| decay[i] * half[i]);
+    }
     for (at, half) in half.as_chunks::<BLOCK>().0[..n.div_ceil(BLOCK)].iter().enumerate() {
         let first = at * BLOCK;
         let mut acting = *half;
@@ -455,31 +499,37 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
                 plus_each::<FUSED>(&mut sum, &weights, column);
             }
             for (row, sum) in p[first..n.min(first + BLOCK)].iter_mut().zip(&sum) {
-                row.as_chunks_mut::<FULL>().0[chunk] = *sum;
+                let row = &mut row.as_chunks_mut::<FULL>().0[chunk];
+                *row = std::array::from_fn(|i| row[i] + sum[i]);
             }
         }
+    }
+    // White noise for what is not estimated: of each state by itself, for it only has to keep the filter awake.
+    let mut unestimated = [STEP_ERROR * STEP_ERROR; N];
+    for (l, column) in others.iter().enumerate() {
+        let variance = *power * randomness.latent_deviation(l).powi(2);
+        unestimated.iter_mut().zip(column).for_each(|(slot, by)| *slot += variance * by * by);
     }
     let input = randomness.white_input();
     if input > 0.0 {
         // A force that is not quite the one recorded, held over the interval.
-        for column in &columns[n + WRENCH..] {
+        for column in columns[n..].iter().chain(others).skip(WRENCH) {
             for (row, by) in p[..n].iter_mut().zip(column) {
                 add::<FUSED>(&mut row[..n], input * input * by, column);
             }
         }
+    }
+    for (row, by) in p[n..w].iter_mut().zip(&decay[n..w]) {
+        *row = std::array::from_fn(|i| by * decay[i] * row[i]);
     }
     for r in 0..n {
         for c in 0..r {
             p[c][r] = p[r][c];
         }
         for l in n..w {
-            p[r][l] = decay[l] * half[r][l];
             p[l][r] = p[r][l];
         }
-        p[r][r] += STEP_ERROR * STEP_ERROR;
-    }
-    for (row, by) in p[n..w].iter_mut().zip(&decay[n..w]) {
-        row[n..w].iter_mut().zip(&decay[n..w]).for_each(|(value, decay)| *value *= by * decay);
+        p[r][r] += unestimated[r];
     }
     for l in n..w {
         p[l][l] += randomness.deviation(l - n).powi(2) * (1.0 - decay[l] * decay[l]);
@@ -497,30 +547,42 @@ fn predict<const N: usize, const W: usize, const FUSED: bool>(
 /// G. J. Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18 (1973). On the way there the filter
 /// is only told where it stands now and then; what the smoother needs of the samples between it tells again on the way back.
 pub(crate) fn smooth(linear: &LinearTrial, randomness: &Randomness) -> (Vec<f64>, f64) {
-    smooth_first(linear, randomness, linear.width())
+    let (n, estimated) = (linear.states, randomness.estimated());
+    let (deviation, value) = smoothed(linear, randomness, 0..n + estimated);
+    if estimated > 0 {
+        return (deviation, value);
+    }
+    // The latents are none, whatever they were along the trajectory.
+    let with_latents = |(k, row): (usize, &[f64])| -> Vec<f64> {
+        row.iter().copied().chain(linear.latents(k).iter().map(|latent| -latent)).collect()
+    };
+    (deviation.chunks_exact(n).enumerate().flat_map(with_latents).collect(), value)
 }
 
 /// The smoothed noise with memory and other processes that move no state, all of them a sample.
 pub(crate) fn smoothed_memory(linear: &LinearTrial, randomness: &Randomness) -> Vec<Vec<f64>> {
-    let all = linear.states + randomness.processes();
-    let (deviation, _) = smooth_first(linear, randomness, all);
-    deviation.chunks_exact(all).map(|row| row[linear.width()..].to_vec()).collect()
+    let kept = linear.states + randomness.estimated()..linear.states + randomness.processes();
+    if kept.is_empty() {
+        return vec![Vec::new(); linear.len];
+    }
+    let (deviation, _) = smoothed(linear, randomness, kept.clone());
+    deviation.chunks_exact(kept.len()).map(<[f64]>::to_vec).collect()
 }
 
-/// The first so many of the smoothed deviations of a sample.
-fn smooth_first(linear: &LinearTrial, randomness: &Randomness, width: usize) -> (Vec<f64>, f64) {
+/// Some of the smoothed deviations of states and processes at each sample, and `-2 log L`.
+fn smoothed(linear: &LinearTrial, randomness: &Randomness, kept: Range<usize>) -> (Vec<f64>, f64) {
     let mut run = Run::new(linear, randomness);
     let mut passed = Vec::new();
     while run.standing.next + STRETCH < linear.len {
         passed.push(run.standing.clone());
         run.advance(run.standing.next + STRETCH, Keep::Likelihood);
     }
-    let mut deviation = vec![0.0; linear.len * width];
+    let mut deviation = vec![0.0; linear.len * kept.len()];
     let mut lambda = vec![0.0; linear.states + randomness.processes()];
     let mut back = |filtered: &Filtered| {
-        let deviation = &mut deviation[filtered.first * width..];
+        let deviation = &mut deviation[filtered.first * kept.len()..];
         let lambda = &mut lambda;
-        by_width!(linear, randomness, smooth_in, linear, randomness, filtered, lambda, deviation, width);
+        by_width!(linear, randomness, smooth_in, linear, randomness, filtered, lambda, deviation, &kept);
     };
     let last = run.advance(linear.len, Keep::Covariance);
     back(&last);
@@ -539,17 +601,18 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
     filtered: &Filtered,
     adjoint: &mut [f64],
     deviation: &mut [f64],
-    width: usize,
+    kept: &Range<usize>,
 ) {
-    let (n, acting, m) = (linear.states, linear.width(), linear.channels);
+    let (n, m) = (linear.states, linear.channels);
+    let acting = n + randomness.estimated();
     let w = n + randomness.processes();
     let remembered = randomness.shown_by_channel(m);
-    let (mut lambda, mut decay, mut columns) = ([0.0; W], [0.0; W], vec![[0.0; N]; W]);
+    let (mut lambda, mut decay, mut columns) = ([0.0; W], [0.0; W], vec![[0.0; N]; linear.width()]);
     lambda[..w].copy_from_slice(adjoint);
-    for kept in (0..filtered.whitened.len() / m).rev() {
-        let k = filtered.first + kept;
+    for sample in (0..filtered.whitened.len() / m).rev() {
+        let k = filtered.first + sample;
         for j in (0..m).rev() {
-            let at = kept * m + j;
+            let at = sample * m + j;
             if !filtered.whitened[at].is_finite() {
                 continue;
             }
@@ -562,12 +625,12 @@ fn smooth_in<const N: usize, const W: usize, const FUSED: bool>(
             }
         }
         // The covariance is symmetric: its rows are its columns.
-        let mut moved = filtered.predicted.as_chunks::<W>().0[kept];
-        let covariance = &filtered.covariance.as_chunks::<W>().0[kept * w..(kept + 1) * w];
+        let mut moved = filtered.predicted.as_chunks::<W>().0[sample];
+        let covariance = &filtered.covariance.as_chunks::<W>().0[sample * w..(sample + 1) * w];
         for (row, value) in covariance.iter().zip(&lambda) {
             add::<FUSED>(&mut moved, -value, row);
         }
-        deviation[kept * width..(kept + 1) * width].copy_from_slice(&moved[..width]);
+        deviation[sample * kept.len()..(sample + 1) * kept.len()].copy_from_slice(&moved[kept.clone()]);
         if k > 0 {
             linear.columns(k - 1, columns.as_flattened_mut());
             let mut back = [0.0; W];

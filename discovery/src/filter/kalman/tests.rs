@@ -15,7 +15,8 @@ fn dense(linear: &LinearTrial, randomness: &Randomness) -> (f64, Vec<f64>, Vec<D
     let mut x = DVector::zeros(w);
     let mut p = DMatrix::zeros(w, w);
     (0..n).for_each(|c| (x[c], p[(c, c)]) = (linear.prior[c], linear.prior_deviation[c].powi(2)));
-    (0..linear.disturbances).for_each(|l| x[n + l] = -linear.latents(0)[l]);
+    let estimated = randomness.estimated();
+    (0..estimated).for_each(|l| x[n + l] = -linear.latents(0)[l]);
     (0..w - n).for_each(|l| p[(n + l, n + l)] = randomness.deviation(l).powi(2));
     let together = |p: &mut DMatrix<f64>, by: &dyn Fn(usize, usize) -> f64| {
         for (a, b) in randomness.correlated() {
@@ -41,23 +42,36 @@ fn dense(linear: &LinearTrial, randomness: &Randomness) -> (f64, Vec<f64>, Vec<D
         }
         let (mut f, mut add, mut q) = (DMatrix::zeros(w, w), DVector::zeros(w), DMatrix::zeros(w, w));
         if k + 1 < linear.len {
-            for c in 0..linear.width() {
+            for c in 0..n + estimated {
                 linear.column(k, c).enumerate().for_each(|(r, slope)| f[(r, c)] = slope);
             }
-            (0..n).for_each(|r| (add[r], q[(r, r)]) = (linear.defect[k * n + r], STEP_ERROR * STEP_ERROR));
-            let winches: Vec<DVector<f64>> = (n + WRENCH..linear.width()).map(|c| f.column(c).clone_owned()).collect();
+            (0..n).for_each(|r| add[r] = linear.defect[k * n + r]);
+            let latents =
+                (n..linear.width()).map(|c| DVector::from_iterator(w, linear.column(k, c).chain(vec![0.0; w - n])));
+            let latents: Vec<DVector<f64>> = latents.collect();
+            let winches = &latents[WRENCH..];
+            if estimated == 0 {
+                // White noise with the power that a process of first order has at low frequency, of each state by itself.
+                let decay = (-linear.interval[k] / randomness.time).exp();
+                for (l, column) in latents.iter().enumerate() {
+                    add -= column * linear.latents(k)[l];
+                    let variance = randomness.latent_deviation(l).powi(2) * (1.0 + decay) / (1.0 - decay);
+                    (0..n).for_each(|r| q[(r, r)] += variance * column[r].powi(2));
+                }
+            }
             match randomness.expected {
                 None => winches.iter().for_each(|c| q += randomness.input.powi(2) * c * c.transpose()),
                 Some(_) => {
-                    let errors = [&winches[..], &winches[..]].concat();
+                    let errors = [winches, winches].concat();
                     errors.iter().rev().enumerate().for_each(|(i, c)| f.set_column(w - 1 - i, c));
                 }
             }
+            (0..n).for_each(|r| q[(r, r)] += STEP_ERROR * STEP_ERROR);
             for l in 0..w - n {
                 let decay = randomness.decay(l, linear.interval[k]);
                 f[(n + l, n + l)] = decay;
                 q[(n + l, n + l)] = randomness.deviation(l).powi(2) * (1.0 - decay * decay);
-                if l < linear.disturbances {
+                if l < estimated {
                     add[n + l] = decay * linear.latents(k)[l] - linear.latents(k + 1)[l];
                 }
             }
@@ -68,7 +82,8 @@ fn dense(linear: &LinearTrial, randomness: &Randomness) -> (f64, Vec<f64>, Vec<D
         x = &f * &x + add;
         p = &f * &p * f.transpose() + q;
     }
-    let mut smoothed = vec![0.0; linear.len * linear.width()];
+    let width = n + estimated;
+    let mut smoothed = vec![0.0; linear.len * width];
     let mut next: Option<DVector<f64>> = None;
     for k in (0..linear.len).rev() {
         let (_, _, x, p, f) = &past[k];
@@ -83,7 +98,7 @@ fn dense(linear: &LinearTrial, randomness: &Randomness) -> (f64, Vec<f64>, Vec<D
                 x + p * f.transpose() * inverse.expect("a solution").component_div(&size)
             }
         };
-        smoothed[k * linear.width()..(k + 1) * linear.width()].copy_from_slice(&state.as_slice()[..linear.width()]);
+        smoothed[k * width..(k + 1) * width].copy_from_slice(&state.as_slice()[..width]);
         next = Some(state);
     }
     (value, smoothed, past.into_iter().map(|(_, covariance, ..)| covariance).collect())
@@ -118,13 +133,16 @@ fn are_those_of_the_textbook(bench: &Bench) {
     // The textbook inverts covariances, which reach from those of the first states to a billionth squared.
     linear.prior_deviation.iter_mut().for_each(|deviation| *deviation *= 1e-2);
     let linear = &linear;
-    for randomness in [plain, rich, expected] {
+    assert!(expected.has_latents());
+    let without = [rich.without_latents(), expected.without_latents()];
+    for randomness in [plain, rich, expected].into_iter().chain(without) {
         let (smoothed, own) = smooth(linear, &randomness);
         let (value, expected, covariances) = dense(linear, &randomness);
+        let width = linear.states + randomness.estimated();
         assert!((own - value).abs() < 1e-6 * value.abs(), "{own} {value}");
         for c in 0..linear.states {
-            let of = |all: &[f64]| all.iter().skip(c).step_by(linear.width()).copied().collect::<Vec<f64>>();
-            let (own, expected) = (of(&smoothed), of(&expected));
+            let of = |all: &[f64], width: usize| all.iter().skip(c).step_by(width).copied().collect::<Vec<f64>>();
+            let (own, expected) = (of(&smoothed, linear.width()), of(&expected, width));
             // Of single samples the textbook's inverses, which are near singular, are less exact.
             let mean = |sum: f64| (sum / linear.len as f64).sqrt();
             let size = mean(expected.iter().map(|v| v * v).sum()).max(1e-9);
@@ -134,7 +152,7 @@ fn are_those_of_the_textbook(bench: &Bench) {
         // Rows of it are found beside noise with memory too.
         let (k, w) = (linear.len / 2, linear.states + randomness.processes());
         let own = &super::covariances(linear, &randomness, [k])[0];
-        for (r, c) in (0..linear.width()).flat_map(|r| (0..linear.width()).map(move |c| (r, c))) {
+        for (r, c) in (0..width).flat_map(|r| (0..width).map(move |c| (r, c))) {
             let (own, expected) = (own[r * w + c], covariances[k][(r, c)]);
             let size = (covariances[k][(r, r)] * covariances[k][(c, c)]).sqrt();
             assert!((own - expected).abs() <= 1e-3 * size, "{r}, {c}: {own} {expected}");
@@ -153,7 +171,9 @@ fn whitening_is_the_difference_of_two_runs_of_the_filter() {
     let randomness = Randomness { input: 40.0, jitter: 3e-3, ..plain }.with_memory(memory);
     whitening_is_that_difference(&fit.linear(&trials)[0], &randomness);
     let expected = Some(with_memory(0.05, 0.02));
-    whitening_is_that_difference(&fit.linear(&trials)[0], &Randomness { expected, ..randomness });
+    let expected = Randomness { expected, ..randomness };
+    whitening_is_that_difference(&fit.linear(&trials)[0], &expected);
+    whitening_is_that_difference(&fit.linear(&trials)[0], &Randomness { force: 5.0, winch: 8.0, ..expected });
 }
 
 fn whitening_is_that_difference(linear: &LinearTrial, randomness: &Randomness) {

@@ -120,14 +120,14 @@ impl<'a> Runs<'a> {
     fn advance_in<const FUSED: bool>(&mut self, forcing: &Forcing, filtered: &Filtered, samples: &Range<usize>) {
         let Course { linear, randomness, noise, .. } = self.course;
         let (n, m) = (linear.states, linear.channels);
-        let all = n + randomness.processes();
+        let (alone, all) = (n + randomness.estimated(), n + randomness.processes());
         let remembered = randomness.shown_by_channel(m);
         let is_start = |k: usize| self.course.is_start(k);
         let panels = self.columns.len().div_ceil(FULL);
         let mut decay = vec![0.0; all - n];
         let mut columns_of_step = vec![0.0; linear.width() * linear.padded];
         let (mut step, mut next) = (vec![[0.0; FULL]; n], vec![[0.0; FULL]; linear.padded]);
-        let mut acting = vec![[0.0; FULL]; linear.width()];
+        let mut acting = vec![[0.0; FULL]; alone];
         for k in samples.clone() {
             let (kept, each) = (k - samples.start, forcing.columns);
             let sensor = |j: usize| &forcing.sensor[(kept * m + j) * each..(kept * m + j + 1) * each];
@@ -191,8 +191,8 @@ impl<'a> Runs<'a> {
                 let rows = forcing.step[kept * n * each..(kept + 1) * n * each].chunks_exact(each);
                 step.iter_mut().zip(rows).for_each(|(slot, row)| *slot = taken(row, &self.columns, p));
                 // Errors of forces move the states as the latent forces at their winches do.
-                acting.copy_from_slice(&filter[..linear.width()]);
-                for (winch, at) in (n + WRENCH..linear.width()).cycle().zip(all - randomness.force_errors()..all) {
+                acting.copy_from_slice(&filter[..alone]);
+                for (winch, at) in (n + WRENCH..alone).cycle().zip(all - randomness.force_errors()..all) {
                     acting[winch] = plus::<FULL, FUSED>(acting[winch], 1.0, &filter[at]);
                 }
                 moved::<FUSED>(&columns_of_step, &acting, &step, &mut next);
