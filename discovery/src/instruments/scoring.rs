@@ -103,18 +103,25 @@ type Varied = (Option<Vec<LinearTrial>>, Randomness);
 
 impl Sizing<'_> {
     /// The most likely `sizes` that are reached from a place.
-    pub(super) fn most_likely(&self, fit: &Fit, sizes: &[Size], mut best: At) -> At {
+    pub(super) fn most_likely(&self, fit: &Fit, sizes: &[Size], from: At) -> At {
+        self.likely_enough(fit, sizes, from, f64::INFINITY)
+    }
+
+    /// The same as far as it may come to a `-2 log L` of `enough`: what all rounds that are left do not bring, where each brings what
+    /// the next one promises, is not looked for.
+    pub(super) fn likely_enough(&self, fit: &Fit, sizes: &[Size], mut best: At, enough: f64) -> At {
         let (first, more, most) = DAMPING;
         let mut damping = first;
         let mut sizes = sizes.to_vec();
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
+            let least = LEAST.max((best.value - enough) / (ROUNDS - round) as f64);
             let slopes = self.slopes(fit, &sizes, &best.randomness);
             let ranges: Vec<RangeInclusive<f64>> =
                 sizes.iter().map(|size| self.range_of_move(&best.randomness, *size)).collect();
             let begin = best.value;
             while damping <= most {
                 let (step, promise) = slopes.step(damping, &ranges);
-                if promise < LEAST {
+                if promise < least {
                     return best;
                 }
                 let moved = |times: f64| {
@@ -292,5 +299,20 @@ mod tests {
                 assert!(other.value > found.value - 2.0 * LEAST, "{size:?}");
             }
         }
+    }
+
+    /// Where ten times what the sizes can bring is asked for, and where all that they bring is.
+    #[test]
+    fn what_cannot_be_reached_is_not_looked_for() {
+        let (trials, fit) = wandering();
+        let noise = fit.randomness.noise.clone();
+        let sizing = Sizing::new(&trials, &noise, Penalty::NONE);
+        let mut off = fit.randomness.clone();
+        off.memory[0].deviation = 0.03;
+        let begin = sizing.at(&fit, off);
+        let best = sizing.most_likely(&fit, &SIZES, begin.clone()).value;
+        let come_to = |enough: f64| sizing.likely_enough(&fit, &SIZES, begin.clone(), enough).value;
+        assert_eq!(come_to(best - 1e6), begin.value);
+        assert!(come_to(best) < best + EVIDENCE, "{} {best}", come_to(best));
     }
 }

@@ -290,7 +290,9 @@ impl<'a> Sizing<'a> {
             let without = less_memories(&best.randomness, &self.all, from, drift);
             let starts = self.starts(taken, &without.bounded(), STEPS.1).into_iter().map(|start| self.at(&fit, start));
             let Some(start) = starts.min_by(|a, b| a.value.total_cmp(&b.value)) else { continue };
-            let next = self.grown(&fit, self.most_likely(&fit, &self.sizes(taken), start), given);
+            // What stands beside it may still bring the rest, so that its own sizes need not be the best.
+            let next = self.likely_enough(&fit, &self.sizes(taken), start, best.value);
+            let next = self.grown(&fit, next, given, best.value);
             let cost = self.cost_beyond(&next.randomness, &best.randomness);
             let enough = best.value - cost - EVIDENCE;
             if next.value < enough
@@ -302,8 +304,8 @@ impl<'a> Sizing<'a> {
         Ok((fit, best))
     }
 
-    /// `from` with what pays beside it along the same trajectory, the most first, but for one kind.
-    fn grown(&self, fit: &Fit, mut from: At, but: Kind) -> At {
+    /// `from` with what pays beside it along the same trajectory, the most first, but for one kind, as far as it may come to `enough`.
+    fn grown(&self, fit: &Fit, mut from: At, but: Kind, enough: f64) -> At {
         loop {
             let kinds = self.kinds(&from.randomness).into_iter().filter(|kind| *kind != but);
             let starts = kinds.flat_map(|kind| {
@@ -314,7 +316,7 @@ impl<'a> Sizing<'a> {
             if from.value - start.value < 2.0 * WORTH {
                 return from;
             }
-            let next = self.most_likely(fit, &self.sizes(kind), start);
+            let next = self.likely_enough(fit, &self.sizes(kind), start, enough);
             if from.value - next.value < self.cost_beyond(&next.randomness, &from.randomness) + EVIDENCE {
                 return from;
             }
