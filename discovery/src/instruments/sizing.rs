@@ -266,6 +266,7 @@ impl<'a> Sizing<'a> {
             return Ok(None);
         }
         (fit, best) = self.exchanged(fit, best)?;
+        (fit, best) = self.divided(fit, best)?;
         best = self.most_likely(&fit, &self.each(&best.randomness), best);
         best = self.pruned(&fit, best);
         fit.randomness = best.randomness;
@@ -295,6 +296,38 @@ impl<'a> Sizing<'a> {
             let next = self.grown(&fit, next, given, best.value);
             let cost = self.cost_beyond(&next.randomness, &best.randomness);
             let enough = best.value - cost - EVIDENCE;
+            if next.value < enough
+                && let Some(followed) = self.followed(fit.clone(), next, enough)?
+            {
+                (fit, best) = followed;
+            }
+        }
+        Ok((fit, best))
+    }
+
+    /// `fit` where what a device remembers is noise with memory beside a drift, as far as that is more likely: noise whose memory has
+    /// grown long enough for both has no room for the drift, and is nearer to it than either of the two is by itself.
+    pub(super) fn divided(&self, mut fit: Fit, mut best: At) -> Result<(Fit, At), FitError> {
+        for device in Device::ALL {
+            let fits = best.randomness.memory.len() + self.channels(device).len() <= MOST_MEMORIES;
+            let [colour, drift] = [false, true].map(|drift| self.has_memory(&best.randomness, device, drift));
+            if !colour || drift || !fits {
+                continue;
+            }
+            let without = less_memories(&best.randomness, &self.all, device, false).bounded();
+            let drifting = self.starts(Kind::Drift(device), &without, STEPS.1).into_iter();
+            let both = drifting.flat_map(|drifting| self.starts(Kind::Colour(device), &drifting, STEPS.1));
+            let Some(start) = both.map(|both| self.at(&fit, both)).min_by(|a, b| a.value.total_cmp(&b.value)) else {
+                continue;
+            };
+            let mut sizes = self.sizes(Kind::Colour(device));
+            sizes.push(Size::Memories { device, drift: true });
+            let both = self.likely_enough(&fit, &sizes, start, best.value);
+            // Another memory may be all that it takes.
+            let alone = self.at(&fit, less_memories(&both.randomness, &self.all, device, true));
+            let pays = alone.value - both.value > self.cost_beyond(&both.randomness, &alone.randomness);
+            let next = if pays { both } else { alone };
+            let enough = best.value - self.cost_beyond(&next.randomness, &best.randomness) - EVIDENCE;
             if next.value < enough
                 && let Some(followed) = self.followed(fit.clone(), next, enough)?
             {

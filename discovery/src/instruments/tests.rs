@@ -312,3 +312,32 @@ fn an_error_of_recorded_forces_is_no_larger_than_their_recordings_show() {
     let shaken = |force: f64| sizing().may_hide_an_error(&Randomness { force, winch: 0.0, ..fit.randomness.clone() });
     assert!(much > 2.0 * largest && shaken(1.3 * much) && !shaken(0.7 * much), "{much} {largest}");
 }
+
+/// One noise of 11 mm and 2.5 s stood for 5 mm of 0.4 s beside a wander of 10 mm, and friction of 150 N was 146.3 ± 0.7.
+#[test]
+fn noise_that_remembers_for_long_is_divided_into_a_drift_and_the_rest() {
+    let white = crate::filter::estimate::noise_of_data(&recordings(|_, _| {}));
+    let trials = recordings(|t, trial| {
+        let last = trial.time[trial.len() - 1];
+        for j in 0..3 {
+            let colour = remembering(trial, white[j], 0.4, 5000 * (t + 1) + 37 * j as u64);
+            let begins = t as f64 + 2.0 * j as f64;
+            for ((row, time), colour) in trial.measured.iter_mut().zip(&trial.time).zip(colour) {
+                row[j] += colour + 3.0 * white[j] * ((begins + 4.0 * time / last).sin() - begins.sin());
+            }
+        }
+    });
+    let mut fit = fitted(&[], &trials);
+    let noise = crate::filter::estimate::noise_of_data(&trials);
+    let sizing = Sizing::new(&trials, &noise, Penalty::new(PENALTY));
+    let long = |channel: usize| Memory { channel, deviation: 2.0 * white[channel], time: 2.5, drift: false };
+    fit.randomness = (0..3).map(long).fold(fit.randomness.without_latents(), Randomness::with_memory);
+    fit.smooth(&trials).expect("a trajectory");
+    let sizes = [Size::Memories { device: Device::Pose, drift: false }, Size::Times(Device::Pose)];
+    let begin = sizing.most_likely(&fit, &sizes, sizing.at(&fit, fit.randomness.clone()));
+    let (_, divided) = sizing.divided(fit, begin.clone()).expect("sizes");
+    assert!(divided.value < begin.value - 40.0, "{} {}", divided.value, begin.value);
+    let of_x: Vec<&Memory> = divided.randomness.memory.iter().filter(|m| m.channel == 0).collect();
+    assert_eq!(of_x.iter().filter(|m| m.drift).count(), 1, "{of_x:?}");
+    assert!(of_x.iter().any(|m| !m.drift && (m.time / 0.4).ln().abs() < 0.7), "{of_x:?}");
+}
