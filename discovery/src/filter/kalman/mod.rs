@@ -58,7 +58,7 @@ impl Filtered {
 /// Standard deviation of the rounding and discretisation error that a step may hide (m, rad, m/s, ...).
 const STEP_ERROR: f64 = 1e-9;
 
-/// Products of variances of which the logarithm is not yet taken: that of one at a time costs as much as what else a measurement does.
+/// Products of the variances of a sample's measurements that stay far from the ends of the numbers: one logarithm does for all of them.
 const LOGARITHM: Range<f64> = 1e-200..1e200;
 
 /// What later passes need of a filter's run.
