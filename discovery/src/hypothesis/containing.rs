@@ -3,12 +3,25 @@
 use cdpr::effect::EffectSpec;
 
 use crate::hypothesis::extension::{at_work_like, value_of};
-use crate::hypothesis::friction::stribeck_containing;
+use crate::hypothesis::friction::{coulomb_contained, stribeck_containing};
 
 /// The law `id` where it contains the law `standing`, from where it can show that it is more: Stribeck friction contains
 /// Coulomb friction with the same turn, an umbilical linear drag.
 pub(crate) fn containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
     umbilical_containing(id, standing).or_else(|| stribeck_containing(id, standing))
+}
+
+/// The law that `standing` contains, as it is in that: what has come in as the wider one may need no more.
+pub(crate) fn contained(standing: &EffectSpec) -> Option<EffectSpec> {
+    drag_contained(standing).or_else(|| coulomb_contained(standing))
+}
+
+fn drag_contained(standing: &EffectSpec) -> Option<EffectSpec> {
+    if standing.id != "umbilical" {
+        return None;
+    }
+    let drag = EffectSpec::new("platform_linear_drag", None, &[value_of(standing, "damping")?]).ok()?;
+    Some(at_work_like(drag, standing))
 }
 
 fn umbilical_containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
@@ -46,5 +59,16 @@ mod tests {
         let wider = containing("umbilical", &drag).unwrap();
         assert_eq!((value_of(&wider, "damping"), value_of(&wider, "stiffness")), (Some(50.0), Some(1.0)));
         assert!(containing("platform_linear_drag", &wider).is_none());
+    }
+
+    #[test]
+    fn a_law_is_contained_in_the_one_that_contains_it() {
+        let coulomb = effect("winch_coulomb_friction", &[100.0, 0.01, 0.0, 0.0, 2e4]);
+        let drag = EffectSpec::new("platform_linear_drag", None, &[50.0]).unwrap();
+        for (law, wider) in [(coulomb, "winch_stribeck_friction"), (drag, "umbilical")] {
+            let wider = containing(wider, &law).unwrap();
+            assert_eq!(contained(&wider), Some(law.clone()));
+            assert_eq!(contained(&law), None);
+        }
     }
 }

@@ -165,6 +165,15 @@ pub(crate) fn stribeck_containing(id: &str, standing: &EffectSpec) -> Option<Eff
     Some(extended_like(&law, standing))
 }
 
+/// The Coulomb friction that Stribeck friction contains, with the same turn.
+pub(crate) fn coulomb_contained(law: &EffectSpec) -> Option<EffectSpec> {
+    if law.id != STRIBECK {
+        return None;
+    }
+    let simpler = EffectSpec::new(COULOMB, law.cable, &[value_of(law, "coulomb")?, turning_speed(law)?]).ok()?;
+    Some(extended_like(&simpler, law))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

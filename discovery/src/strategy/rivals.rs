@@ -10,8 +10,8 @@ use crate::data::Trial;
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::hypothesis::candidates::is_there;
-use crate::hypothesis::containing::containing;
-use crate::hypothesis::extension::{count_in_use, extended_like};
+use crate::hypothesis::containing::{contained, containing};
+use crate::hypothesis::extension::{count_in_use, extended_like, is_one_law};
 use crate::hypothesis::stood_for::stood_for;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained};
@@ -57,9 +57,12 @@ fn rivals_of(context: &Context<'_>, standing: &Standing, k: usize) -> Vec<Rival>
     // Laws that one found near by stands for differ from it where something is left only.
     let left = standing.fit.gap[0] > context.policy.nothing_left;
     let behind = if left { stood_for(&effect, &standing.fit.train.model) } else { Vec::new() };
-    let rivals = standing.accepted[k].rivals.par_iter().chain(&behind).filter(can_stand);
+    // Also where the wider law explained so much more at first sight that the one within it was no rival.
+    let weighed = &standing.accepted[k].rivals;
+    let within = contained(&effect).filter(|law| !weighed.iter().any(|rival| is_one_law(rival, law)));
     let what = format!("in place of {}", effect.id);
     let tried = |rival: &EffectSpec| context.journal.tried(rival, &what, in_its_place(context, standing, k, rival));
+    let rivals = weighed.par_iter().chain(&behind).chain(within.par_iter()).filter(can_stand);
     let mut out: Vec<Rival> = rivals.filter_map(tried).collect();
     out.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
     out
@@ -179,7 +182,7 @@ mod tests {
     use crate::data::recording::{Bench, record_on};
     use crate::filter::estimate::noise_of_data;
     use crate::strategy::fitted::Evidence;
-    use crate::strategy::fixture::{begun, effect, with};
+    use crate::strategy::fixture::{begun, effect, evidence, with};
 
     /// Where winches ring between samples, a dead time of all of them gives its place to the lag that is there.
     #[test]
@@ -197,6 +200,18 @@ mod tests {
         let rivals = rivals_of(&context, &standing, 0);
         assert!(rivals[0].whole.as_ref().is_some_and(|whole| whole.fit.has_settled()));
         assert!(rivals[0].effect.id == "winch_lag" && rivals[0].delta_bic < -10.0, "{}", rivals[0].delta_bic);
+    }
+
+    /// Friction that turns over 0.02 m/s came in as Stribeck's, whose static force was then that of sliding, and stayed that.
+    #[test]
+    fn the_law_within_a_wider_one_is_a_rival_of_it() {
+        let evidence = evidence(&[effect("winch_coulomb_friction", Some(2), &[180.0, 0.02])], 63);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let wider = effect("winch_stribeck_friction", Some(2), &[180.0, 190.0, 0.05, 0.0, 0.02]);
+        let standing = with(&context, standing, vec![(wider, Vec::new())]);
+        let rivals = rivals_of(&context, &standing, 0);
+        let laws: Vec<&str> = rivals.iter().map(|rival| rival.effect.id.as_str()).collect();
+        assert!(laws == ["winch_coulomb_friction"] && rivals[0].delta_bic < 0.0, "{laws:?} {}", rivals[0].delta_bic);
     }
 
     #[test]
