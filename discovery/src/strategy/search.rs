@@ -11,6 +11,7 @@ use crate::strategy::instruments::{
     beside_instruments, better_instruments, evident_wander, instruments_anew, instruments_instead,
     with_any_error_of_forces, without_idle_instruments,
 };
+use crate::strategy::late_winches::late_winches;
 use crate::strategy::onset::onset;
 use crate::strategy::pair::pair;
 use crate::strategy::round::Round;
@@ -24,10 +25,10 @@ use crate::weigh::signatures::Source;
 /// A step of the search.
 type Step = fn(&Context<'_>, Standing) -> Result<Standing, FitError>;
 
-/// What is done once effects of the catalogue were looked for: their instruments, whether one stood for those, and whether a
-/// drift stood for some; then they are settled.
-const ONCE_FOUND: [Step; 5] =
-    [instruments_anew, instruments_instead, instead_of_drift, without_idle_instruments, settle];
+/// What is done once effects of the catalogue were looked for: their instruments, whether one stood for those, whether a
+/// drift stood for some, and whether late clocks are late winches; then they are settled.
+const ONCE_FOUND: [Step; 6] =
+    [instruments_anew, instruments_instead, instead_of_drift, without_idle_instruments, late_winches, settle];
 
 /// Looks for effects of the catalogue and settles what was found; terms outside the catalogue are not looked for yet. Where
 /// the recorded forces have an error, or the geometry may be off and is, it ends as soon as that is known.

@@ -102,6 +102,8 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     located.sort_by(|a, b| b.share.total_cmp(&a.share));
     for found in effects.iter().chain(&terms) {
         remarks.extend(found.stability.as_ref().filter(|s| s.varies()).map(|s| varying(found, s)));
+        remarks
+            .extend((found.effect.id == "winch_delay" && found.effect.cable.is_none()).then(|| ONE_CLOCK.to_owned()));
     }
     for other in hardly_told(&context, fitted) {
         let law = &fitted.train.model.effects[other.at];
@@ -339,6 +341,10 @@ fn without<'a>(context: &Context<'_>, standing: &'a Standing, k: usize) -> Optio
 /// What is said where the data are of a machine at rest.
 const AT_REST: &str = "The machine hardly moves in these recordings: they show no friction and no drag of any size that it may \
                        have, so they neither find such a law nor clear the machine of it. Record it moving.";
+
+/// Where all winches have a dead time.
+const ONE_CLOCK: &str = "A dead time of all winches does what clocks of all sensors would do that are late by as much against the one of the \
+                         recorded forces: no recording with these clocks tells the two apart.";
 
 /// When an effect begins and ends, with the standard errors of that.
 fn onset(effect: &EffectSpec, [from, until]: [Option<f64>; 2]) -> Onset {
