@@ -56,6 +56,8 @@ pub(crate) struct Standing {
     pub(crate) looked: bool,
     /// Candidates along the fit that was let in last, known by its score.
     pub(crate) weighed: Option<(Source, f64, Arc<Signatures>)>,
+    /// The score of the last fit of which no effect was found to begin or end.
+    pub(crate) timeless: Option<f64>,
     /// The forms of friction that were chosen last and not taken yet.
     pub(crate) chosen: Option<Chosen>,
     /// The laws beside which the instruments were taken up, where they had nothing but white noise before.
@@ -78,6 +80,7 @@ impl Standing {
             chance: None,
             looked: false,
             weighed: None,
+            timeless: None,
             chosen: None,
             taken_up_beside: None,
             geometry_is_off: false,

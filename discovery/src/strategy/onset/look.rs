@@ -5,7 +5,7 @@ use std::ops::Range;
 use cdpr::effect::EffectSpec;
 
 use super::segments::{self, Kind, Segments, entries, price};
-use super::times::{located, onset};
+use super::times::{fitted_in_time, onset};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
@@ -42,13 +42,15 @@ pub(crate) fn for_a_while(
         let at = fitted.train.model.effects.len();
         let mut model = fitted.train.model.clone();
         model.effects.push(effect.clone());
-        let next = context.fit(&model, fitted).and_then(|next| located(context, next, &[at]));
+        let next = fitted_in_time(context, &model, fitted, &[at]);
         let Some(next) = context.journal.tried(effect, "at work for a while only", next) else { continue };
-        if next.score < fitted.score - gain - EVIDENCE && next.helps(fitted, context.policy) {
+        let change = next.as_ref().map_or(0.0, |next| next.score - fitted.score);
+        let next = next.filter(|next| change < -gain - EVIDENCE && next.helps(fitted, context.policy));
+        if let Some(next) = next {
             fits.push((number, next));
         } else {
             let reason = "at work for a while only, it does not explain enough";
-            context.journal.note(effect, Outcome::Refused, next.score - fitted.score, reason);
+            context.journal.note(effect, Outcome::Refused, change, reason);
         }
     }
     // What latent forces leave alike is told apart by the fits.

@@ -4,7 +4,7 @@ use cdpr::model_file::Model;
 use super::locate::{switched, time_errors, vertex};
 use super::look;
 use super::segments::{self, Kind, Segments};
-use super::times::{in_time, settle_times};
+use super::times::{in_time, onset, settle_times};
 use crate::data::recording::{fitted, record};
 use crate::filter::estimate::noise_of_data;
 use crate::hypothesis::extension::count_times;
@@ -79,6 +79,21 @@ fn a_size_that_changes_makes_two_entries_that_follow_one_another() {
 fn what_is_always_there_gets_no_times() {
     let drag = effect("platform_linear_drag", None, &[120.0]);
     assert_eq!(course_of(&drag, std::slice::from_ref(&drag)), None);
+}
+
+/// The search comes back to the same fit, and times that were not found there would not be found again.
+#[test]
+fn times_are_looked_for_once_in_each_fit() {
+    let wind = effect("steady_wind", None, &[40.0, -25.0, 0.0]);
+    let evidence = evidence(&[during(&wind, Some(17.0), None)], 35);
+    let (context, standing) = begun(&evidence, &Model::default());
+    let standing = with(&context, standing, vec![(wind, Vec::new())]);
+    let timeless = Standing { timeless: Some(standing.fit.score), ..standing.clone() };
+    for (standing, times) in [(timeless, 0), (standing, 1)] {
+        let found = onset(&context, standing, f64::NEG_INFINITY);
+        assert_eq!(count_times(found.found(&context)), times);
+        assert_eq!(found.timeless.is_some(), times == 0);
+    }
 }
 
 /// A bias of a few seconds in a minute explains nothing as a bias that is always there.

@@ -1,5 +1,7 @@
 //! The times between which effects that stand are at work.
 
+use cdpr::model_file::Model;
+
 use super::locate::{locate, switched};
 use super::segments::{self, Course, Kind, Segments, entries, multiplied, price};
 use crate::filter::error::FitError;
@@ -14,9 +16,10 @@ use crate::weigh::criterion::EVIDENCE;
 /// evidence that is left.
 pub(crate) fn onset(context: &Context<'_>, mut standing: Standing, share: f64) -> Standing {
     let silent = !standing.fit.train.randomness.has_latents() && standing.fit.gap[0] <= context.policy.nothing_left;
-    if silent || standing.accepted.is_empty() {
+    if silent || standing.accepted.is_empty() || standing.timeless == Some(standing.fit.score) {
         return standing;
     }
+    let mut timeless = true;
     (context.progress)("looking when the effects are at work", 0.2);
     for k in 0..standing.accepted.len() {
         let effect = standing.found(context)[k].clone();
@@ -24,13 +27,18 @@ pub(crate) fn onset(context: &Context<'_>, mut standing: Standing, share: f64) -
             continue;
         }
         let trials = &context.evidence.train;
-        match in_time(context, &standing.fit, context.at(k)) {
+        let next = in_time(context, &standing.fit, context.at(k));
+        timeless &= !matches!(next, Ok(Some(_)));
+        match next {
             Ok(Some(next)) if context::share(standing.fit.score, &next.train, next.score, trials) > share => {
                 standing = takes_its_course(context, standing, next, k);
             }
             Ok(_) => {}
             Err(error) => context.journal.failed(&effect, "no times to be at work", &error),
         }
+    }
+    if timeless {
+        standing.timeless = Some(standing.fit.score);
     }
     standing
 }
@@ -92,8 +100,23 @@ fn with_course(
     if model.check().is_err() {
         return Ok(None);
     }
-    let fit = context.fit(&model, fitted)?;
-    located(context, fit, &group).map(Some)
+    fitted_in_time(context, &model, fitted, &group)
+}
+
+/// `model`, whose effects `group` begin or end, fitted and their times located; none where it is no better than `fitted`, which has none
+/// of these times: near the right ones it is.
+pub(super) fn fitted_in_time(
+    context: &Context<'_>,
+    model: &Model,
+    fitted: &Fitted,
+    group: &[usize],
+) -> Result<Option<Fitted>, FitError> {
+    let (trials, rounds) = (&context.evidence.train, context.policy.rounds);
+    let trained = context.train(model, &fitted.train, trials, rounds, None)?;
+    if trained.score >= fitted.score {
+        return Ok(None);
+    }
+    located(context, context.verified(trained, fitted)?, group).map(Some)
 }
 
 /// `fitted` with the times of the effects `group` where the data say that they are.
