@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::data::Trial;
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
-use crate::hypothesis::candidates::Situation;
+use crate::hypothesis::candidates::{Situation, is_there};
 use crate::hypothesis::extension::{count_in_use, in_use, index_of, value_of, with};
 use crate::hypothesis::friction::{
     ASYMMETRY, STATIC, Stage, TURN, beyond_first_order, bias_of, damped_starts, is_friction, kin_of, presliding_starts,
@@ -281,8 +281,13 @@ impl Forms<'_> {
         }
         let unlike = self.with_shape(begun, at, ASYMMETRY)?;
         let law = &unlike.fit.model.effects[at];
+        let bias = bias_of(law)?;
+        // A bias that stands has had its chance.
+        if begun.fit.model.effects.iter().any(|effect| is_there(effect, &bias.id, bias.cable)) {
+            return Some(unlike);
+        }
         let mut biased = begun.fit.model.clone();
-        biased.effects.push(bias_of(law)?);
+        biased.effects.push(bias);
         let with_bias = self.train(&biased, &begun.fit);
         let with_bias = self.context.journal.tried(law, "equal in both directions beside a bias", with_bias);
         with_bias.is_none_or(|biased| unlike.score <= biased.score).then_some(unlike)
