@@ -11,7 +11,8 @@ pub(crate) fn containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> 
     umbilical_containing(id, standing).or_else(|| stribeck_containing(id, standing))
 }
 
-/// The law that `standing` contains, as it is in that: what has come in as the wider one may need no more.
+/// The law that `standing` contains, as it is in that: what has come in as the wider one may need no more. None where it contains
+/// none, or turns within less than the catalogue lets that do.
 pub(crate) fn contained(standing: &EffectSpec) -> Option<EffectSpec> {
     drag_contained(standing).or_else(|| coulomb_contained(standing))
 }

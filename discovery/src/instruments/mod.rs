@@ -4,6 +4,7 @@ mod clock;
 pub(crate) mod clock_offset;
 pub(crate) mod clocks;
 pub(crate) mod device;
+mod exchange;
 pub(crate) mod expected;
 pub(crate) mod latents;
 pub(crate) mod mismatch;

@@ -69,7 +69,7 @@ const INPUTS: (f64, f64) = (3e-4, 3e-2);
 const JITTERS: (f64, f64) = (0.02, 0.2);
 /// Steps between first sizes, as powers of ten: small where nothing else can stand in for a size that is off, large beside
 /// latent forces, which can.
-const STEPS: (f64, f64) = (0.25, 1.0);
+pub(super) const STEPS: (f64, f64) = (0.25, 1.0);
 /// Share of what a rival gains that a first look at an instrument must gain for a second.
 const PROMISING: f64 = 0.3;
 /// Half the fall of `-2 log L` that a first look must promise.
@@ -77,8 +77,6 @@ pub(super) const WORTH: f64 = 0.5;
 
 /// Rounds in which parameters adapt to a size.
 const ADAPTING: usize = 4;
-/// Further moves of a trajectory that has lost by the first one what its linear model promised.
-const FOLLOWING: usize = 2;
 
 /// Whether anything of a fit adapts to the sizes of what is random.
 fn adapts(fit: &Fit, free: &[Free], trials: &[Trial]) -> bool {
@@ -168,7 +166,7 @@ pub(crate) fn less_by_one(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
 }
 
 /// `randomness` without what a device remembers, drift or not.
-fn less_memories(randomness: &Randomness, all: &[Channel], device: Device, drift: bool) -> Randomness {
+pub(super) fn less_memories(randomness: &Randomness, all: &[Channel], device: Device, drift: bool) -> Randomness {
     let mut without = randomness.clone();
     without.memory.retain(|m| m.drift != drift || Device::of(all[m.channel]) != device);
     without
@@ -274,113 +272,9 @@ impl<'a> Sizing<'a> {
         Ok(Some(fit))
     }
 
-    /// `fit` where what one device was found to remember is another's, with what else is to be taken up then, as far as that is more
-    /// likely: what explains most by itself may be less than two that belong together. Lengths that drift stand in for a pose that does
-    /// and lengths whose noise has a memory.
-    pub(super) fn exchanged(&self, mut fit: Fit, mut best: At) -> Result<(Fit, At), FitError> {
-        let pairs = |drift: bool| {
-            let to = move |from: Device| Device::ALL.into_iter().filter(move |to| *to != from);
-            Device::ALL.into_iter().flat_map(move |from| to(from).map(move |to| (from, to, drift)))
-        };
-        for (from, to, drift) in [true, false].into_iter().flat_map(pairs) {
-            let [given, taken] =
-                [from, to].map(|device| if drift { Kind::Drift(device) } else { Kind::Colour(device) });
-            if !self.has_memory(&best.randomness, from, drift) || self.channels(to).is_empty() {
-                continue;
-            }
-            let without = less_memories(&best.randomness, &self.all, from, drift);
-            let starts = self.starts(taken, &without.bounded(), STEPS.1).into_iter().map(|start| self.at(&fit, start));
-            let Some(start) = starts.min_by(|a, b| a.value.total_cmp(&b.value)) else { continue };
-            // What stands beside it may still bring the rest, so that its own sizes need not be the best.
-            let next = self.likely_enough(&fit, &self.sizes(taken), start, best.value);
-            let next = self.grown(&fit, next, given, best.value);
-            let cost = self.cost_beyond(&next.randomness, &best.randomness);
-            let enough = best.value - cost - EVIDENCE;
-            if next.value < enough
-                && let Some(followed) = self.followed(fit.clone(), next, enough)?
-            {
-                (fit, best) = followed;
-            }
-        }
-        Ok((fit, best))
-    }
-
-    /// `fit` where what a device remembers is noise with memory beside a drift, as far as that is more likely: noise whose memory has
-    /// grown long enough for both has no room for the drift, and is nearer to it than either of the two is by itself.
-    pub(super) fn divided(&self, mut fit: Fit, mut best: At) -> Result<(Fit, At), FitError> {
-        for device in Device::ALL {
-            let fits = best.randomness.memory.len() + self.channels(device).len() <= MOST_MEMORIES;
-            let [colour, drift] = [false, true].map(|drift| self.has_memory(&best.randomness, device, drift));
-            if !colour || drift || !fits {
-                continue;
-            }
-            let without = less_memories(&best.randomness, &self.all, device, false).bounded();
-            let drifting = self.starts(Kind::Drift(device), &without, STEPS.1).into_iter();
-            let both = drifting.flat_map(|drifting| self.starts(Kind::Colour(device), &drifting, STEPS.1));
-            let Some(start) = both.map(|both| self.at(&fit, both)).min_by(|a, b| a.value.total_cmp(&b.value)) else {
-                continue;
-            };
-            let mut sizes = self.sizes(Kind::Colour(device));
-            sizes.push(Size::Memories { device, drift: true });
-            let both = self.likely_enough(&fit, &sizes, start, best.value);
-            // Another memory may be all that it takes.
-            let alone = self.at(&fit, less_memories(&both.randomness, &self.all, device, true));
-            let pays = alone.value - both.value > self.cost_beyond(&both.randomness, &alone.randomness);
-            let next = if pays { both } else { alone };
-            let enough = best.value - self.cost_beyond(&next.randomness, &best.randomness) - EVIDENCE;
-            if next.value < enough
-                && let Some(followed) = self.followed(fit.clone(), next, enough)?
-            {
-                (fit, best) = followed;
-            }
-        }
-        Ok((fit, best))
-    }
-
-    /// `from` with what pays beside it along the same trajectory, the most first, but for one kind, as far as it may come to `enough`.
-    fn grown(&self, fit: &Fit, mut from: At, but: Kind, enough: f64) -> At {
-        loop {
-            let kinds = self.kinds(&from.randomness).into_iter().filter(|kind| *kind != but);
-            let starts = kinds.flat_map(|kind| {
-                self.starts(kind, &from.randomness, STEPS.0).into_iter().map(move |start| (kind, start))
-            });
-            let scanned = starts.map(|(kind, start)| (kind, self.at(fit, start)));
-            let Some((kind, start)) = scanned.min_by(|a, b| a.1.value.total_cmp(&b.1.value)) else { return from };
-            if from.value - start.value < 2.0 * WORTH {
-                return from;
-            }
-            let next = self.likely_enough(fit, &self.sizes(kind), start, enough);
-            if from.value - next.value < self.cost_beyond(&next.randomness, &from.randomness) + EVIDENCE {
-                return from;
-            }
-            from = next;
-        }
-    }
-
     /// What the parameters of `next` cost beyond those of `before`.
-    fn cost_beyond(&self, next: &Randomness, before: &Randomness) -> f64 {
+    pub(super) fn cost_beyond(&self, next: &Randomness, before: &Randomness) -> f64 {
         self.penalty.of_parameters(parameters(next)) - self.penalty.of_parameters(parameters(before))
-    }
-
-    /// `fit` at the sizes of `at` on the trajectory that belongs to them, which no longer bends to what the instruments did; none
-    /// where it is not as likely there as asked for, or there is none: what latent forces carried, as those of a law that is missing,
-    /// lets the model go where its linear one does not tell.
-    fn followed(&self, mut fit: Fit, at: At, enough: f64) -> Result<Option<(Fit, At)>, FitError> {
-        fit.randomness = at.randomness.clone();
-        // One move does where the model is nearly linear.
-        for moves in [1, FOLLOWING] {
-            for _ in 0..moves {
-                match fit.smooth(self.trials) {
-                    Err(FitError::Diverged { .. } | FitError::Simulation(_)) => return Ok(None),
-                    moved => moved?,
-                };
-            }
-            let there = self.at(&fit, at.randomness.clone());
-            if there.value < enough {
-                return Ok(Some((fit, there)));
-            }
-        }
-        Ok(None)
     }
 
     /// Whether a look at the beginnings of the trials says that the instruments may have what an explanation gains.

@@ -102,9 +102,9 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     located.sort_by(|a, b| b.share.total_cmp(&a.share));
     for found in effects.iter().chain(&terms) {
         remarks.extend(found.stability.as_ref().filter(|s| s.varies()).map(|s| varying(found, s)));
-        remarks
-            .extend((found.effect.id == "winch_delay" && found.effect.cable.is_none()).then(|| ONE_CLOCK.to_owned()));
     }
+    let late = |found: &Found| found.effect.id == "winch_delay" && found.effect.cable.is_none();
+    remarks.extend(effects.iter().any(late).then(|| ONE_CLOCK.to_owned()));
     for other in hardly_told(&context, fitted) {
         let law = &fitted.train.model.effects[other.at];
         let found = effects.iter_mut().find(|found| found.named && found.effect == *law);
