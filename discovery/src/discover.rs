@@ -1,5 +1,6 @@
 //! From recordings and a model to a verdict.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use cdpr::effect::EffectSpec;
@@ -8,7 +9,8 @@ use cdpr::winch::WinchCommand;
 
 use crate::check::check;
 use crate::data::clean::remove_outliers;
-use crate::data::{Trial, make_ready};
+use crate::data::held::{Held, leave_out_held};
+use crate::data::{Channel, Trial, make_ready};
 use crate::filter::error::FitError;
 use crate::filter::estimate::noise_of_data;
 use crate::hypothesis::survey::{most_longer, survey_errors, with_errors};
@@ -101,7 +103,8 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
     if train.is_empty() {
         return Err("no training data; expected one recording or more".to_owned());
     }
-    let remarks = make_ready(&mut train, &mut holdout, HORIZON)?;
+    let mut remarks = make_ready(&mut train, &mut holdout, HORIZON)?;
+    remarks.extend(without_held(train.iter_mut().chain(&mut holdout)));
     let outliers = train.iter_mut().chain(&mut holdout).map(remove_outliers).sum();
     let holdout_source = if holdout.is_empty() {
         hold_out(&mut train, &mut holdout)?
@@ -112,6 +115,29 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
     let all: Vec<Trial> = train.iter().chain(&holdout).cloned().collect();
     let noise = noise_of_data(&all);
     Ok(Ready { evidence: Evidence { train, holdout, noise, instruments: None }, holdout_source, outliers, remarks })
+}
+
+/// Takes readings that were shown again as not measured; returns a remark on each device that did so.
+fn without_held<'a>(trials: impl Iterator<Item = &'a mut Trial>) -> Vec<String> {
+    let mut by_device: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+    for trial in trials {
+        for Held { channel, rows } in leave_out_held(trial) {
+            let name = channel.name();
+            let device = match channel {
+                Channel::Pose(_) => "pose",
+                _ => name.split('[').next().unwrap_or(&name),
+            };
+            let (held, all) = by_device.entry(device.to_owned()).or_default();
+            (*held, *all) = (*held + rows, *all + trial.len());
+        }
+    }
+    let remark = |(device, (held, all)): (String, (usize, usize))| {
+        format!(
+            "In {held} of {all} rows the {device} shows what it did in the row before, to the last digit, while the machine moves: its \
+             sensor is slower than the log, or lost sight. There it counts as not measured."
+        )
+    };
+    by_device.into_iter().map(remark).collect()
 }
 
 /// Finds out what `model` is missing, from recordings that are ready. Its effects from `free_from` on are errors of the
