@@ -93,7 +93,7 @@ pub(crate) fn as_good(context: &Context<'_>, model: &Model, fitted: &Fitted) -> 
 }
 
 /// Whether two effects are one law on two cables, at work at the same times.
-fn same_law(a: &EffectSpec, b: &EffectSpec) -> bool {
+pub(crate) fn same_law(a: &EffectSpec, b: &EffectSpec) -> bool {
     let on_its_own = |effect: &EffectSpec| EffectSpec { cable: None, values: Vec::new(), ..effect.clone() };
     a.expression.is_none() && on_its_own(a) == on_its_own(b)
 }

@@ -14,6 +14,7 @@ use crate::hypothesis::containing::{contained, containing};
 use crate::hypothesis::extension::{count_in_use, extended_like, is_one_law};
 use crate::hypothesis::stood_for::stood_for;
 use crate::strategy::context::Context;
+use crate::strategy::every_cable::same_law;
 use crate::strategy::fitted::{Fitted, Trained};
 use crate::strategy::form::Forms;
 use crate::strategy::standing::Standing;
@@ -60,11 +61,26 @@ fn rivals_of(context: &Context<'_>, standing: &Standing, k: usize) -> Vec<Rival>
     // Also where the wider law explained so much more at first sight that the one within it was no rival.
     let weighed = &standing.accepted[k].rivals;
     let within = contained(&effect).filter(|law| !weighed.iter().any(|rival| is_one_law(rival, law)));
+    let kin = kin(&effect, &beside.effects, beside.parameters.cables());
     let what = format!("in place of {}", effect.id);
     let tried = |rival: &EffectSpec| context.journal.tried(rival, &what, in_its_place(context, standing, k, rival));
-    let rivals = weighed.par_iter().chain(&behind).chain(within.par_iter()).filter(can_stand);
+    let rivals = weighed.par_iter().chain(&behind).chain(within.par_iter()).chain(&kin).filter(can_stand);
     let mut out: Vec<Rival> = rivals.filter_map(tried).collect();
     out.sort_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic));
+    out
+}
+
+/// Laws that most cables have, on those that lack them: what stands `beside` may have come in for what one of them does there.
+fn kin(effect: &EffectSpec, beside: &[EffectSpec], cables: usize) -> Vec<EffectSpec> {
+    let mut out: Vec<EffectSpec> = Vec::new();
+    for law in beside.iter().filter(|law| law.cable.is_some() && law.id != effect.id) {
+        let alike = beside.iter().filter(|other| same_law(other, law));
+        let has: Vec<usize> = alike.filter_map(|other| other.cable).collect();
+        if 2 * has.len() > cables && !out.iter().any(|kin| kin.id == law.id) {
+            let lacking = (1..=cables).filter(|cable| !has.contains(cable));
+            out.extend(lacking.map(|cable| EffectSpec { cable: Some(cable), ..law.clone() }));
+        }
+    }
     out
 }
 
@@ -183,6 +199,18 @@ mod tests {
     use crate::filter::estimate::noise_of_data;
     use crate::strategy::fitted::Evidence;
     use crate::strategy::fixture::{begun, effect, evidence, with};
+
+    /// Four load cells off by some tenths of a per cent each came out as the gains of three, and a lighter platform.
+    #[test]
+    fn the_law_that_most_cables_have_is_the_rival_of_what_stands_beside_on_those_that_lack_it() {
+        let gain = |cable: usize| effect("winch_force_gain", Some(cable), &[0.004]);
+        let mass = effect("platform_mass", None, &[-5.0]);
+        assert_eq!(kin(&mass, &[gain(1), gain(3), gain(4)], 4), [gain(2)]);
+        // Of these each may be by itself, and no law is its own rival.
+        assert_eq!(kin(&mass, &[gain(1), gain(3)], 4), []);
+        assert_eq!(kin(&gain(1), &[gain(2), gain(3), gain(4), mass.clone()], 5), []);
+        assert_eq!(kin(&mass, &[gain(1), gain(2), gain(3), gain(4)], 4), []);
+    }
 
     /// Where winches ring between samples, a dead time of all of them gives its place to the lag that is there.
     #[test]
