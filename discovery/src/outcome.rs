@@ -248,6 +248,10 @@ pub struct ChannelInstrument {
 pub struct Instruments {
     /// By channel.
     pub channels: Vec<ChannelInstrument>,
+    /// How late the recorded winch forces are against those that act (s).
+    pub late_forces: Option<Estimated>,
+    /// Over how long recording smooths them, as a filter does: the standard deviation of its response to an impulse (s).
+    pub smoothed_forces: Option<Estimated>,
     /// White error of each recorded winch force (N).
     pub winch_force: Option<Estimated>,
     /// Jitter of the time stamps (s).
@@ -276,12 +280,24 @@ impl Instruments {
         let clocks = self.clocks().into_iter().map(|(device, delay)| {
             let way = if delay.value > 0.0 { "lags" } else { "leads" };
             let size = Estimated { value: delay.value.abs(), ..delay };
-            format!("{device} {way} the recorded forces by {} ms.", with(&size, 1e3))
+            let forces = if self.late_forces.is_some() { "forces that act" } else { "recorded forces" };
+            format!("{device} {way} the {forces} by {} ms.", with(&size, 1e3))
+        });
+        let late_forces = self.late_forces.iter().map(|size| {
+            let way = if size.value > 0.0 { "lag" } else { "lead" };
+            let size = Estimated { value: size.value.abs(), ..*size };
+            format!("The recorded winch forces {way} what is measured by {} ms.", with(&size, 1e3))
+        });
+        let smoothed = self.smoothed_forces.iter().map(|size| {
+            format!(
+                "They are smoothed over {} ms (standard deviation of the response to an impulse), as behind a filter.",
+                with(size, 1e3)
+            )
         });
         let force = self.winch_force.iter();
         let force = force.map(|size| format!("The recorded winch forces have a white error of {} N.", with(size, 1.0)));
         let stamps = self.stamps.iter().map(|size| format!("The time stamps jitter by {} ms.", with(size, 1e3)));
-        clocks.chain(force).chain(stamps).collect()
+        clocks.chain(late_forces).chain(smoothed).chain(force).chain(stamps).collect()
     }
 }
 
@@ -431,10 +447,15 @@ mod tests {
     fn instruments_are_said_to_the_second_digit_of_their_error() {
         let stamps = Some(Estimated { value: 1.110_4e-4, standard_error: Some(4.5e-6) });
         let winch_force = Some(Estimated { value: 21.36, standard_error: None });
-        let said = Instruments { channels: Vec::new(), winch_force, stamps }.remarks();
+        let late_forces = Some(Estimated { value: 0.0401, standard_error: Some(4e-4) });
+        let smoothed_forces = Some(Estimated { value: 0.02, standard_error: Some(1e-3) });
+        let channels = Vec::new();
+        let said = Instruments { channels, late_forces, smoothed_forces, winch_force, stamps }.remarks();
         assert_eq!(
             said,
             [
+                "The recorded winch forces lag what is measured by 40.10 ± 0.40 ms.",
+                "They are smoothed over 20.0 ± 1.0 ms (standard deviation of the response to an impulse), as behind a filter.",
                 "The recorded winch forces have a white error of 21.36 N.",
                 "The time stamps jitter by 0.1110 ± 0.0045 ms."
             ]

@@ -30,7 +30,7 @@ pub(crate) struct Bench {
     /// What the path's waves are multiplied by: lengths, and periods.
     scale: (f64, f64),
     /// Noise of x, y, φ and the lengths (m, rad).
-    noise: [f64; 4],
+    pub(crate) noise: [f64; 4],
     /// Size (N) of a force on each winch that is another at each sample and is not recorded.
     unrecorded: f64,
 }

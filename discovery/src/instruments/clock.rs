@@ -1,19 +1,22 @@
-//! Clocks of the devices that are late against the recorded forces.
+//! Clocks of the devices that are late against the recorded forces, and recorded forces that are late themselves.
 
 use crate::data::{Channel, Trial};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
-use crate::filter::whiten::Normal;
 use crate::instruments::clock_offset::clock_offset;
 use crate::instruments::clocks::Clocks;
 use crate::instruments::device::Device;
 use crate::instruments::sizing::{At, Kind, Sizing};
 use crate::model::examined::Examined;
+use crate::model::randomness::Recorder;
 use crate::weigh::solve::solve;
 
 /// Moves of a clock and of the trajectory in turn.
 const CLOCK_MOVES: usize = 3;
+/// Samples within which a delay is seen to first order.
+pub(super) const FEW: f64 = 4.0;
+
 /// How late each channel is (s) where kinematics alone show that the lengths are late against the pose.
 pub(crate) fn late_lengths(model: &Examined, trials: &[Trial]) -> Vec<f64> {
     let offset = clock_offset(model, trials).filter(|late| *late < 0.0);
@@ -27,19 +30,22 @@ pub(crate) fn late_lengths(model: &Examined, trials: &[Trial]) -> Vec<f64> {
 impl Sizing<'_> {
     /// What setting the clock of each device would gain, to first order: at the latent forces as they are and without.
     ///
-    /// The recorded forces have the reference clock, and no device shows what is yet to come: it is late or not.
+    /// No device shows what is yet to come: it is late or not.
     pub(super) fn clocks(&self, fit: &Fit, from: &At) -> Vec<(Kind, At)> {
         let devices: Vec<Device> = Device::ALL.into_iter().filter(|d| !self.channels(*d).is_empty()).collect();
         let mut found: Vec<(Kind, At)> = Vec::new();
         let set = |late: &Randomness, device: Device| self.channels(device).iter().any(|at| late.late[*at] != 0.0);
         for randomness in [from.randomness.clone(), from.randomness.without_latents()] {
-            let normal = self.clock_normal(fit, &randomness, &devices);
+            let clocks = Clocks { devices: devices.clone(), recorder: Vec::new(), all: self.all.clone() };
+            let normal = clocks.normal(fit, self.trials, &randomness);
+            let unset = devices.iter().filter(|device| !set(&randomness, **device)).count();
+            // One clock is that by which all others count.
+            let least = if randomness.recorder == Recorder::default() { 0 } else { 1 };
             for (c, device) in devices.iter().enumerate() {
                 let gram = normal.gram[c * devices.len() + c];
                 let step = normal.right[c] / gram;
-                // More than a few samples are no first order.
-                let late = step > 0.0 && step <= 4.0 * self.interval;
-                if gram <= 0.0 || !late || set(&randomness, *device) {
+                let late = step > 0.0 && step <= FEW * self.interval;
+                if gram <= 0.0 || !late || set(&randomness, *device) || unset <= least {
                     continue;
                 }
                 let mut next = randomness.clone();
@@ -51,21 +57,20 @@ impl Sizing<'_> {
         found
     }
 
-    /// Normal equations of the delays of devices.
-    pub(super) fn clock_normal(&self, fit: &Fit, randomness: &Randomness, devices: &[Device]) -> Normal {
-        let clocks = Clocks { devices: devices.to_vec(), all: self.all.clone() };
-        clocks.normal(fit, self.trials, randomness)
-    }
-
     /// Clocks as in `start`, then set by Gauss-Newton, the trajectory smoothed in between.
     pub(super) fn set_clock(&self, fit: &Fit, start: At) -> Result<(Fit, At), FitError> {
         let mut fit = fit.clone();
+        let later = start.randomness.recorder.delay - fit.randomness.recorder.delay;
         fit.randomness = start.randomness;
+        if later != 0.0 {
+            // What is measured was ahead of the forces until now.
+            fit.delay(self.trials, later)?;
+        }
         let clocks = Clocks::set(&fit.randomness, self.trials);
         for _ in 0..CLOCK_MOVES {
             fit.smooth(self.trials)?;
             let randomness = fit.randomness.clone();
-            let normal = self.clock_normal(&fit, &randomness, &clocks.devices);
+            let normal = clocks.normal(&fit, self.trials, &randomness);
             clocks.move_by(&solve(&normal).0, &mut fit.randomness);
         }
         fit.smooth(self.trials)?;

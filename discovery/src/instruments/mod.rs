@@ -8,8 +8,9 @@ mod exchange;
 pub(crate) mod expected;
 pub(crate) mod latents;
 pub(crate) mod mismatch;
+pub(crate) mod recorder;
 mod scoring;
-pub(crate) mod sizing;
+mod sizing;
 mod summary;
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! What the instruments add to recordings beside white noise: sizes by maximum likelihood on the innovations.
 //!
 //! Of each device (pose, lengths, load cells) noise with memory, drift and a late clock; of the recorded forces a white
-//! error; of the stamps jitter. Each is taken up only where the likelihood gains more than its parameters cost, the one
+//! error, a delay and a filter; of the stamps jitter. Each is taken up only where the likelihood gains more than its parameters cost, the one
 //! that gains most first. What the instruments do, the latent forces need not carry: each is tried with the latent forces
 //! as they are and without them.
 
@@ -122,7 +122,12 @@ pub(crate) fn parameters(randomness: &Randomness) -> usize {
     let mut late: Vec<f64> = randomness.late.iter().copied().filter(|late| *late != 0.0).collect();
     late.sort_by(f64::total_cmp);
     late.dedup();
-    memories + late.len() + usize::from(randomness.input > 0.0) + usize::from(randomness.jitter > 0.0)
+    memories
+        + late.len()
+        + usize::from(randomness.recorder.delay != 0.0)
+        + usize::from(randomness.recorder.variance != 0.0)
+        + usize::from(randomness.input > 0.0)
+        + usize::from(randomness.jitter > 0.0)
 }
 
 /// The sizes of what the instruments of `fit` add, moved to where they belong with the model as it is now.
@@ -412,7 +417,10 @@ impl<'a> Sizing<'a> {
         let mut adapted = fit.clone();
         adapted.randomness = start.randomness;
         // Where no step can be taken it is as it was, and is asked below whether that is better.
-        let _ended = refine_free(&mut adapted, self.trials, free, ADAPTING, None)?;
+        match refine_free(&mut adapted, self.trials, free, ADAPTING, None) {
+            Err(FitError::Diverged { .. } | FitError::Simulation(_)) => return Ok((fit.clone(), alone)),
+            ended => ended?,
+        };
         let at = self.at(&adapted, adapted.randomness.clone());
         Ok(if at.value < alone.value { (adapted, at) } else { (fit.clone(), alone) })
     }

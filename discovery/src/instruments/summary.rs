@@ -8,6 +8,7 @@ use crate::data::Trial;
 use crate::data::counts::resolution;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
+use crate::model::randomness::Recorder;
 use crate::outcome::{ChannelInstrument, Estimated, Instruments};
 use crate::weigh::criterion::Penalty;
 
@@ -49,6 +50,7 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: 
     let randomness = &fit.randomness;
     let devices: Vec<Device> =
         Device::ALL.into_iter().filter(|d| sizing.channels(*d).iter().any(|at| randomness.late[*at] != 0.0)).collect();
+    let error_of = |clock: usize| delay_errors.get(clock).copied().filter(|error| error.is_finite());
     let channel = |at: usize| {
         let memory = |drift: bool| randomness.memory.iter().position(|m| m.channel == at && m.drift == drift);
         let coloured = memory(false).map(|m| {
@@ -62,10 +64,10 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: 
             let deviation = |c: &DMatrix<f64>| c[(0, 0)] + c[(0, 1)] + 0.25 * c[(1, 1)];
             [of(randomness.memory[m].deviation, deviation), of(randomness.memory[m].time, |c| c[(1, 1)])]
         });
-        let delay = devices.iter().position(|d| *d == Device::of(sizing.all[at])).map(|c| Estimated {
-            value: randomness.late[at],
-            standard_error: delay_errors.get(c).copied().filter(|error| error.is_finite()),
-        });
+        let delay = devices
+            .iter()
+            .position(|d| *d == Device::of(sizing.all[at]))
+            .map(|c| Estimated { value: randomness.late[at], standard_error: error_of(c) });
         ChannelInstrument {
             channel: sizing.all[at],
             white: randomness.noise[at],
@@ -76,8 +78,15 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: 
             resolution: resolution(trials, sizing.all[at], randomness.noise[at]),
         }
     };
+    let Recorder { delay, variance } = randomness.recorder;
     Instruments {
         channels: Device::ALL.into_iter().flat_map(|d| sizing.channels(d)).map(channel).collect(),
+        late_forces: (delay != 0.0).then(|| Estimated { value: delay, standard_error: error_of(devices.len()) }),
+        smoothed_forces: (variance > 0.0).then(|| Estimated {
+            value: variance.sqrt(),
+            // Of half the variance, to that of its root.
+            standard_error: error_of(devices.len() + usize::from(delay != 0.0)).map(|error| error / variance.sqrt()),
+        }),
         winch_force: (randomness.input > 0.0).then(|| sizing.sized(fit, randomness.input, Size::Input)),
         stamps: (randomness.jitter > 0.0).then(|| sizing.sized(fit, randomness.jitter, Size::Jitter)),
     }

@@ -11,6 +11,7 @@ use crate::instruments::{self, Sizing};
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Evidence, Fitted, Trained, instruments_of};
+use crate::strategy::late_record::with_late_record;
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 
@@ -144,7 +145,11 @@ pub(crate) fn instruments_instead(context: &Context<'_>, mut standing: Standing)
         let (model, effect) = standing.without(context, kept);
         let without = context.fit_without(&model, &standing.fit, context.policy.rounds);
         let without = context.journal.tried(&effect, "instruments in its place", without);
-        let instead = without.map(|without| with_instruments_anew(context, &without)).transpose()?.flatten();
+        let mut instead = None;
+        if let Some(without) = without {
+            let found = [with_instruments_anew(context, &without)?, with_late_record(context, &without)?];
+            instead = found.into_iter().flatten().min_by(|a, b| a.score.total_cmp(&b.score));
+        }
         let Some(instead) = instead.filter(|instead| instead.score < standing.fit.score) else {
             kept += 1;
             continue;

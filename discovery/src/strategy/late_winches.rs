@@ -15,6 +15,7 @@ use crate::filter::kalman::Randomness;
 use crate::hypothesis::candidates::is_there;
 use crate::hypothesis::sensor::{lateness_of_pose, pose_delay};
 use crate::journal::Outcome;
+use crate::model::randomness::Recorder;
 use crate::strategy::context::Context;
 use crate::strategy::instruments::with_other_instruments;
 use crate::strategy::standing::{Accepted, Standing};
@@ -85,7 +86,8 @@ fn in_common(context: &Context<'_>, standing: &Standing) -> Option<(usize, f64)>
     let (pose, late) = found.iter().enumerate().find_map(|(k, effect)| Some((k, delay(effect)?)))?;
     let is_late = |effect: &EffectSpec| LATE.iter().any(|id| is_there(effect, id, None));
     let clocks = least_late(&standing.fit.train, &context.evidence.train)?;
-    (clocks > 0.0 && !standing.effects().iter().any(is_late)).then_some((pose, late.min(clocks)))
+    let forces_late = standing.fit.train.randomness.recorder != Recorder::default();
+    (clocks > 0.0 && !forces_late && !standing.effects().iter().any(is_late)).then_some((pose, late.min(clocks)))
 }
 
 /// How late (s) all devices but the pose are at least; none where none is measured.

@@ -16,6 +16,7 @@ pub(crate) mod fixture;
 pub(crate) mod form;
 pub(crate) mod geometry;
 pub(crate) mod instruments;
+pub(crate) mod late_record;
 pub(crate) mod late_winches;
 pub(crate) mod one_friction;
 pub(crate) mod onset;

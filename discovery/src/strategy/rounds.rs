@@ -7,6 +7,7 @@ use crate::strategy::every_cable::on_every_cable;
 use crate::strategy::form::form_if;
 use crate::strategy::geometry::survey_gains;
 use crate::strategy::instruments::{beside_instruments, better_instruments};
+use crate::strategy::late_record::late_record;
 use crate::strategy::one_friction::one_friction;
 use crate::strategy::onset::onset;
 use crate::strategy::prune::prune;
@@ -27,6 +28,7 @@ pub(crate) fn one_more(context: &Context<'_>, standing: Standing, signatures: &S
 /// looked for, but for one that makes fewer of them: errors of one anchor are found after what stood for each of their directions.
 pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     while standing.accepted.len() < context.policy.most_effects {
+        standing = late_record(context, standing)?;
         let score = standing.fit.score;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
         if standing.accepted.len() >= context.policy.several_laws

@@ -11,6 +11,7 @@ use crate::strategy::instruments::{
     beside_instruments, better_instruments, evident_wander, instruments_anew, instruments_instead,
     with_any_error_of_forces, without_idle_instruments,
 };
+use crate::strategy::late_record::late_record;
 use crate::strategy::late_winches::late_winches;
 use crate::strategy::onset::onset;
 use crate::strategy::pair::pair;
@@ -103,6 +104,7 @@ fn catalogue_rounds(context: &Context<'_>, standing: Standing) -> Result<Standin
 fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     let policy = context.policy;
     let signatures = loop {
+        standing = late_record(context, standing)?;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
         match one_more(context, standing, &signatures)? {
             Round::Instruments(same, better) => {
@@ -117,7 +119,7 @@ fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standin
             }
         }
     };
-    standing = onset(context, standing, policy.most);
+    standing = onset(context, late_record(context, standing)?, policy.most);
     if context.explained(&standing.base, &standing.fit) > policy.most {
         standing = form_if(context, standing, policy.most);
     }

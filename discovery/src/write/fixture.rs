@@ -133,6 +133,8 @@ pub(super) fn discovery() -> Discovery {
             .collect(),
         instruments: Instruments {
             channels: trials[0].trial.channels.iter().map(|c| instrument(*c)).collect(),
+            late_forces: None,
+            smoothed_forces: None,
             winch_force: None,
             stamps: Some(Estimated { value: 4e-3, standard_error: Some(1e-4) }),
         },

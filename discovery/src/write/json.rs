@@ -50,6 +50,10 @@ struct Document<'a> {
 #[derive(Serialize)]
 struct InstrumentsEntry {
     channels: BTreeMap<String, InstrumentEntry>,
+    /// How late the recorded winch forces are against those that act (s).
+    winch_force_delay: Option<EstimatedEntry>,
+    /// Standard deviation of the response to an impulse by which recording smooths them (s).
+    winch_force_smoothing: Option<EstimatedEntry>,
     /// White error of each recorded winch force (N).
     winch_force_error: Option<EstimatedEntry>,
     /// Jitter of the time stamps (s).
@@ -79,6 +83,8 @@ fn instruments(instruments: &Instruments) -> InstrumentsEntry {
     };
     InstrumentsEntry {
         channels: instruments.channels.iter().map(|c| (c.channel.name(), channel(c))).collect(),
+        winch_force_delay: instruments.late_forces.map(Into::into),
+        winch_force_smoothing: instruments.smoothed_forces.map(Into::into),
         winch_force_error: instruments.winch_force.map(Into::into),
         stamp_jitter: instruments.stamps.map(Into::into),
     }

@@ -160,6 +160,10 @@ fn instruments(instruments: &Instruments) -> Vec<report::Instrument> {
     for (device, delay) in instruments.clocks() {
         rows.push(row(format!("delay of {device} against the recorded forces"), "s", &delay));
     }
+    let late_forces = instruments.late_forces.iter();
+    rows.extend(late_forces.map(|delay| row("delay of the recorded winch forces".into(), "s", delay)));
+    let smoothed = instruments.smoothed_forces.iter();
+    rows.extend(smoothed.map(|size| row("smoothing of the recorded winch forces".into(), "s", size)));
     rows.extend(
         instruments.winch_force.iter().map(|size| row("white error of the recorded winch forces".into(), "N", size)),
     );
