@@ -1,9 +1,9 @@
 //! What the instruments add to recordings beside white noise: sizes by maximum likelihood on the innovations.
 //!
 //! Of each device (pose, lengths, load cells) noise with memory, drift and a late clock; of the recorded forces a white
-//! error, a delay and a filter; of the stamps jitter. Each is taken up only where the likelihood gains more than its parameters cost, the one
-//! that gains most first. What the instruments do, the latent forces need not carry: each is tried with the latent forces
-//! as they are and without them.
+//! error; of the stamps jitter. Each is taken up only where the likelihood gains more than its parameters cost, the one
+//! that gains most first; forces that are recorded late are [another matter](super::recorder). What the instruments do, the
+//! latent forces need not carry: each is tried with the latent forces as they are and without them.
 
 use crate::data::{Channel, Trial};
 use crate::filter::error::FitError;
