@@ -10,7 +10,7 @@ use cdpr::winch::WinchCommand;
 use crate::check::check;
 use crate::data::clean::remove_outliers;
 use crate::data::held::{Held, leave_out_held};
-use crate::data::{Channel, Trial, make_ready};
+use crate::data::{Trial, make_ready};
 use crate::filter::error::FitError;
 use crate::filter::estimate::noise_of_data;
 use crate::hypothesis::survey::{most_longer, survey_errors, with_errors};
@@ -119,19 +119,14 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
 
 /// Takes readings that were shown again as not measured; returns a remark on each device that did so.
 fn without_held<'a>(trials: impl Iterator<Item = &'a mut Trial>) -> Vec<String> {
-    let mut by_device: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+    let mut by_device: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     for trial in trials {
-        for Held { channel, rows } in leave_out_held(trial) {
-            let name = channel.name();
-            let device = match channel {
-                Channel::Pose(_) => "pose",
-                _ => name.split('[').next().unwrap_or(&name),
-            };
-            let (held, all) = by_device.entry(device.to_owned()).or_default();
+        for Held { device, rows } in leave_out_held(trial) {
+            let (held, all) = by_device.entry(device.name()).or_default();
             (*held, *all) = (*held + rows, *all + trial.len());
         }
     }
-    let remark = |(device, (held, all)): (String, (usize, usize))| {
+    let remark = |(device, (held, all)): (&str, (usize, usize))| {
         format!(
             "In {held} of {all} rows the {device} shows what it did in the row before, to the last digit, while the machine moves: its \
              sensor is slower than the log, or lost sight. There it counts as not measured."

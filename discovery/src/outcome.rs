@@ -4,6 +4,7 @@ use cdpr::effect::{DependsOn, EffectSpec, Place};
 use cdpr::model_file::Model;
 use cdpr::per_cable::PerCable;
 
+use crate::data::device::Device;
 use crate::data::{Channel, Trial};
 use crate::journal::Entry;
 use crate::model::examined::WRENCH;
@@ -263,8 +264,7 @@ impl Instruments {
     pub fn clocks(&self) -> Vec<(String, Estimated)> {
         let mut out: Vec<(String, Estimated)> = Vec::new();
         for c in &self.channels {
-            let name = c.channel.name();
-            let device = name.split('[').next().unwrap_or(&name).to_owned();
+            let device = Device::of(c.channel).name().to_owned();
             if let Some(delay) = c.delay.filter(|_| out.iter().all(|(known, _)| *known != device)) {
                 out.push((device, delay));
             }
@@ -283,11 +283,10 @@ impl Instruments {
             let forces = if self.late_forces.is_some() { "forces that act" } else { "recorded forces" };
             format!("{device} {way} the {forces} by {} ms.", with(&size, 1e3))
         });
-        let late_forces = self.late_forces.iter().map(|size| {
-            let way = if size.value > 0.0 { "lag" } else { "lead" };
-            let size = Estimated { value: size.value.abs(), ..*size };
-            format!("The recorded winch forces {way} what is measured by {} ms.", with(&size, 1e3))
-        });
+        let late_forces = self
+            .late_forces
+            .iter()
+            .map(|size| format!("The recorded winch forces lag what is measured by {} ms.", with(size, 1e3)));
         let smoothed = self.smoothed_forces.iter().map(|size| {
             format!(
                 "They are smoothed over {} ms (standard deviation of the response to an impulse), as behind a filter.",

@@ -1,10 +1,9 @@
 //! Readings that a device shows again while the machine moves on: of a sensor that is slower than the log, or of one that has lost sight
 //! of what it measures. They were not measured when their row says.
 
-use std::mem::discriminant;
-
+use super::Trial;
 use super::clean::noise_by_differences;
-use super::{Channel, Trial};
+use super::device::Device;
 
 /// Steps between different readings by which one must have moved on after it was shown again: by one or two an instrument moves that counts.
 const BEYOND_COUNTS: f64 = 3.0;
@@ -14,8 +13,7 @@ const MOVES: f64 = 6.0;
 /// Readings of one device that were shown again, made gaps.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Held {
-    /// A channel of the device.
-    pub(crate) channel: Channel,
+    pub(crate) device: Device,
     /// Rows in which it showed what it had shown before.
     pub(crate) rows: usize,
 }
@@ -23,27 +21,26 @@ pub(crate) struct Held {
 /// Makes gaps of what devices showed again while the machine moved on: all their channels, to the last digit.
 pub(crate) fn leave_out_held(trial: &mut Trial) -> Vec<Held> {
     let noise: Vec<f64> = (0..trial.channels.len()).map(|j| noise_by_differences(trial, j)).collect();
-    let mut devices: Vec<Vec<usize>> = Vec::new();
-    for (j, channel) in trial.channels.iter().enumerate() {
-        let same = |device: &&mut Vec<usize>| discriminant(&trial.channels[device[0]]) == discriminant(channel);
-        match devices.iter_mut().find(same) {
-            Some(device) => device.push(j),
-            None => devices.push(vec![j]),
-        }
-    }
-    let held: Vec<Vec<usize>> = devices.iter().map(|device| held_rows(trial, device, &noise)).collect();
+    let channels = |device: Device| -> Vec<usize> {
+        (0..trial.channels.len()).filter(|j| Device::of(trial.channels[*j]) == device).collect()
+    };
+    let devices = Device::ALL.map(|device| (device, channels(device)));
+    let held = devices.map(|(device, channels)| (device, held_rows(trial, &channels, &noise), channels));
     let mut out = Vec::new();
-    for (device, rows) in devices.iter().zip(held).filter(|(_, rows)| !rows.is_empty()) {
-        for (k, j) in rows.iter().flat_map(|k| device.iter().map(move |j| (*k, *j))) {
+    for (device, rows, channels) in held.into_iter().filter(|(_, rows, _)| !rows.is_empty()) {
+        for (k, j) in rows.iter().flat_map(|k| channels.iter().map(move |j| (*k, *j))) {
             trial.measured[k][j] = f64::NAN;
         }
-        out.push(Held { channel: trial.channels[device[0]], rows: rows.len() });
+        out.push(Held { device, rows: rows.len() });
     }
     out
 }
 
 /// Rows in which the channels of a device are what they were in the row before, as far as that is no rest and no counting.
 fn held_rows(trial: &Trial, device: &[usize], noise: &[f64]) -> Vec<usize> {
+    if device.is_empty() {
+        return Vec::new();
+    }
     let value = |k: usize, j: usize| trial.measured[k][j];
     let again = |k: usize| device.iter().all(|j| value(k, *j) == value(k - 1, *j));
     let counts: Vec<f64> = device.iter().map(|j| smallest_step(trial, *j)).collect();
@@ -91,10 +88,8 @@ mod tests {
             held.measured[k][..3].copy_from_slice(&shown);
         }
         let found = leave_out_held(&mut held);
-        assert_eq!(found.len(), 1);
-        let Held { channel, rows } = found[0];
-        assert!(matches!(channel, Channel::Pose(_)));
-        assert_eq!(rows, clean.len() - clean.len().div_ceil(5));
+        let rows = clean.len() - clean.len().div_ceil(5);
+        assert_eq!(found, [Held { device: Device::Pose, rows }]);
         for (row, of_clean) in held.measured.iter().zip(&clean.measured) {
             assert_eq!(row[3..], of_clean[3..]);
             assert!(row[0].is_nan() == row[2].is_nan());

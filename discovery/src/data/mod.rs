@@ -4,6 +4,7 @@ mod channel;
 pub(crate) mod clean;
 pub(crate) mod clock;
 pub(crate) mod counts;
+pub(crate) mod device;
 pub(crate) mod held;
 mod map;
 mod read;

@@ -1,12 +1,12 @@
 //! Clocks of the devices that are late against the recorded forces, and recorded forces that are late themselves.
 
+use crate::data::device::Device;
 use crate::data::{Channel, Trial};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::instruments::clock_offset::clock_offset;
 use crate::instruments::clocks::Clocks;
-use crate::instruments::device::Device;
 use crate::instruments::sizing::{At, Kind, Sizing};
 use crate::model::examined::Examined;
 use crate::model::randomness::Recorder;

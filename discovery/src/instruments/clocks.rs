@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use crate::data::device::Device;
 use crate::data::{Channel, Trial};
 use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::Randomness;
@@ -9,7 +10,6 @@ use crate::filter::path::LinearTrial;
 use crate::filter::whiten::{Forcing, Normal, whiten};
 use crate::hypothesis::along::Along;
 use crate::hypothesis::signature::{Varied, sensitivities};
-use crate::instruments::device::Device;
 use crate::model::delayed::rates;
 use crate::model::randomness::Recorder;
 
@@ -27,9 +27,9 @@ pub(crate) struct Clocks {
 /// What is estimated of how forces are recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Moment {
-    /// The delay.
+    /// Its delay (s).
     Delay,
-    /// Half the variance of the response.
+    /// The variance of its response, by its half (s²).
     Variance,
 }
 

@@ -1,8 +1,8 @@
 //! What one device remembers, exchanged for what another does, or divided into a drift and noise that forgets sooner: what explains most
 //! by itself may stand for two that belong together.
 
-use super::device::Device;
 use super::sizing::{At, Kind, STEPS, Size, Sizing, WORTH, less_memories};
+use crate::data::device::Device;
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::model::randomness::MOST_MEMORIES;

@@ -3,7 +3,6 @@
 mod clock;
 pub(crate) mod clock_offset;
 pub(crate) mod clocks;
-pub(crate) mod device;
 mod exchange;
 pub(crate) mod expected;
 pub(crate) mod latents;

@@ -5,8 +5,8 @@
 
 use super::clock::FEW;
 use super::clocks::{Clocks, Moment};
-use super::device::Device;
 use super::sizing::{At, Sizing};
+use crate::data::device::Device;
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;

@@ -5,13 +5,13 @@
 //! that gains most first; forces that are recorded late are [another matter](super::recorder). What the instruments do, the
 //! latent forces need not carry: each is tried with the latent forces as they are and without them.
 
+use crate::data::device::Device;
 use crate::data::{Channel, Trial};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::hypothesis::parameter::{Free, free_parameters};
 use crate::instruments::clocks::{Clocks, less_one_clock};
-use crate::instruments::device::Device;
 use crate::instruments::expected::largest_error;
 use crate::model::randomness::{MOST_MEMORIES, Memory};
 use crate::strategy::policy::POLICY;

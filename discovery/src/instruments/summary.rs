@@ -2,10 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::device::Device;
 use super::sizing::{Size, Sizing};
 use crate::data::Trial;
 use crate::data::counts::resolution;
+use crate::data::device::Device;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::model::randomness::Recorder;

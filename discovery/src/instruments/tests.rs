@@ -1,8 +1,8 @@
 use cdpr::effect::EffectSpec;
 
-use super::device::Device;
 use super::less_by_one;
 use super::sizing::{Kind, Size, Sizing, WORTH};
+use crate::data::device::Device;
 use crate::data::recording::{fitted, noise, record};
 use crate::data::{Channel, Trial};
 use crate::filter::estimate::Fit;

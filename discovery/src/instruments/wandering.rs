@@ -3,9 +3,9 @@
 use cdpr::model_file::Model;
 
 use crate::data::Channel;
+use crate::data::device::Device;
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
-use crate::instruments::device::Device;
 use crate::instruments::mismatch::Wander;
 use crate::instruments::sizing::{Kind, SHORTEST, Size, Sizing};
 use crate::model::randomness::{MOST_MEMORIES, Memory, Randomness};

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use cdpr::effect::EffectSpec;
 
 use crate::data::Channel;
+use crate::data::device::Device;
 use crate::filter::error::FitError;
-use crate::instruments::device::Device;
 use crate::model::randomness::{Memory, Randomness};
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;

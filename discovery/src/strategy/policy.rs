@@ -20,7 +20,7 @@ pub(crate) struct Policy {
     /// goes on.
     pub(crate) hidden: f64,
     /// Share of the evidence from which an effect found first is most of what is missing, so that its form shows; and of what
-    /// is left then, that the form or the times between which it acts must explain: half.
+    /// is left then, that the form, the times between which it acts, or forces that were recorded late must explain: half.
     pub(crate) most: f64,
     /// Most effects added: a simulation that lacks more is another machine's.
     pub(crate) most_effects: usize,

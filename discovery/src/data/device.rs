@@ -12,7 +12,7 @@ pub(crate) enum Device {
 }
 
 impl Device {
-    pub(super) const ALL: [Self; 4] = [Self::Pose, Self::CableLengths, Self::UnstretchedLengths, Self::Tensions];
+    pub(crate) const ALL: [Self; 4] = [Self::Pose, Self::CableLengths, Self::UnstretchedLengths, Self::Tensions];
 
     pub(crate) fn of(channel: Channel) -> Self {
         match channel {
@@ -20,6 +20,16 @@ impl Device {
             Channel::CableLength(_) => Self::CableLengths,
             Channel::UnstretchedLength(_) => Self::UnstretchedLengths,
             Channel::Tension(_) => Self::Tensions,
+        }
+    }
+
+    /// What it is called.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Pose => "pose",
+            Self::CableLengths => "cable_length",
+            Self::UnstretchedLengths => "unstretched_length",
+            Self::Tensions => "tension",
         }
     }
 }
