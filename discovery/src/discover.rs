@@ -128,8 +128,8 @@ fn without_held<'a>(trials: impl Iterator<Item = &'a mut Trial>) -> Vec<String> 
     }
     let remark = |(device, (held, all)): (&str, (usize, usize))| {
         format!(
-            "In {held} of {all} rows the {device} shows what it did in the row before, to the last digit, while the machine moves: its \
-             sensor is slower than the log, or lost sight. There it counts as not measured."
+            "In {held} of {all} rows the {device} shows what it did in the row before, to the last digit, as neither motion nor noise does: \
+             its sensor is slower than the log, or lost sight. There it counts as not measured."
         )
     };
     by_device.into_iter().map(remark).collect()

@@ -1,8 +1,12 @@
-//! Readings that a device shows again while the machine moves on: of a sensor that is slower than the log, or of one that has lost sight
-//! of what it measures. They were not measured when their row says.
+//! Readings that a device shows again while the machine moves on, or which noise would not show twice: of a sensor that is slower than the
+//! log, or of one that has lost sight of what it measures. They were not measured when their row says.
+
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+use std::ops::Range;
 
 use super::Trial;
-use super::clean::noise_by_differences;
+use super::clean::{noise_by_differences, white_noise};
 use super::device::Device;
 
 /// Steps between different readings by which one must have moved on after it was shown again: by one or two an instrument moves that counts.
@@ -10,72 +14,124 @@ const BEYOND_COUNTS: f64 = 3.0;
 /// Deviations of its noise by which another device must have moved meanwhile: the machine is not at rest.
 const MOVES: f64 = 6.0;
 
+/// Share of the repetitions that may be chance where noise never shows the same twice.
+const BY_CHANCE: f64 = 0.1;
+
 /// Readings of one device that were shown again, made gaps.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Held {
     pub(crate) device: Device,
-    /// Rows in which it showed what it had shown before.
+    /// Rows in which some of its channels showed what they had shown before.
     pub(crate) rows: usize,
 }
 
-/// Makes gaps of what devices showed again while the machine moved on: all their channels, to the last digit.
+/// Makes gaps of what devices showed again, to the last digit: all their channels while the machine moved on, and all or one of them
+/// where the noise of what is measured anew would hardly ever have shown the same.
 pub(crate) fn leave_out_held(trial: &mut Trial) -> Vec<Held> {
-    let noise: Vec<f64> = (0..trial.channels.len()).map(|j| noise_by_differences(trial, j)).collect();
     let channels = |device: Device| -> Vec<usize> {
         (0..trial.channels.len()).filter(|j| Device::of(trial.channels[*j]) == device).collect()
     };
     let devices = Device::ALL.map(|device| (device, channels(device)));
-    let held = devices.map(|(device, channels)| (device, held_rows(trial, &channels, &noise), channels));
-    let mut out = Vec::new();
-    for (device, rows, channels) in held.into_iter().filter(|(_, rows, _)| !rows.is_empty()) {
-        for (k, j) in rows.iter().flat_map(|k| channels.iter().map(move |j| (*k, *j))) {
-            trial.measured[k][j] = f64::NAN;
+    let mut held: Vec<BTreeSet<(usize, usize)>> = Vec::new();
+    for (_, channels) in &devices {
+        let again = Again::new(trial, channels);
+        let rows = again.while_moving(trial).into_iter().chain(again.against_noise(trial));
+        let mut readings: BTreeSet<_> = rows.flat_map(|k| channels.iter().map(move |j| (k, *j))).collect();
+        for j in channels {
+            // As of encoders that are asked in turn.
+            let again = Again::new(trial, std::slice::from_ref(j));
+            readings.extend(again.against_noise(trial).into_iter().map(|k| (k, *j)));
         }
-        out.push(Held { device, rows: rows.len() });
+        held.push(readings);
     }
-    out
+    held.iter().flatten().for_each(|(k, j)| trial.measured[*k][*j] = f64::NAN);
+    let counted = devices.iter().zip(held).map(|((device, _), readings)| {
+        let rows: BTreeSet<usize> = readings.into_iter().map(|(k, _)| k).collect();
+        Held { device: *device, rows: rows.len() }
+    });
+    counted.filter(|held| held.rows > 0).collect()
 }
 
-/// Rows in which the channels of a device are what they were in the row before, as far as that is no rest and no counting.
-fn held_rows(trial: &Trial, device: &[usize], noise: &[f64]) -> Vec<usize> {
-    if device.is_empty() {
-        return Vec::new();
-    }
-    let value = |k: usize, j: usize| trial.measured[k][j];
-    let again = |k: usize| device.iter().all(|j| value(k, *j) == value(k - 1, *j));
-    let counts: Vec<f64> = device.iter().map(|j| smallest_step(trial, *j)).collect();
-    let others: Vec<usize> = (0..trial.channels.len()).filter(|j| !device.contains(j)).collect();
-    let (mut out, mut repeated) = (Vec::new(), Vec::new());
-    let mut k = 1;
-    while k < trial.len() {
-        let first = k;
-        while k < trial.len() && again(k) {
-            k += 1;
-        }
-        // Shown first before `first`, and again in the rows before `k`.
-        repeated.extend(first..k);
-        if k > first && k < trial.len() {
-            let moved_on = |(j, count): (&usize, &f64)| (value(k, *j) - value(first, *j)).abs() > BEYOND_COUNTS * count;
-            let moves = |j: &usize| (value(k - 1, *j) - value(first - 1, *j)).abs() > MOVES * noise[*j];
-            if device.iter().zip(&counts).any(moved_on) && others.iter().any(moves) {
-                out.extend(first..k);
+/// Rows in which some channels show, all of them, what they did in the row before.
+struct Again<'a> {
+    channels: &'a [usize],
+    /// The smallest step of each between different readings.
+    steps: Vec<f64>,
+    runs: Vec<Range<usize>>,
+}
+
+impl<'a> Again<'a> {
+    fn new(trial: &Trial, channels: &'a [usize]) -> Self {
+        let same = |k: usize| k > 0 && channels.iter().all(|j| trial.measured[k][*j] == trial.measured[k - 1][*j]);
+        let mut runs: Vec<Range<usize>> = Vec::new();
+        for k in (0..trial.len()).filter(|k| !channels.is_empty() && same(*k)) {
+            match runs.last_mut() {
+                Some(run) if run.end == k => run.end = k + 1,
+                _ => runs.push(k..k + 1),
             }
         }
-        k += 1;
+        Self { channels, steps: channels.iter().map(|j| smallest_step(trial, *j)).collect(), runs }
     }
-    // Where most is such, the rest is as well: the machine was too slow there to tell.
-    if out.len() > repeated.len() / 2 { repeated } else { out }
+
+    fn rows(&self) -> Vec<usize> {
+        self.runs.iter().cloned().flatten().collect()
+    }
+
+    /// Those after which they had moved on by more than counts do, while others moved by more than their noise; where most are
+    /// such, all of them: the machine was too slow there to tell.
+    fn while_moving(&self, trial: &Trial) -> Vec<usize> {
+        let value = |k: usize, j: usize| trial.measured[k][j];
+        let others: Vec<usize> = (0..trial.channels.len()).filter(|j| !self.channels.contains(j)).collect();
+        let noise: Vec<f64> = others.iter().map(|j| noise_by_differences(trial, *j)).collect();
+        let moving = |run: &&Range<usize>| {
+            let (first, end) = (run.start, run.end);
+            let moved_on = |(j, step): (&usize, &f64)| (value(end, *j) - value(first, *j)).abs() > BEYOND_COUNTS * step;
+            let moves = |(j, noise): (&usize, &f64)| (value(end - 1, *j) - value(first - 1, *j)).abs() > MOVES * noise;
+            end < trial.len()
+                && self.channels.iter().zip(&self.steps).any(moved_on)
+                && others.iter().zip(&noise).any(moves)
+        };
+        let rows: Vec<usize> = self.runs.iter().filter(moving).cloned().flatten().collect();
+        let all = self.rows();
+        if rows.len() > all.len() / 2 { all } else { rows }
+    }
+
+    /// Those in which others show something new, where chance would have shown far fewer: what shows nothing new at all may be at rest.
+    fn against_noise(&self, trial: &Trial) -> Vec<usize> {
+        let others: Vec<usize> = (0..trial.channels.len()).filter(|j| !self.channels.contains(j)).collect();
+        let new = |k: &usize, j: &usize| {
+            let [before, now] = [*k - 1, *k].map(|k| trial.measured[k][*j]);
+            now.is_finite() && now != before
+        };
+        let mut rows = self.rows();
+        rows.retain(|k| others.iter().any(|j| new(k, j)));
+        let by_chance = trial.len() as f64 * self.chance(trial);
+        if by_chance < BY_CHANCE * rows.len() as f64 { rows } else { Vec::new() }
+    }
+
+    /// How likely noise shows the same twice in all channels at rest: two readings that differ by white noise fall on one of its steps.
+    fn chance(&self, trial: &Trial) -> f64 {
+        let again: BTreeSet<usize> = self.rows().into_iter().collect();
+        let of_channel = |(j, step): (&usize, &f64)| {
+            let known = (0..trial.len()).filter(|k| !again.contains(k) && trial.measured[*k][*j].is_finite());
+            let (times, values): (Vec<f64>, Vec<f64>) = known.map(|k| (trial.time[k], trial.measured[k][*j])).unzip();
+            (step / (2.0 * PI.sqrt() * white_noise(&times, &values))).min(1.0)
+        };
+        self.channels.iter().zip(&self.steps).map(of_channel).product()
+    }
 }
 
-/// The smallest step between different readings that follow each other.
+/// The smallest step between different readings.
 fn smallest_step(trial: &Trial, j: usize) -> f64 {
-    let steps = trial.measured.windows(2).map(|rows| (rows[1][j] - rows[0][j]).abs());
+    let mut readings: Vec<f64> = trial.measured.iter().map(|row| row[j]).filter(|value| value.is_finite()).collect();
+    readings.sort_by(f64::total_cmp);
+    let steps = readings.windows(2).map(|pair| pair[1] - pair[0]);
     steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::recording::record;
+    use super::super::recording::{noise, record};
     use super::*;
 
     /// A tracker of 10 Hz in a log of 50 Hz: four of five rows show what the one before did.
@@ -113,6 +169,42 @@ mod tests {
             let mut kept = trial.clone();
             assert_eq!(leave_out_held(&mut kept), []);
             assert_eq!(kept.measured, trial.measured);
+        }
+    }
+
+    /// Encoders that are asked in turn, every fourth row the same one.
+    #[test]
+    fn sensors_that_are_read_in_turn_have_one_reading_of_each() {
+        let clean = record(&[], 80.0, 4);
+        let mut held = clean.clone();
+        for k in 0..held.len() {
+            for j in 3..7 {
+                held.measured[k][j] = clean.measured[k.saturating_sub((k + j) % 4)][j];
+            }
+        }
+        let [found] = leave_out_held(&mut held).try_into().expect("one device");
+        assert_eq!((found.device, found.rows), (Device::UnstretchedLengths, clean.len() - 1));
+        for (k, row) in held.measured.iter().enumerate().skip(4) {
+            assert!((3..7).all(|j| if (k + j) % 4 == 0 { row[j] == clean.measured[k][j] } else { row[j].is_nan() }));
+        }
+    }
+
+    /// Lengths of a machine at rest, each shown twice: noise tells that, and counts that are larger do not.
+    #[test]
+    fn noise_does_not_show_the_same_twice() {
+        for (count, told) in [(1e-9, true), (1e-2, false)] {
+            let mut trial = record(&[], 20.0, 4);
+            let (start, channels) = (trial.measured[0].clone(), trial.channels.len());
+            let read: Vec<f64> = noise(trial.len() * channels, 5).map(|noise| 2e-3 * noise).collect();
+            for (k, row) in trial.measured.iter_mut().enumerate() {
+                for j in 0..channels {
+                    let shown = if j < 3 { k } else { k / 2 * 2 };
+                    let step = if j < 3 { 1e-9 } else { count };
+                    row[j] = step * ((start[j] + read[shown * channels + j]) / step).round();
+                }
+            }
+            let held = Held { device: Device::UnstretchedLengths, rows: trial.len() / 2 };
+            assert_eq!(leave_out_held(&mut trial), if told { vec![held] } else { Vec::new() });
         }
     }
 
