@@ -8,6 +8,7 @@ use cdpr::model_file::Model;
 use cdpr::winch::WinchCommand;
 
 use crate::check::check;
+use crate::data::bursts::remove_bursts;
 use crate::data::clean::remove_outliers;
 use crate::data::held::{Held, leave_out_held};
 use crate::data::{Trial, make_ready};
@@ -105,7 +106,8 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
     }
     let mut remarks = make_ready(&mut train, &mut holdout, HORIZON)?;
     remarks.extend(without_held(train.iter_mut().chain(&mut holdout)));
-    let outliers = train.iter_mut().chain(&mut holdout).map(remove_outliers).sum();
+    let outliers =
+        train.iter_mut().chain(&mut holdout).map(|trial| remove_bursts(trial) + remove_outliers(trial)).sum();
     let holdout_source = if holdout.is_empty() {
         hold_out(&mut train, &mut holdout)?
     } else {

@@ -26,6 +26,14 @@ pub(crate) fn resolution(trials: &[Trial], channel: Channel, noise: f64) -> Opti
     (count.is_finite() && count > 0.3 * noise && readings.iter().all(whole)).then_some(count)
 }
 
+/// The smallest step between different readings of column `j`; infinite where there is one reading alone.
+pub(super) fn smallest_step(trial: &Trial, j: usize) -> f64 {
+    let mut readings: Vec<f64> = trial.measured.iter().map(|row| row[j]).filter(|value| value.is_finite()).collect();
+    readings.sort_by(f64::total_cmp);
+    let steps = readings.windows(2).map(|pair| pair[1] - pair[0]);
+    steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
+}
+
 /// The standard deviation below which the white noise of a channel cannot be: what rounding to its counts leaves, evenly spread
 /// over a count (B. Widrow and I. Kollár, Quantization Noise, 2008), and whatever the channel, its floor.
 pub(crate) fn least_noise(trials: &[Trial], channel: Channel, noise: f64) -> f64 {

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use super::Trial;
 use super::clean::{noise_by_differences, white_noise};
+use super::counts::smallest_step;
 use super::device::Device;
 
 /// Steps between different readings by which one must have moved on after it was shown again: by one or two an instrument moves that counts.
@@ -97,16 +98,19 @@ impl<'a> Again<'a> {
     }
 
     /// Those in which others show something new, where chance would have shown far fewer: what shows nothing new at all may be at rest.
+    /// Where most are such, all of them.
     fn against_noise(&self, trial: &Trial) -> Vec<usize> {
         let others: Vec<usize> = (0..trial.channels.len()).filter(|j| !self.channels.contains(j)).collect();
         let new = |k: &usize, j: &usize| {
             let [before, now] = [*k - 1, *k].map(|k| trial.measured[k][*j]);
             now.is_finite() && now != before
         };
-        let mut rows = self.rows();
-        rows.retain(|k| others.iter().any(|j| new(k, j)));
-        let by_chance = trial.len() as f64 * self.chance(trial);
-        if by_chance < BY_CHANCE * rows.len() as f64 { rows } else { Vec::new() }
+        let all = self.rows();
+        let rows: Vec<usize> = all.iter().copied().filter(|k| others.iter().any(|j| new(k, j))).collect();
+        if trial.len() as f64 * self.chance(trial) >= BY_CHANCE * rows.len() as f64 {
+            return Vec::new();
+        }
+        if rows.len() > all.len() / 2 { all } else { rows }
     }
 
     /// How likely noise shows the same twice in all channels at rest: two readings that differ by white noise fall on one of its steps.
@@ -119,14 +123,6 @@ impl<'a> Again<'a> {
         };
         self.channels.iter().zip(&self.steps).map(of_channel).product()
     }
-}
-
-/// The smallest step between different readings.
-fn smallest_step(trial: &Trial, j: usize) -> f64 {
-    let mut readings: Vec<f64> = trial.measured.iter().map(|row| row[j]).filter(|value| value.is_finite()).collect();
-    readings.sort_by(f64::total_cmp);
-    let steps = readings.windows(2).map(|pair| pair[1] - pair[0]);
-    steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

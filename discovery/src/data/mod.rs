@@ -1,5 +1,6 @@
 //! Measured data: CSV files with inputs and any of the measured channels.
 
+pub(crate) mod bursts;
 mod channel;
 pub(crate) mod clean;
 pub(crate) mod clock;
