@@ -152,6 +152,12 @@ pub(crate) fn examine(
     let (mut context, base) = Context::begin(&evidence, model, free_from..model.effects.len(), progress)?;
     context.geometry_may_be_off = survey.is_some();
     let standing = search(&context, Standing::new(&context, base))?;
+    if let Some(recorder) = standing.recorder {
+        progress("moving the recorded forces to where they acted", 0.02);
+        let evidence = evidence.clone().with_forces_before(recorder);
+        let ready = Ready { evidence, holdout_source, outliers, remarks };
+        return examine(model, survey, free_from, ready, begun, progress);
+    }
     if standing.white_force_error()
         && let Some(instruments) = standing.fit.instruments
     {

@@ -60,7 +60,15 @@ fn recorded(model: &Model, reach: [f64; 3], samples: usize, seed: u64, chords: b
     }
     let mut inputs = Inputs::none(cables);
     inputs.winch_force.iter_mut().for_each(|force| *force = PULL);
-    Trial { name: "made".to_owned(), inputs: vec![inputs; samples], time, channels, measured, taken_off: Vec::new() }
+    Trial {
+        name: "made".to_owned(),
+        inputs: vec![inputs; samples],
+        time,
+        channels,
+        measured,
+        taken_off: Vec::new(),
+        undone: Vec::new(),
+    }
 }
 
 /// The model of the robot as it is: everything a little off.

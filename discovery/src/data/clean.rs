@@ -110,6 +110,7 @@ mod tests {
             channels: vec![Channel::Pose(0)],
             measured,
             taken_off: Vec::new(),
+            undone: Vec::new(),
         };
         trial.measured[500][0] += 0.2;
         trial.measured[700][0] = f64::NAN;

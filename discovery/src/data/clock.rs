@@ -75,6 +75,7 @@ mod tests {
             channels: Vec::new(),
             measured: vec![Vec::new(); 2],
             taken_off: Vec::new(),
+            undone: Vec::new(),
         };
         let (mut train, mut holdout) = ([trial(1.7e9 + 60.0)], [trial(1.7e9)]);
         assert_eq!(count_from_first_sample(&mut train, &mut holdout), Some(1.7e9));

@@ -10,6 +10,7 @@ pub(crate) mod held;
 mod map;
 mod read;
 mod ready;
+mod recorder;
 #[cfg(test)]
 pub(crate) mod recording;
 mod text;
@@ -23,6 +24,7 @@ pub use channel::Channel;
 pub use map::ColumnMap;
 pub use read::read_trial;
 pub(crate) use ready::make_ready;
+pub use recorder::Recorder;
 pub use text::Lines;
 pub use trial::Trial;
 

@@ -33,6 +33,7 @@ fn read(path: &Path, map: &ColumnMap, cables: usize) -> Result<Trial, Wrong> {
         channels: columns.channels.iter().map(|(c, _)| *c).collect(),
         measured: Vec::new(),
         taken_off: Vec::new(),
+        undone: Vec::new(),
     };
     let mut record = StringRecord::new();
     loop {

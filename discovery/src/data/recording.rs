@@ -179,8 +179,15 @@ pub(crate) fn record_on(bench: &Bench, effects: &[EffectSpec], duration: f64, se
     let mut simulation = model.simulation().expect("a robot");
     let mut channels: Vec<Channel> = (0..3).map(Channel::Pose).collect();
     channels.extend((0..geometry.cables()).map(Channel::UnstretchedLength));
-    let mut trial =
-        Trial { name: "made".to_owned(), time: vec![], inputs: vec![], channels, measured: vec![], taken_off: vec![] };
+    let mut trial = Trial {
+        name: "made".to_owned(),
+        time: vec![],
+        inputs: vec![],
+        channels,
+        measured: vec![],
+        taken_off: vec![],
+        undone: Vec::new(),
+    };
     for k in 0..=(duration / bench.step).round() as u32 {
         let time = f64::from(k) * bench.step;
         simulation.advance_to(time).expect("a motion");

@@ -2,7 +2,7 @@
 
 use cdpr::dynamics::Inputs;
 
-use super::Channel;
+use super::{Channel, Recorder};
 
 /// One recording: samples at strictly increasing times, inputs held between samples.
 #[derive(Clone, Debug)]
@@ -20,6 +20,8 @@ pub struct Trial {
     /// What was taken off the winch forces since they were recorded, as their expected error (N): a series of samples a winch;
     /// empty where they are as recorded.
     pub taken_off: Vec<Vec<f64>>,
+    /// What recording did to the winch forces and has been undone, one after the other.
+    pub undone: Vec<Recorder>,
 }
 
 impl Trial {
@@ -31,6 +33,11 @@ impl Trial {
     /// Number of the robot's cables, as many as there are winch forces.
     pub fn cables(&self) -> usize {
         self.inputs.first().map_or(0, |inputs| inputs.winch_force.len())
+    }
+
+    /// What recording did to the winch forces and has been undone.
+    pub(crate) fn recorder(&self) -> Recorder {
+        self.undone.iter().fold(Recorder::default(), |all, recorder| all.behind(*recorder))
     }
 
     /// Whether there is no sample.
@@ -47,6 +54,7 @@ impl Trial {
             channels: self.channels.clone(),
             measured: self.measured[range.clone()].to_vec(),
             taken_off: self.taken_off.iter().map(|series| series[range.clone()].to_vec()).collect(),
+            undone: self.undone.clone(),
         }
     }
 

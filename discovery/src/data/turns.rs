@@ -77,7 +77,7 @@ mod tests {
             let measured = time.iter().map(row).collect();
             let inputs = vec![cdpr::dynamics::Inputs::none(4); time.len()];
             let channels = vec![Channel::Pose(0), Channel::UnstretchedLength(2)];
-            Trial { name: String::new(), time, inputs, channels, measured, taken_off: vec![] }
+            Trial { name: String::new(), time, inputs, channels, measured, taken_off: vec![], undone: Vec::new() }
         };
         let noise = vec![0.0; Channel::all(4).len()];
         let both = [trial([2.0, 8.0], 20.0), trial([2.0, 4.0], 20.0)];

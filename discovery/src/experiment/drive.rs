@@ -113,8 +113,15 @@ pub(super) fn drive(model: &Model, motion: &Motion, channels: &[Channel], interv
     let samples = (motion.duration() / interval * (1.0 + 1e-12)).floor() as usize + 1;
     let (states, width) = (examined.states(), examined.states() + examined.latents());
     let name = "planned".to_owned();
-    let mut trial =
-        Trial { name, time: vec![], inputs: vec![], channels: channels.to_vec(), measured: vec![], taken_off: vec![] };
+    let mut trial = Trial {
+        name,
+        time: vec![],
+        inputs: vec![],
+        channels: channels.to_vec(),
+        measured: vec![],
+        taken_off: vec![],
+        undone: Vec::new(),
+    };
     let mut trajectory = Trajectory { values: Vec::with_capacity(samples * width), width, states };
     let mut tension = Vec::with_capacity(samples);
     let mut shown = Vec::new();

@@ -13,9 +13,8 @@ use crate::filter::error::FitError;
 use crate::filter::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
 use crate::filter::path::{LinearTrial, Trajectory, linearise};
 use crate::filter::shelf::Linear;
-use crate::model::delayed::earlier;
 use crate::model::examined::{Examined, disturb};
-use crate::model::randomness::{Memory, Recorder};
+use crate::model::randomness::Memory;
 
 /// A model with everything that the data say of it.
 #[derive(Clone)]
@@ -24,9 +23,9 @@ pub(crate) struct Fit {
     pub(crate) examined: Examined,
     pub(crate) first: Vec<Vec<f64>>,
     pub(crate) trajectories: Vec<Trajectory>,
-    /// The model linearised along the trajectories, how late channels and forces were taken to be then, and the sums of its defects.
+    /// The model linearised along the trajectories, how late channels were taken to be then, and the sums of its defects.
     linear: Linear,
-    late: (Vec<f64>, Recorder),
+    late: Vec<f64>,
     defects: Vec<f64>,
     pub(crate) randomness: Randomness,
     /// Share of its next move that each trajectory takes.
@@ -90,12 +89,8 @@ pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
     });
     let mut memory: Vec<Memory> = memory.collect();
     memory.sort_by_key(|m| m.channel);
-    let clock = |c: &Channel| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.late[at]);
-    // Against the forces that act.
-    let Recorder { delay, variance } = randomness.recorder;
-    let late = trial.channels.iter().map(|c| clock(c) - delay).collect();
-    let recorder = Recorder { delay: 0.0, variance };
-    Randomness { noise, least_noise, most_noise, memory, late, recorder, ..randomness.clone() }
+    let late = trial.channels.iter().map(|c| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.late[at]));
+    Randomness { noise, least_noise, most_noise, memory, late: late.collect(), ..randomness.clone() }
 }
 
 /// A first trajectory from measurements alone: pose by a local straight line, cables at rest under their commands.
@@ -292,7 +287,7 @@ impl Fit {
             first,
             trajectories,
             linear: Linear::Given(Arc::default()),
-            late: (Vec::new(), Recorder::default()),
+            late: Vec::new(),
             defects: Vec::new(),
             randomness,
             pace: vec![1.0; trials.len()],
@@ -305,7 +300,7 @@ impl Fit {
     fn linearise(&mut self, trials: &[Trial]) -> Result<(), FitError> {
         // Those along the trajectories before take no room any more.
         self.linear = Linear::Given(Arc::default());
-        self.late = (self.randomness.late.clone(), self.randomness.recorder);
+        self.late.clone_from(&self.randomness.late);
         let linear = self.linearised(trials)?;
         self.defects = linear.iter().map(LinearTrial::total_defect).collect();
         self.linear = Linear::kept(linear);
@@ -313,11 +308,10 @@ impl Fit {
     }
 
     fn linearised(&self, trials: &[Trial]) -> Result<Vec<LinearTrial>, FitError> {
-        let (late, recorder) = self.late.clone();
-        let randomness = Randomness { late, recorder, ..self.randomness.clone() };
+        let randomness = Randomness { late: self.late.clone(), ..self.randomness.clone() };
         let of_trial = |(t, trial): (usize, &Trial)| {
-            let Randomness { late, recorder, .. } = for_trial(&randomness, trial);
-            linearise(&self.examined, trial, &self.trajectories[t], &self.first[t], (&late, recorder.variance))
+            let late = for_trial(&randomness, trial).late;
+            linearise(&self.examined, trial, &self.trajectories[t], &self.first[t], &late)
         };
         trials.par_iter().enumerate().map(of_trial).collect()
     }
@@ -360,19 +354,6 @@ impl Fit {
             *pace = if overshot { SLOW } else { 1.0 };
         }
         Ok(moves.iter().map(|(_, value)| value).sum())
-    }
-
-    /// Has the trajectories be `by` so much (s) later, as where all that drives them is, and linearises there.
-    pub(crate) fn delay(&mut self, trials: &[Trial], by: f64) -> Result<(), FitError> {
-        for (trajectory, trial) in self.trajectories.iter_mut().zip(trials) {
-            let width = trajectory.width;
-            for at in 0..width {
-                let column: Vec<f64> = trajectory.values.iter().skip(at).step_by(width).copied().collect();
-                let then = earlier(&trial.time, &column, by);
-                trajectory.values.iter_mut().skip(at).step_by(width).zip(then).for_each(|(slot, value)| *slot = value);
-            }
-        }
-        self.linearise(trials)
     }
 
     /// Moves the trajectories by a share of the paces that they have.

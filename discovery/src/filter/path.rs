@@ -166,19 +166,6 @@ impl LinearTrial {
         self.outside[j] = measured - finite(&mut column(&self.residual).into_iter());
     }
 
-    /// Has channel `j` show less of how it bends along the trajectory, which recorded forces drive that are smoother than those that act.
-    fn unsmoothed(&mut self, trial: &Trial, j: usize, clock: Option<Clock>, bend: &[f64], variance: f64) {
-        let m = self.channels;
-        let then = |k: usize| clock.map_or(Some(trial.time[k]), |clock| clock.instant(&trial.time, k));
-        let instants: Vec<Option<f64>> = (0..self.len).map(then).collect();
-        let column: Vec<f64> = bend.iter().skip(j).step_by(m).copied().collect();
-        let known = (0..self.len).filter(|k| instants[*k].is_some());
-        let bends = at_instants(&trial.time, &column, instants.iter().flatten().copied());
-        for (k, bend) in known.zip(bends) {
-            self.residual[k * m + j] += 0.5 * variance * bend;
-        }
-    }
-
     /// Sum of all defects, each relative to the typical size of its state.
     pub(crate) fn total_defect(&self) -> f64 {
         let of_step =
@@ -211,8 +198,7 @@ const STEPS: u64 = 100;
 /// Samples that are linearised one after the other, side by side with others.
 const STRETCH: usize = 1000;
 
-/// Linearises `model` along `trajectory`, each channel `late` (s) against its stamp by its clock, and by what the model says, where the
-/// recorded forces are smoothed by a response of this `variance` (s²).
+/// Linearises `model` along `trajectory`, each channel `late` (s) against its stamp by its clock, and by what the model says.
 ///
 /// # Errors
 /// When the model cannot be simulated from a point of the trajectory, or only in steps far smaller than a sample.
@@ -221,7 +207,7 @@ pub(crate) fn linearise(
     trial: &Trial,
     trajectory: &Trajectory,
     first: &[f64],
-    (late, variance): (&[f64], f64),
+    late: &[f64],
 ) -> Result<LinearTrial, FitError> {
     let (n, m, len) = (model.states(), trial.channels.len(), trial.len());
     let (disturbances, padded) = (model.latents(), padded(n));
@@ -272,12 +258,8 @@ pub(crate) fn linearise(
     let slopes = Slopes::joined(slopes);
     linear.within = Within::joined(within);
     linear.rate = rates(&trial.time, &linear.shown, m);
-    let bend = (variance != 0.0).then(|| rates(&trial.time, &linear.rate, m));
     for (j, clock) in clocks.iter().enumerate() {
         clock.iter().for_each(|clock| linear.delay(trial, j, *clock));
-        if let Some(bend) = &bend {
-            linear.unsmoothed(trial, j, *clock, bend, variance);
-        }
     }
     transition.truncate((len - 1) * padded * width);
     linear.transition = Arc::new(transition);
@@ -431,7 +413,7 @@ mod tests {
         assert_eq!(&linear.outside[..4], [1, 1, 1, 0]);
         let late: Vec<f64> = trials[0].channels.iter().map(|c| fit.examined.late(*c)).collect();
         let on_time = Examined::new(&Model::default()).unwrap();
-        let by_clock = linearise(&on_time, &trials[0], &fit.trajectories[0], &fit.first[0], (&late, 0.0)).unwrap();
+        let by_clock = linearise(&on_time, &trials[0], &fit.trajectories[0], &fit.first[0], &late).unwrap();
         for (j, noise) in [2e-3, 2e-3, 5e-5, 2e-3].into_iter().enumerate() {
             let residuals = |linear: &LinearTrial| -> Vec<f64> {
                 linear.residual.iter().skip(j).step_by(m).copied().filter(|v| v.is_finite()).collect()

@@ -1,4 +1,4 @@
-//! Clocks of the devices that are late against the recorded forces, and recorded forces that are late themselves.
+//! Clocks of the devices that are late against the recorded forces.
 
 use crate::data::device::Device;
 use crate::data::{Channel, Trial};
@@ -9,7 +9,6 @@ use crate::instruments::clock_offset::clock_offset;
 use crate::instruments::clocks::Clocks;
 use crate::instruments::sizing::{At, Kind, Sizing};
 use crate::model::examined::Examined;
-use crate::model::randomness::Recorder;
 use crate::weigh::solve::solve;
 
 /// Moves of a clock and of the trajectory in turn.
@@ -36,11 +35,11 @@ impl Sizing<'_> {
         let mut found: Vec<(Kind, At)> = Vec::new();
         let set = |late: &Randomness, device: Device| self.channels(device).iter().any(|at| late.late[*at] != 0.0);
         for randomness in [from.randomness.clone(), from.randomness.without_latents()] {
-            let clocks = Clocks { devices: devices.clone(), recorder: Vec::new(), all: self.all.clone() };
+            let clocks = Clocks { devices: devices.clone(), all: self.all.clone() };
             let normal = clocks.normal(fit, self.trials, &randomness);
             let unset = devices.iter().filter(|device| !set(&randomness, **device)).count();
             // One clock is that by which all others count.
-            let least = if randomness.recorder == Recorder::default() { 0 } else { 1 };
+            let least = usize::from(!self.recorder().is_in_time());
             for (c, device) in devices.iter().enumerate() {
                 let gram = normal.gram[c * devices.len() + c];
                 let step = normal.right[c] / gram;
@@ -60,12 +59,7 @@ impl Sizing<'_> {
     /// Clocks as in `start`, then set by Gauss-Newton, the trajectory smoothed in between.
     pub(super) fn set_clock(&self, fit: &Fit, start: At) -> Result<(Fit, At), FitError> {
         let mut fit = fit.clone();
-        let later = start.randomness.recorder.delay - fit.randomness.recorder.delay;
         fit.randomness = start.randomness;
-        if later != 0.0 {
-            // What is measured was ahead of the forces until now.
-            fit.delay(self.trials, later)?;
-        }
         let clocks = Clocks::set(&fit.randomness, self.trials);
         for _ in 0..CLOCK_MOVES {
             fit.smooth(self.trials)?;

@@ -1,4 +1,4 @@
-//! Delays of the devices' clocks, and of the recorded forces, as parameters.
+//! Delays of the devices' clocks, as parameters.
 
 use rayon::prelude::*;
 
@@ -10,27 +10,15 @@ use crate::filter::path::LinearTrial;
 use crate::filter::whiten::{Forcing, Normal, whiten};
 use crate::hypothesis::along::Along;
 use crate::hypothesis::signature::{Varied, sensitivities};
-use crate::model::delayed::rates;
-use crate::model::randomness::Recorder;
 
 /// Rise of `-2 log L` without a delay from which it is not asked whether something else may do what it does.
 const CERTAIN: f64 = 400.0;
 
-/// Devices whose delays are estimated, each a parameter like those of effects; and behind them what recording does to the forces.
+/// Devices whose delays are estimated, each a parameter like those of effects.
 pub(crate) struct Clocks {
     pub(super) devices: Vec<Device>,
-    pub(super) recorder: Vec<Moment>,
     /// All channels, in the order of [`Randomness::late`].
     pub(super) all: Vec<Channel>,
-}
-
-/// What is estimated of how forces are recorded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Moment {
-    /// Its delay (s).
-    Delay,
-    /// The variance of its response, by its half (s²).
-    Variance,
 }
 
 impl Clocks {
@@ -40,14 +28,11 @@ impl Clocks {
         let late = |device: &Device| {
             all.iter().zip(&randomness.late).any(|(channel, late)| Device::of(*channel) == *device && *late != 0.0)
         };
-        let Recorder { delay, variance } = randomness.recorder;
-        let recorder = [(Moment::Delay, delay), (Moment::Variance, variance)];
-        let recorder = recorder.into_iter().filter(|(_, size)| *size != 0.0).map(|(moment, _)| moment);
-        Self { devices: Device::ALL.into_iter().filter(late).collect(), recorder: recorder.collect(), all }
+        Self { devices: Device::ALL.into_iter().filter(late).collect(), all }
     }
 
     pub(crate) fn count(&self) -> usize {
-        self.devices.len() + self.recorder.len()
+        self.devices.len()
     }
 
     /// What each varied parameter adds along a trial, and after them the delay of each clock.
@@ -55,8 +40,7 @@ impl Clocks {
         self.beside(sensitivities(along, varied), along.linear, along.trial)
     }
 
-    /// `forcing` with a column more for the delay of each clock: what is shown changes by minus its rate; all of it by its
-    /// rate where the forces are late, and by minus how it bends where they are smoothed.
+    /// `forcing` with a column more for the delay of each clock: what is shown changes by minus its rate.
     fn beside(&self, forcing: Forcing, linear: &LinearTrial, trial: &Trial) -> Forcing {
         if self.count() == 0 {
             return forcing;
@@ -76,13 +60,6 @@ impl Clocks {
             let device = Device::of(trial.channels[at % linear.channels]);
             if let Some(c) = self.devices.iter().position(|d| *d == device) {
                 sensor[at * columns + given + c] = -*rate as f32;
-            }
-        }
-        for (moment, c) in self.recorder.iter().zip(given + self.devices.len()..) {
-            let bend = || rates(&trial.time, &linear.rate, linear.channels).into_iter().map(|bend| -bend).collect();
-            let shows: Vec<f64> = if *moment == Moment::Delay { linear.rate.clone() } else { bend() };
-            for (at, shows) in shows.iter().enumerate() {
-                sensor[at * columns + c] = *shows as f32;
             }
         }
         Forcing { first: 0, columns, step, sensor }
@@ -107,18 +84,6 @@ impl Clocks {
             let channels = self.all.iter().zip(&mut randomness.late).filter(|(c, _)| Device::of(**c) == *device);
             channels.for_each(|(_, late)| *late += step);
         }
-        let recorder = &mut randomness.recorder;
-        for (moment, step) in self.recorder.iter().zip(&steps[self.devices.len()..]) {
-            match moment {
-                Moment::Delay => recorder.delay += step,
-                Moment::Variance => recorder.variance += 2.0 * step,
-            }
-        }
-        // No recorder shows what is yet to come, and one that is in time smooths nothing.
-        recorder.variance = recorder.variance.max(0.0);
-        if recorder.delay <= 0.0 {
-            *recorder = Recorder::default();
-        }
     }
 }
 
@@ -127,21 +92,13 @@ impl Clocks {
 pub(super) fn less_one_clock(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
     let clocks = Clocks::set(&fit.randomness, trials);
     let normal = clocks.normal(fit, trials, &fit.randomness);
-    let less = |c: usize| {
+    let less = |(c, device): (usize, &Device)| {
         let mut without = fit.randomness.clone();
         let mut delay = 0.0;
-        match clocks.devices.get(c) {
-            Some(device) => {
-                let late = clocks.all.iter().zip(&mut without.late);
-                let of_device = late.filter(|(channel, _)| Device::of(**channel) == *device);
-                of_device.for_each(|(_, late)| delay = std::mem::take(late));
-            }
-            None if clocks.recorder[c - clocks.devices.len()] == Moment::Delay => {
-                delay = std::mem::take(&mut without.recorder).delay;
-            }
-            None => delay = 0.5 * std::mem::take(&mut without.recorder.variance),
-        }
+        let late = clocks.all.iter().zip(&mut without.late);
+        let of_device = late.filter(|(channel, _)| Device::of(**channel) == *device);
+        of_device.for_each(|(_, late)| delay = std::mem::take(late));
         (delay * delay * normal.gram[c * clocks.count() + c] < CERTAIN).then_some(without)
     };
-    (0..clocks.count()).filter_map(less).collect()
+    clocks.devices.iter().enumerate().filter_map(less).collect()
 }

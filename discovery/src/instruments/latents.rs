@@ -10,7 +10,6 @@ use crate::filter::estimate::{Fit, Look};
 use crate::filter::kalman::Randomness;
 use crate::instruments::sizing::resize;
 use crate::model::examined::WRENCH;
-use crate::model::randomness::Recorder;
 use crate::model::sizes::{Sizes, usual_force};
 
 /// Correlation time of the latent disturbances in periods of the platform's swing on cables of fixed length: longer than the
@@ -164,6 +163,5 @@ pub(crate) fn first_randomness(model: &Model, trials: &[Trial], noise: &[f64]) -
         expected: None,
         jitter: 0.0,
         late: vec![0.0; noise.len()],
-        recorder: Recorder::default(),
     }
 }

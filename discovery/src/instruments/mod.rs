@@ -1,5 +1,6 @@
 //! What the instruments add to recordings beside white noise, and how it is found.
 
+mod before;
 mod clock;
 pub(crate) mod clock_offset;
 pub(crate) mod clocks;

@@ -122,12 +122,7 @@ pub(crate) fn parameters(randomness: &Randomness) -> usize {
     let mut late: Vec<f64> = randomness.late.iter().copied().filter(|late| *late != 0.0).collect();
     late.sort_by(f64::total_cmp);
     late.dedup();
-    memories
-        + late.len()
-        + usize::from(randomness.recorder.delay != 0.0)
-        + usize::from(randomness.recorder.variance != 0.0)
-        + usize::from(randomness.input > 0.0)
-        + usize::from(randomness.jitter > 0.0)
+    memories + late.len() + usize::from(randomness.input > 0.0) + usize::from(randomness.jitter > 0.0)
 }
 
 /// The sizes of what the instruments of `fit` add, moved to where they belong with the model as it is now.
@@ -400,7 +395,7 @@ impl<'a> Sizing<'a> {
     }
 
     /// The same on parts of the trials.
-    fn on<'b>(&self, trials: &'b [Trial]) -> Sizing<'b>
+    pub(super) fn on<'b>(&self, trials: &'b [Trial]) -> Sizing<'b>
     where
         'a: 'b,
     {

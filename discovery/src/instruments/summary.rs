@@ -2,13 +2,13 @@
 
 use nalgebra::DMatrix;
 
+use super::recorder::errors;
 use super::sizing::{Size, Sizing};
-use crate::data::Trial;
 use crate::data::counts::resolution;
 use crate::data::device::Device;
+use crate::data::{Recorder, Trial};
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
-use crate::model::randomness::Recorder;
 use crate::outcome::{ChannelInstrument, Estimated, Instruments};
 use crate::weigh::criterion::Penalty;
 
@@ -44,8 +44,9 @@ impl Sizing<'_> {
     }
 }
 
-/// What the instruments of the fit add, with standard errors; those of the clocks' delays are given.
-pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: &[f64]) -> Instruments {
+/// What the instruments of the fit add, with standard errors; those of the clocks' delays are given. Beside the recorder of the forces
+/// the parameters of the effects from `first` on adapt.
+pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: &[f64], first: usize) -> Instruments {
     let sizing = Sizing::new(trials, noise, Penalty::NONE);
     let randomness = &fit.randomness;
     let devices: Vec<Device> =
@@ -78,14 +79,14 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: 
             resolution: resolution(trials, sizing.all[at], randomness.noise[at]),
         }
     };
-    let Recorder { delay, variance } = randomness.recorder;
+    let Recorder { delay, variance } = sizing.recorder();
+    let [of_delay, of_variance] = errors(fit, trials, first);
     Instruments {
         channels: Device::ALL.into_iter().flat_map(|d| sizing.channels(d)).map(channel).collect(),
-        late_forces: (delay != 0.0).then(|| Estimated { value: delay, standard_error: error_of(devices.len()) }),
+        late_forces: (delay != 0.0).then_some(Estimated { value: delay, standard_error: of_delay }),
         smoothed_forces: (variance > 0.0).then(|| Estimated {
             value: variance.sqrt(),
-            // Of half the variance, to that of its root.
-            standard_error: error_of(devices.len() + usize::from(delay != 0.0)).map(|error| error / variance.sqrt()),
+            standard_error: of_variance.map(|error| 0.5 * error / variance.sqrt()),
         }),
         winch_force: (randomness.input > 0.0).then(|| sizing.sized(fit, randomness.input, Size::Input)),
         stamps: (randomness.jitter > 0.0).then(|| sizing.sized(fit, randomness.jitter, Size::Jitter)),

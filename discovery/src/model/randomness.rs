@@ -86,25 +86,6 @@ pub(crate) struct Randomness {
     pub(crate) jitter: f64,
     /// How late each channel is against its stamp (s).
     pub(crate) late: Vec<f64>,
-    /// What recording does to the forces.
-    pub(crate) recorder: Recorder,
-}
-
-/// What recording does to the forces, as the filter of a load cell: the mean (s) and the variance (s²) of its response to an impulse.
-///
-/// A machine that is driven by what was recorded does the same to its motion, where it is linear: all channels are ahead of that by
-/// the mean, and what they show of its acceleration is less by half the variance.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Recorder {
-    pub(crate) delay: f64,
-    pub(crate) variance: f64,
-}
-
-impl Recorder {
-    /// A filter of first order with this delay (s).
-    pub(crate) fn filter(delay: f64) -> Self {
-        Self { delay, variance: delay * delay }
-    }
 }
 
 impl Randomness {

@@ -1,6 +1,6 @@
 //! Models fitted to the training data and, as they are, to held-out data.
 
-use crate::data::Trial;
+use crate::data::{Recorder, Trial};
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::instruments;
@@ -27,6 +27,17 @@ impl Evidence {
         let (sets, expected) = expected_forces([&self.train, &self.holdout], instruments.input);
         let [train, holdout] = sets;
         Self { train, holdout, instruments: Some(Randomness { expected: Some(expected), ..instruments }), ..self }
+    }
+
+    /// The same with the winch forces as they were before they were recorded so.
+    pub(crate) fn with_forces_before(self, recorder: Recorder) -> Self {
+        let before = |trials: Vec<Trial>| trials.iter().map(|trial| trial.with_forces_before(recorder)).collect();
+        Self { train: before(self.train), holdout: before(self.holdout), ..self }
+    }
+
+    /// What recording did to the winch forces and has been undone.
+    pub(crate) fn recorder(&self) -> Recorder {
+        self.train.first().map_or_else(Recorder::default, Trial::recorder)
     }
 }
 

@@ -145,10 +145,16 @@ pub(crate) fn instruments_instead(context: &Context<'_>, mut standing: Standing)
         let (model, effect) = standing.without(context, kept);
         let without = context.fit_without(&model, &standing.fit, context.policy.rounds);
         let without = context.journal.tried(&effect, "instruments in its place", without);
-        let mut instead = None;
+        let (mut instead, mut late) = (None, None);
         if let Some(without) = without {
-            let found = [with_instruments_anew(context, &without)?, with_late_record(context, &without)?];
-            instead = found.into_iter().flatten().min_by(|a, b| a.score.total_cmp(&b.score));
+            (instead, late) =
+                (with_instruments_anew(context, &without)?, with_late_record(context, &without, |_| Ok(true))?);
+        }
+        let score = instead.as_ref().map_or(standing.fit.score, |instead| instead.score.min(standing.fit.score));
+        if let Some(late) = late.filter(|late| late.score < score) {
+            let change = standing.fit.score - late.score;
+            context.journal.note(&effect, Outcome::Removed, change, "late forces explain more");
+            return Ok(Standing { recorder: Some(late.recorder), ..standing });
         }
         let Some(instead) = instead.filter(|instead| instead.score < standing.fit.score) else {
             kept += 1;

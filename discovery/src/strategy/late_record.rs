@@ -1,46 +1,60 @@
-//! Recorded forces that are late, where that explains most of what is left.
+//! Recorded forces that are late, where that explains most of what is left, or more than anything else does.
 
-use std::sync::Arc;
-
+use crate::data::{Recorder, Trial};
 use crate::filter::error::FitError;
-use crate::filter::kalman::Randomness;
+use crate::filter::estimate::Fit;
 use crate::instruments::Sizing;
+use crate::instruments::recorder::Late;
 use crate::strategy::context::{Context, share};
-use crate::strategy::fitted::{Fitted, Trained};
-use crate::strategy::instruments::with_other_instruments;
+use crate::strategy::fitted::Fitted;
 use crate::strategy::standing::Standing;
+use crate::weigh::criterion::EVIDENCE;
 
-/// What stands, and the model as given, where the forces were recorded late, if that explains most of what is left.
-pub(crate) fn late_record(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
-    let Some(better) = with_late_record(context, &standing.fit)? else { return Ok(standing) };
-    let better = context.counted(better);
-    if standing.accepted.is_empty() {
-        return Ok(standing.with_base(better));
-    }
-    let recorder = better.train.randomness.recorder;
-    let of_base = Randomness { recorder, ..standing.base.train.randomness.clone() };
-    let base = with_other_instruments(context, &standing.base, of_base)?;
-    let base = base.map_or_else(|| Arc::clone(&standing.base), |base| Arc::new(context.counted_as(&base, &better)));
-    Ok(Standing { base, ..standing.changed(better) })
+/// What stands; where late forces explain most of what it leaves, or more than all `others`, the search begins again with those that acted.
+pub(crate) fn late_record(
+    context: &Context<'_>,
+    standing: Standing,
+    others: impl FnOnce(&Fitted, f64) -> Result<bool, FitError>,
+) -> Result<Standing, FitError> {
+    let late = with_late_record(context, &standing.fit, |gained| others(&standing.fit, gained))?;
+    Ok(Standing { recorder: late.map(|late| late.recorder), ..standing })
 }
 
-/// `fitted` where the forces were recorded late, if that explains most of what is left.
-pub(crate) fn with_late_record(context: &Context<'_>, fitted: &Fitted) -> Result<Option<Fitted>, FitError> {
+/// How forces are recorded, and the score of what stands with those that acted.
+pub(crate) struct LateRecord {
+    pub(crate) recorder: Recorder,
+    pub(crate) score: f64,
+}
+
+/// Forces that were recorded late, if beside `fitted` that explains most of what is left, or no `others` gain as much: friction looks like it
+/// to first order, and then gains more.
+pub(crate) fn with_late_record(
+    context: &Context<'_>,
+    fitted: &Fitted,
+    others: impl FnOnce(f64) -> Result<bool, FitError>,
+) -> Result<Option<LateRecord>, FitError> {
     let evidence = context.evidence;
-    if !context.something_left(&fitted.train, &evidence.train) {
+    let moved = evidence.train.first().map_or(0, |trial| trial.undone.len());
+    if moved >= context.policy.most_moves_of_forces || !context.something_left(&fitted.train, &evidence.train) {
         return Ok(None);
     }
     let sizing = Sizing::new(&evidence.train, &evidence.noise, context.penalty);
     let late = sizing.recorded_late(&fitted.train, context.free_from);
     let late = context.journal.or_remark("Recorded forces that are late do not go with the data", late)?.flatten();
-    let Some(fit) = late else { return Ok(None) };
-    let score = context.score(&fit, &evidence.train);
-    if share(fitted.score, &fit, score, &evidence.train) < context.policy.most {
+    let Some(Late { recorder, trials, fit, moments }) = late else { return Ok(None) };
+    let score = context.score(&fit, &trials) + context.penalty.of_parameters(moments);
+    if share(fitted.score, &fit, score, &trials) < context.policy.most && others(fitted.score - score)? {
         return Ok(None);
     }
-    let better = context.verified(Trained { fit, score }, fitted);
-    let better = context.journal.or_remark("Recorded forces that are late do not go with the held-out data", better)?;
-    Ok(better.filter(|better| better.helps(fitted, context.policy)))
+    let held: Vec<Trial> = evidence.holdout.iter().map(|trial| trial.with_forces_before(recorder)).collect();
+    let held_out = Fit::new(&fit.model, &held, &fit.randomness, Some(&fitted.holdout)).and_then(|mut held_out| {
+        held_out.settle(&held, context.policy.held_out_moves)?;
+        Ok(held_out.minus_two_log_likelihood(&held, &fit.randomness))
+    });
+    let held_out =
+        context.journal.or_remark("Recorded forces that are late do not go with the held-out data", held_out)?;
+    let helps = held_out.is_some_and(|held_out| held_out < fitted.holdout_score - context.policy.helps * EVIDENCE);
+    Ok(helps.then_some(LateRecord { recorder, score }))
 }
 
 #[cfg(test)]
@@ -51,7 +65,6 @@ mod tests {
     use super::*;
     use crate::data::recording::{noise, record};
     use crate::filter::estimate::noise_of_data;
-    use crate::model::randomness::Recorder;
     use crate::strategy::fitted::Evidence;
     use crate::strategy::fixture::begun;
 
@@ -78,11 +91,11 @@ mod tests {
             let noise = noise_of_data(&train);
             let evidence = Evidence { train, holdout, noise, instruments: None };
             let (context, standing) = begun(&evidence, &Model::default());
-            let standing = late_record(&context, standing).expect("a fit");
-            let Recorder { delay, .. } = standing.fit.train.randomness.recorder;
+            let standing = late_record(&context, standing, |_, _| Ok(true)).expect("a fit");
+            assert_eq!(standing.begins_anew(), late > 0, "{:?} {error}", standing.recorder);
             let expected = late as f64 * evidence.train[0].interval();
+            let Recorder { delay, .. } = standing.recorder.unwrap_or_default();
             assert!((delay - expected).abs() <= 0.05 * expected, "{delay} {expected} {error}");
-            assert_eq!(standing.base.train.randomness.recorder.delay, delay);
         }
     }
 }

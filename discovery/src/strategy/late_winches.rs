@@ -15,7 +15,6 @@ use crate::filter::kalman::Randomness;
 use crate::hypothesis::candidates::is_there;
 use crate::hypothesis::sensor::{lateness_of_pose, pose_delay};
 use crate::journal::Outcome;
-use crate::model::randomness::Recorder;
 use crate::strategy::context::Context;
 use crate::strategy::instruments::with_other_instruments;
 use crate::strategy::standing::{Accepted, Standing};
@@ -86,7 +85,7 @@ fn in_common(context: &Context<'_>, standing: &Standing) -> Option<(usize, f64)>
     let (pose, late) = found.iter().enumerate().find_map(|(k, effect)| Some((k, delay(effect)?)))?;
     let is_late = |effect: &EffectSpec| LATE.iter().any(|id| is_there(effect, id, None));
     let clocks = least_late(&standing.fit.train, &context.evidence.train)?;
-    let forces_late = standing.fit.train.randomness.recorder != Recorder::default();
+    let forces_late = !context.evidence.recorder().is_in_time();
     (clocks > 0.0 && !forces_late && !standing.effects().iter().any(is_late)).then_some((pose, late.min(clocks)))
 }
 

@@ -4,6 +4,7 @@ use crate::filter::error::FitError;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::every_cable::on_every_cable;
+use crate::strategy::fitted::Fitted;
 use crate::strategy::form::form_if;
 use crate::strategy::geometry::survey_gains;
 use crate::strategy::instruments::{beside_instruments, better_instruments};
@@ -20,6 +21,16 @@ pub(crate) fn one_more(context: &Context<'_>, standing: Standing, signatures: &S
     round(context, standing, signatures, Source::Catalogue, context.policy.most_refusals)
 }
 
+/// Whether an effect of the catalogue, or what the instruments ask for, gains as much along a fit.
+pub(crate) fn others_gain(
+    context: &Context<'_>,
+    fitted: &Fitted,
+    signatures: &Signatures,
+    gain: f64,
+) -> Result<bool, FitError> {
+    Ok(best_gain(context, fitted, signatures) >= gain || better_instruments(context, fitted, gain)?.is_some())
+}
+
 /// Effects of the catalogue, one after the other, as long as they earn their place, and after each the form of friction, where that
 /// explains most of what is left; what of it explains less once no more effects do.
 ///
@@ -28,9 +39,12 @@ pub(crate) fn one_more(context: &Context<'_>, standing: Standing, signatures: &S
 /// looked for, but for one that makes fewer of them: errors of one anchor are found after what stood for each of their directions.
 pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     while standing.accepted.len() < context.policy.most_effects {
-        standing = late_record(context, standing)?;
         let score = standing.fit.score;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
+        standing = late_record(context, standing, |fitted, gain| others_gain(context, fitted, &signatures, gain))?;
+        if standing.begins_anew() {
+            break;
+        }
         if standing.accepted.len() >= context.policy.several_laws
             && let Some(gain) = survey_gains(context, &standing)?
             && gain > best_gain(context, &standing.fit, &signatures)

@@ -16,7 +16,7 @@ use crate::strategy::late_winches::late_winches;
 use crate::strategy::onset::onset;
 use crate::strategy::pair::pair;
 use crate::strategy::round::Round;
-use crate::strategy::rounds::{one_more, rounds};
+use crate::strategy::rounds::{one_more, others_gain, rounds};
 use crate::strategy::second_look::{may_hide, second_look};
 use crate::strategy::settle::settle;
 use crate::strategy::standing::Standing;
@@ -40,7 +40,12 @@ pub(crate) fn search(context: &Context<'_>, standing: Standing) -> Result<Standi
     if standing.begins_anew() {
         return Ok(standing);
     }
-    ONCE_FOUND.iter().try_fold(standing, |standing, step| step(context, standing))
+    ONCE_FOUND.iter().try_fold(
+        standing,
+        |standing, step| {
+            if standing.begins_anew() { Ok(standing) } else { step(context, standing) }
+        },
+    )
 }
 
 /// Adds effects of the catalogue as long as they earn their place.
@@ -104,8 +109,11 @@ fn catalogue_rounds(context: &Context<'_>, standing: Standing) -> Result<Standin
 fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     let policy = context.policy;
     let signatures = loop {
-        standing = late_record(context, standing)?;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
+        standing = late_record(context, standing, |fitted, gain| others_gain(context, fitted, &signatures, gain))?;
+        if standing.begins_anew() {
+            return Ok(standing);
+        }
         match one_more(context, standing, &signatures)? {
             Round::Instruments(same, better) => {
                 standing = Standing::with_base(same, *better);
@@ -119,7 +127,11 @@ fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standin
             }
         }
     };
-    standing = onset(context, late_record(context, standing)?, policy.most);
+    standing = late_record(context, standing, |_, _| Ok(true))?;
+    if standing.begins_anew() {
+        return Ok(standing);
+    }
+    standing = onset(context, standing, policy.most);
     if context.explained(&standing.base, &standing.fit) > policy.most {
         standing = form_if(context, standing, policy.most);
     }

@@ -131,8 +131,13 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     let last_weighing = standing.chance.filter(|_| terms.is_empty());
     let delay_errors =
         standard_errors.iter().filter(|(column, _)| matches!(column, Column::Clock(_))).map(|(_, error)| *error);
-    let instruments =
-        instruments::summary(&fitted.train, &evidence.train, &evidence.noise, &delay_errors.collect::<Vec<_>>());
+    let instruments = instruments::summary(
+        &fitted.train,
+        &evidence.train,
+        &evidence.noise,
+        &delay_errors.collect::<Vec<_>>(),
+        context.free_from,
+    );
     remarks.extend(instruments.remarks());
     let horizon = context.reaches.main.horizon;
     let trials = verify::compared(base, fitted, evidence, horizon, fitted.instruments.as_ref());

@@ -7,7 +7,7 @@ use crate::data::{Channel, Trial};
 use crate::filter::estimate::{Fit, for_trial};
 use crate::filter::kalman::{Filtered, Keep, filter, smoothed_memory};
 use crate::filter::path::LinearTrial;
-use crate::model::delayed::{earlier, rates};
+use crate::model::delayed::earlier;
 use crate::model::examined::Examined;
 use crate::verdict::policy::POLICY;
 
@@ -129,9 +129,8 @@ pub(crate) fn predict_by(
             }
             for (j, (clock, channel)) in randomness.late.iter().zip(&trial.channels).enumerate() {
                 let late = clock + examined.late(*channel);
-                let variance = randomness.recorder.variance;
-                if late != 0.0 || variance != 0.0 {
-                    out.delay(&trial.time, j, late, variance);
+                if late != 0.0 {
+                    out.delay(&trial.time, j, late);
                 }
             }
             out
@@ -140,17 +139,12 @@ pub(crate) fn predict_by(
 }
 
 impl Prediction {
-    /// Lets channel `j` show what was a while ago, in each stretch by itself, less what recorded forces lose that are smoothed by a
-    /// response of this `variance` (s²).
-    fn delay(&mut self, time: &[f64], j: usize, late: f64, variance: f64) {
+    /// Lets channel `j` show what was a while ago, in each stretch by itself.
+    fn delay(&mut self, time: &[f64], j: usize, late: f64) {
         let ends = self.restarts.iter().skip(1).copied().chain([time.len()]);
         let stretches: Vec<(usize, usize)> = self.restarts.iter().copied().zip(ends).collect();
         for (first, end) in stretches.into_iter().filter(|(first, end)| end - first > 1) {
-            let mut column: Vec<f64> = self.shown[first..end].iter().map(|row| row[j]).collect();
-            if variance != 0.0 {
-                let bend = rates(&time[first..end], &rates(&time[first..end], &column, 1), 1);
-                column.iter_mut().zip(bend).for_each(|(shown, bend)| *shown -= 0.5 * variance * bend);
-            }
+            let column: Vec<f64> = self.shown[first..end].iter().map(|row| row[j]).collect();
             for (row, then) in self.shown[first..end].iter_mut().zip(earlier(&time[first..end], &column, late)) {
                 row[j] = then;
             }

@@ -68,7 +68,7 @@ pub(crate) fn lost(fit: &Fit, trials: &[Trial], free: &[Free]) -> Option<Lost> {
 }
 
 /// What forces at the winches, besides those of the trial, do to the states.
-fn of_forces(linear: &LinearTrial, forces: &[Vec<f64>]) -> Forcing {
+pub(crate) fn of_forces(linear: &LinearTrial, forces: &[Vec<f64>]) -> Forcing {
     let n = linear.states;
     let mut step = vec![0.0; (linear.len - 1) * n];
     for (k, row) in step.chunks_exact_mut(n).enumerate() {

@@ -218,6 +218,7 @@ fn compared(name: &str, holdout: bool, shift: f64) -> Compared {
         channels: channels.clone(),
         measured: Vec::new(),
         taken_off: Vec::new(),
+        undone: Vec::new(),
     };
     let restarts: Vec<usize> = (1..SAMPLES / RESTART).map(|k| k * RESTART).collect();
     let (mut before, mut after) = (Vec::new(), Vec::new());

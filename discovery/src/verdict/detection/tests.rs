@@ -151,6 +151,7 @@ fn at_rest(duration: f64, seed: u64) -> Trial {
         channels: moving.channels,
         measured: (0..count).map(|_| row()).collect(),
         taken_off: Vec::new(),
+        undone: Vec::new(),
     }
 }
 
