@@ -154,7 +154,7 @@ pub(crate) fn examine(
     let standing = search(&context, Standing::new(&context, base))?;
     if let Some(recorder) = standing.recorder {
         progress("moving the recorded forces to where they acted", 0.02);
-        let evidence = evidence.clone().with_forces_before(recorder);
+        let evidence = evidence.with_forces_before(recorder);
         let ready = Ready { evidence, holdout_source, outliers, remarks };
         return examine(model, survey, free_from, ready, begun, progress);
     }

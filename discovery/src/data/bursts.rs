@@ -11,7 +11,7 @@ use super::{Channel, Trial};
 const BEYOND: f64 = 6.0;
 /// Changes of the rate that are looked at before the jump away and behind the one back.
 const AROUND: usize = 5;
-/// Longest time between the two (s).
+/// Longest time between the two (s): later a straight line does not tell where it would have been.
 const LONGEST: f64 = 2.0;
 /// Share of the jump by which a position may be off the straight line from before to behind it.
 const OFF: f64 = 0.3;

@@ -14,7 +14,6 @@ use super::device::Device;
 const BEYOND_COUNTS: f64 = 3.0;
 /// Deviations of its noise by which another device must have moved meanwhile: the machine is not at rest.
 const MOVES: f64 = 6.0;
-
 /// Share of the repetitions that may be chance where noise never shows the same twice.
 const BY_CHANCE: f64 = 0.1;
 

@@ -53,11 +53,6 @@ struct Step {
 }
 
 impl Sizing<'_> {
-    /// What has been undone of the recorder.
-    pub(super) fn recorder(&self) -> Recorder {
-        self.trials.first().map_or_else(Recorder::default, Trial::recorder)
-    }
-
     /// Forces that are late, and smooth as well where that is likelier, with what the parameters of the effects from `first` on are then;
     /// none where the data do not ask for it.
     pub(crate) fn recorded_late(&self, fit: &Fit, first: usize) -> Result<Option<Late>, FitError> {
@@ -121,7 +116,7 @@ impl Sizing<'_> {
     /// Whether forces may be recorded so, with what has been undone of it: not before they act, nor less smooth than they are by now, nor
     /// so late that it could not be seen to first order.
     fn may_be(&self, recorder: Recorder) -> bool {
-        let all = self.recorder().behind(recorder);
+        let all = Recorder::undone_in(self.trials).behind(recorder);
         all.delay > 0.0 && recorder.variance >= 0.0 && recorder.delay.abs() <= WITHIN * FEW * self.interval
     }
 }
@@ -180,7 +175,7 @@ fn changes(trial: &Trial) -> [Vec<Vec<f64>>; MOMENTS] {
 /// Standard errors of what has been undone of the recorder: of its delay (s) and its variance (s²). The parameters of the effects from
 /// `first` on and the clocks adapt.
 pub(super) fn errors(fit: &Fit, trials: &[Trial], first: usize) -> [Option<f64>; MOMENTS] {
-    let recorder = trials.first().map_or_else(Recorder::default, Trial::recorder);
+    let recorder = Recorder::undone_in(trials);
     if recorder.is_in_time() {
         return [None; MOMENTS];
     }

@@ -79,7 +79,7 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: 
             resolution: resolution(trials, sizing.all[at], randomness.noise[at]),
         }
     };
-    let Recorder { delay, variance } = sizing.recorder();
+    let Recorder { delay, variance } = Recorder::undone_in(trials);
     let [of_delay, of_variance] = errors(fit, trials, first);
     Instruments {
         channels: Device::ALL.into_iter().flat_map(|d| sizing.channels(d)).map(channel).collect(),

@@ -34,11 +34,6 @@ impl Evidence {
         let before = |trials: Vec<Trial>| trials.iter().map(|trial| trial.with_forces_before(recorder)).collect();
         Self { train: before(self.train), holdout: before(self.holdout), ..self }
     }
-
-    /// What recording did to the winch forces and has been undone.
-    pub(crate) fn recorder(&self) -> Recorder {
-        self.train.first().map_or_else(Recorder::default, Trial::recorder)
-    }
 }
 
 /// A model fitted to both sets.
