@@ -7,6 +7,7 @@ pub(crate) mod clock;
 pub(crate) mod counts;
 pub(crate) mod device;
 pub(crate) mod held;
+pub(crate) mod line;
 mod map;
 mod read;
 mod ready;

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::data::clean::{median, noise_by_differences};
 use crate::data::counts::least_noise;
+use crate::data::line::{line, straight};
 use crate::data::{Channel, Trial};
 use crate::filter::error::FitError;
 use crate::filter::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
@@ -98,30 +99,11 @@ fn first_trajectory(model: &Examined, trial: &Trial, first: &[f64]) -> Trajector
     let n = model.states();
     let width = n + model.latents();
     let len = trial.len();
-    let quarter_second = (0.25 / trial.interval()).round() as usize;
-    // A straight line takes three numbers, which a slow channel has some rows apart.
-    let halves: Vec<usize> = (0..trial.channels.len()).map(|j| quarter_second.max(2 * trial.stride(j))).collect();
+    let halves: Vec<usize> = (0..trial.channels.len()).map(|j| straight(trial, j)).collect();
     let half = halves.iter().copied().max().unwrap_or(2);
     let column = |wanted: Channel| trial.channels.iter().position(|c| *c == wanted);
     let mut values = vec![0.0; len * width];
-    // Value and slope of a straight line through the samples around k; the last known value where there are too few.
-    let line = |j: usize, k: usize| -> Option<(f64, f64)> {
-        let (mut s, mut st, mut stt, mut sv, mut stv) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for i in k.saturating_sub(halves[j])..(k + halves[j] + 1).min(len) {
-            let v = trial.measured[i][j];
-            if v.is_finite() {
-                let t = trial.time[i] - trial.time[k];
-                s += 1.0;
-                st += t;
-                stt += t * t;
-                sv += v;
-                stv += t * v;
-            }
-        }
-        let determinant = s * stt - st * st;
-        (s >= 3.0 && determinant > 0.0)
-            .then(|| ((stt * sv - st * stv) / determinant, (s * stv - st * sv) / determinant))
-    };
+    let around = |j: usize, k: usize| line(trial, j, k.saturating_sub(halves[j])..(k + halves[j] + 1).min(len), k);
     let pose_measured = (0..3).all(|k| column(Channel::Pose(k)).is_some());
     let mut last = first.to_vec();
     for k in 0..len {
@@ -129,7 +111,7 @@ fn first_trajectory(model: &Examined, trial: &Trial, first: &[f64]) -> Trajector
         row[..n].copy_from_slice(&last);
         if pose_measured {
             for axis in 0..3 {
-                if let Some((value, slope)) = column(Channel::Pose(axis)).and_then(|j| line(j, k)) {
+                if let Some((value, slope)) = column(Channel::Pose(axis)).and_then(|j| around(j, k)) {
                     row[axis] = value;
                     row[3 + axis] = slope;
                 }
@@ -462,7 +444,7 @@ mod tests {
     use cdpr::effect::EffectSpec;
 
     use super::*;
-    use crate::data::recording::record;
+    use crate::data::recording::{Bench, record, record_on};
     use crate::instruments::latents::first_randomness;
 
     /// Friction that turns its sign within a sample: whole moves would go back and forth for ever.
@@ -512,6 +494,21 @@ mod tests {
                 assert!((value - settled).abs() < 1e3, "{value} {settled}");
             }
         }
+    }
+
+    /// Of a robot of 4 m that moves as it begins, with nothing but its pose: trajectories ran away, and something was said to be missing.
+    #[test]
+    fn a_small_robot_settles_by_its_pose_alone() {
+        let bench = Bench::ringing();
+        let whole = record_on(&bench, &[], 12.0, 6);
+        let mut trial = whole.part(200..whole.len(), String::new());
+        trial.channels.truncate(3);
+        trial.measured.iter_mut().for_each(|row| row.truncate(3));
+        let model = Model { parameters: bench.parameters, ..Model::default() };
+        let trials = [trial];
+        let randomness = first_randomness(&model, &trials, &noise_of_data(&trials)).without_latents();
+        let mut fit = Fit::new(&model, &trials, &randomness, None).unwrap();
+        assert!(fit.settle(&trials, 6).unwrap() && fit.has_settled(), "{}", fit.defect());
     }
 
     #[test]

@@ -10,6 +10,7 @@ use cdpr::per_cable::PerCable;
 use cdpr::plant::{Plant, PlantError};
 use cdpr::simulation::{Simulation, Start};
 
+use crate::data::line::{line, straight};
 use crate::data::{Channel, Trial};
 use crate::hypothesis::sensor::lateness_of_pose;
 
@@ -19,6 +20,9 @@ pub(crate) const WRENCH: usize = 3;
 /// Tolerance of the simulations of one sample as a share of the robot's reach (1/m): a hundredth of the noise of instruments that
 /// are off by a hundred-thousandth of it, as the best are. A tenth of that takes 1.5 times the steps on a robot of 4 m.
 const TOLERANCE: f64 = 1e-7;
+/// How long a trial is looked at for how it begins (s), and its fewest rows.
+const BEGINNING: f64 = 1.0;
+const FEWEST: usize = 20;
 /// Largest tolerance, of robots of 100 m and more: a micrometre.
 const LARGEST_TOLERANCE: f64 = 1e-6;
 
@@ -134,9 +138,11 @@ impl Examined {
         e
     }
 
-    /// Start states of a trial from its first second: pose by measurement or forward kinematics, cables at rest.
+    /// Start states of a trial from its beginning: pose by measurement or forward kinematics, cables in balance with their winches; they
+    /// move with the platform where its pose is measured.
     pub(crate) fn first_states(&self, trial: &Trial) -> Vec<f64> {
-        let guess = self.first_pose(trial);
+        let moves = first_motion(trial);
+        let guess = moves.map_or_else(|| self.first_pose(trial), |(pose, _)| pose);
         let start = Start {
             time: trial.time[0],
             initialization: Initialization::FromWinchForces,
@@ -151,6 +157,15 @@ impl Examined {
             .states(&self.plant)
             .or_else(|_| centred.states(&self.plant))
             .unwrap_or_else(|_| vec![0.0; self.states()]);
+        if let Some((_, twist)) = moves {
+            y[3..6].copy_from_slice(&twist);
+            let pose = [y[0], y[1], y[2]];
+            for (i, cable) in cdpr::kinematics::cables(self.plant.geometry(), &pose, &twist).iter().enumerate() {
+                if let Some(rate) = self.plant.rate_index(i) {
+                    y[rate] = cable.speed;
+                }
+            }
+        }
         for (j, channel) in trial.channels.iter().enumerate() {
             if let Channel::UnstretchedLength(i) = channel
                 && let Some(at) = self.plant.unstretched_index(*i)
@@ -193,6 +208,19 @@ impl Examined {
         };
         (0..self.plant.cables()).map(of_cable).collect()
     }
+}
+
+/// Pose and twist in which a trial begins, by straight lines through the first measurements, where all of the pose is measured.
+fn first_motion(trial: &Trial) -> Option<([f64; 3], [f64; 3])> {
+    let (mut pose, mut twist) = ([0.0; 3], [0.0; 3]);
+    for axis in 0..3 {
+        let j = trial.channels.iter().position(|c| *c == Channel::Pose(axis))?;
+        let end = trial.time.partition_point(|time| *time - trial.time[0] <= BEGINNING);
+        let beginning = trial.part(0..end.max(FEWEST).min(trial.len()), String::new());
+        let rows = 0..(2 * straight(&beginning, j) + 1).min(trial.len());
+        (pose[axis], twist[axis]) = line(trial, j, rows, 0)?;
+    }
+    Some((pose, twist))
 }
 
 /// The pose that fits the lengths and coordinates known, in the least squares sense.
