@@ -253,6 +253,8 @@ pub struct Instruments {
     pub late_forces: Option<Estimated>,
     /// Over how long recording smooths them, as a filter does: the standard deviation of its response to an impulse (s).
     pub smoothed_forces: Option<Estimated>,
+    /// By which share the clock of the stamps is slow: how much longer everything takes than they say.
+    pub slow_clock: Option<Estimated>,
     /// White error of each recorded winch force (N).
     pub winch_force: Option<Estimated>,
     /// Jitter of the time stamps (s).
@@ -293,10 +295,15 @@ impl Instruments {
                 with(size, 1e3)
             )
         });
+        let slow_clock = self.slow_clock.iter().map(|size| {
+            let way = if size.value > 0.0 { "slow" } else { "fast" };
+            let size = Estimated { value: size.value.abs(), ..*size };
+            format!("The clock of the time stamps is {way} by {} %.", with(&size, 100.0))
+        });
         let force = self.winch_force.iter();
         let force = force.map(|size| format!("The recorded winch forces have a white error of {} N.", with(size, 1.0)));
         let stamps = self.stamps.iter().map(|size| format!("The time stamps jitter by {} ms.", with(size, 1e3)));
-        clocks.chain(late_forces).chain(smoothed).chain(force).chain(stamps).collect()
+        clocks.chain(late_forces).chain(smoothed).chain(slow_clock).chain(force).chain(stamps).collect()
     }
 }
 
@@ -449,12 +456,14 @@ mod tests {
         let late_forces = Some(Estimated { value: 0.0401, standard_error: Some(4e-4) });
         let smoothed_forces = Some(Estimated { value: 0.02, standard_error: Some(1e-3) });
         let channels = Vec::new();
-        let said = Instruments { channels, late_forces, smoothed_forces, winch_force, stamps }.remarks();
+        let slow_clock = Some(Estimated { value: -2e-3, standard_error: Some(1e-5) });
+        let said = Instruments { channels, late_forces, smoothed_forces, slow_clock, winch_force, stamps }.remarks();
         assert_eq!(
             said,
             [
                 "The recorded winch forces lag what is measured by 40.10 ± 0.40 ms.",
                 "They are smoothed over 20.0 ± 1.0 ms (standard deviation of the response to an impulse), as behind a filter.",
+                "The clock of the time stamps is fast by 0.2000 ± 0.0010 %.",
                 "The recorded winch forces have a white error of 21.36 N.",
                 "The time stamps jitter by 0.1110 ± 0.0045 ms."
             ]

@@ -17,6 +17,7 @@ pub(crate) mod recording;
 mod text;
 mod trial;
 pub(crate) mod turns;
+mod undone;
 mod units;
 
 use std::path::PathBuf;
@@ -28,6 +29,7 @@ pub(crate) use ready::make_ready;
 pub use recorder::Recorder;
 pub use text::Lines;
 pub use trial::Trial;
+pub use undone::Undone;
 
 /// Least samples of a recording.
 const FEWEST: usize = 50;

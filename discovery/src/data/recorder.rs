@@ -1,7 +1,5 @@
 //! What recording does to the winch forces, as the filter of a load cell or a log that is late.
 
-use super::Trial;
-
 /// The mean (s) and the variance (s²) of the response to an impulse by which winch forces are recorded: as they act where both are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Recorder {
@@ -15,11 +13,6 @@ impl Recorder {
     /// Whether forces are recorded as they act.
     pub(crate) fn is_in_time(self) -> bool {
         self == Self::default()
-    }
-
-    /// What has been undone in recordings, in all of them alike.
-    pub(crate) fn undone_in(trials: &[Trial]) -> Self {
-        trials.first().map_or_else(Self::default, Trial::recorder)
     }
 
     /// One behind the other: delays and variances add up.

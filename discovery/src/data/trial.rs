@@ -2,7 +2,7 @@
 
 use cdpr::dynamics::Inputs;
 
-use super::{Channel, Recorder};
+use super::{Channel, Undone};
 
 /// One recording: samples at strictly increasing times, inputs held between samples.
 #[derive(Clone, Debug)]
@@ -20,8 +20,8 @@ pub struct Trial {
     /// What was taken off the winch forces since they were recorded, as their expected error (N): a series of samples a winch;
     /// empty where they are as recorded.
     pub taken_off: Vec<Vec<f64>>,
-    /// What recording did to the winch forces and has been undone, one after the other.
-    pub undone: Vec<Recorder>,
+    /// What recording did and has been undone, one after the other.
+    pub undone: Vec<Undone>,
 }
 
 impl Trial {
@@ -33,11 +33,6 @@ impl Trial {
     /// Number of the robot's cables, as many as there are winch forces.
     pub fn cables(&self) -> usize {
         self.inputs.first().map_or(0, |inputs| inputs.winch_force.len())
-    }
-
-    /// What recording did to the winch forces and has been undone.
-    pub(crate) fn recorder(&self) -> Recorder {
-        self.undone.iter().fold(Recorder::default(), |all, recorder| all.behind(*recorder))
     }
 
     /// Whether there is no sample.

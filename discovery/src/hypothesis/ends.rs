@@ -43,7 +43,7 @@ impl<'a> Ends<'a> {
     }
 
     /// Rates of the base plant at an end of step `k`.
-    pub(super) fn rates(&self, k: usize, end: usize) -> &[f64] {
+    pub(crate) fn rates(&self, k: usize, end: usize) -> &[f64] {
         let n = self.along.base.states();
         &self.rates[end][(k - self.first) * n..][..n]
     }

@@ -8,7 +8,7 @@ pub(crate) mod containing;
 pub(crate) mod correction;
 pub(crate) mod drum;
 pub(crate) mod elasticity;
-mod ends;
+pub(crate) mod ends;
 pub(crate) mod extension;
 pub(crate) mod facts;
 pub(crate) mod friction;

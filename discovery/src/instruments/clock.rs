@@ -1,7 +1,7 @@
 //! Clocks of the devices that are late against the recorded forces.
 
 use crate::data::device::Device;
-use crate::data::{Channel, Recorder, Trial};
+use crate::data::{Channel, Trial, Undone};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
@@ -39,7 +39,7 @@ impl Sizing<'_> {
             let normal = clocks.normal(fit, self.trials, &randomness);
             let unset = devices.iter().filter(|device| !set(&randomness, **device)).count();
             // One clock is that by which all others count.
-            let least = usize::from(!Recorder::undone_in(self.trials).is_in_time());
+            let least = usize::from(!Undone::recorder(self.trials).is_in_time());
             for (c, device) in devices.iter().enumerate() {
                 let gram = normal.gram[c * devices.len() + c];
                 let step = normal.right[c] / gram;

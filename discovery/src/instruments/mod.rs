@@ -8,12 +8,12 @@ mod exchange;
 pub(crate) mod expected;
 pub(crate) mod latents;
 pub(crate) mod mismatch;
-pub(crate) mod recorder;
 mod scoring;
 mod sizing;
 mod summary;
 #[cfg(test)]
 mod tests;
+pub(crate) mod undoing;
 mod wandering;
 
 pub(crate) use clock::late_lengths;

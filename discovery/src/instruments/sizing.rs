@@ -2,7 +2,7 @@
 //!
 //! Of each device (pose, lengths, load cells) noise with memory, drift and a late clock; of the recorded forces a white
 //! error; of the stamps jitter. Each is taken up only where the likelihood gains more than its parameters cost, the one
-//! that gains most first; forces that are recorded late are [another matter](super::recorder). What the instruments do, the
+//! that gains most first; forces that are recorded late and clocks that are slow are [another matter](super::undoing). What the instruments do, the
 //! latent forces need not carry: each is tried with the latent forces as they are and without them.
 
 use crate::data::device::Device;

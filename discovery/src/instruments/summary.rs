@@ -2,11 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use super::recorder::errors;
 use super::sizing::{Size, Sizing};
+use super::undoing::errors;
 use crate::data::counts::resolution;
 use crate::data::device::Device;
-use crate::data::{Recorder, Trial};
+use crate::data::{Recorder, Trial, Undone};
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::outcome::{ChannelInstrument, Estimated, Instruments};
@@ -44,7 +44,7 @@ impl Sizing<'_> {
     }
 }
 
-/// What the instruments of the fit add, with standard errors; those of the clocks' delays are given. Beside the recorder of the forces
+/// What the instruments of the fit add, with standard errors; those of the clocks' delays are given. Beside what was undone of recordings
 /// the parameters of the effects from `first` on adapt.
 pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: &[f64], first: usize) -> Instruments {
     let sizing = Sizing::new(trials, noise, Penalty::NONE);
@@ -79,8 +79,8 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: 
             resolution: resolution(trials, sizing.all[at], randomness.noise[at]),
         }
     };
-    let Recorder { delay, variance } = Recorder::undone_in(trials);
-    let [of_delay, of_variance] = errors(fit, trials, first);
+    let (Recorder { delay, variance }, slow_clock) = (Undone::recorder(trials), Undone::slow_clock(trials));
+    let [of_delay, of_variance, of_clock] = errors(fit, trials, first);
     Instruments {
         channels: Device::ALL.into_iter().flat_map(|d| sizing.channels(d)).map(channel).collect(),
         late_forces: (delay != 0.0).then_some(Estimated { value: delay, standard_error: of_delay }),
@@ -88,6 +88,7 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: 
             value: variance.sqrt(),
             standard_error: of_variance.map(|error| 0.5 * error / variance.sqrt()),
         }),
+        slow_clock: (slow_clock != 0.0).then_some(Estimated { value: slow_clock, standard_error: of_clock }),
         winch_force: (randomness.input > 0.0).then(|| sizing.sized(fit, randomness.input, Size::Input)),
         stamps: (randomness.jitter > 0.0).then(|| sizing.sized(fit, randomness.jitter, Size::Jitter)),
     }

@@ -1,6 +1,6 @@
 //! Models fitted to the training data and, as they are, to held-out data.
 
-use crate::data::{Recorder, Trial};
+use crate::data::{Trial, Undone};
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::instruments;
@@ -29,9 +29,9 @@ impl Evidence {
         Self { train, holdout, instruments: Some(Randomness { expected: Some(expected), ..instruments }), ..self }
     }
 
-    /// The same with the winch forces as they were before they were recorded so.
-    pub(crate) fn with_forces_before(self, recorder: Recorder) -> Self {
-        let before = |trials: Vec<Trial>| trials.iter().map(|trial| trial.with_forces_before(recorder)).collect();
+    /// The same as it was before recording did so.
+    pub(crate) fn before(self, undone: Undone) -> Self {
+        let before = |trials: Vec<Trial>| trials.iter().map(|trial| trial.before(undone)).collect();
         Self { train: before(self.train), holdout: before(self.holdout), ..self }
     }
 }

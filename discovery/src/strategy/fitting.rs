@@ -12,7 +12,7 @@ use crate::outcome::BeforeAfter;
 use crate::strategy::begin::{begun_by_data, held_by_data};
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained, instruments_of};
-use crate::verdict::gap::{gap, predict};
+use crate::verdict::gap::{GapSum, gap, predict};
 use crate::verdict::{self, HorizonFacts, POLICY, Reach, Reaches};
 use crate::weigh::proposal::{Certainty, certainty};
 use crate::weigh::refine::refine;
@@ -54,17 +54,28 @@ impl Context<'_> {
         let e = self.evidence;
         let score = self.score(&train, &e.train);
         let holdout_score = holdout.minus_two_log_likelihood(&e.holdout, &train.randomness);
+        let (gap, sums) = self.gaps(&holdout, &e.holdout, instruments.as_ref());
+        Fitted { train, holdout, score, holdout_score, gap, sums, instruments }
+    }
+
+    /// The gap of a fit over the main horizon and the long one on held-out trials, in multiples of what a model without fault would leave beside
+    /// these instruments, and what they are made of.
+    pub(crate) fn gaps(
+        &self,
+        holdout: &Fit,
+        trials: &[Trial],
+        instruments: Option<&Randomness>,
+    ) -> ([f64; 2], [GapSum; 2]) {
         let gap_over = |reach: &Reach| {
-            let gap_by = |noise: &[f64]| gap(&e.holdout, &predict(&holdout, &e.holdout, reach.horizon), noise);
-            match &instruments {
-                Some(randomness) => (gap_by(&holdout.spread(&e.holdout, randomness, reach.horizon)), 1.0),
-                None => (gap_by(&e.noise), reach.attainable),
+            let gap_by = |noise: &[f64]| gap(trials, &predict(holdout, trials, reach.horizon), noise);
+            match instruments {
+                Some(randomness) => (gap_by(&holdout.spread(trials, randomness, reach.horizon)), 1.0),
+                None => (gap_by(&self.evidence.noise), reach.attainable),
             }
         };
         let Reaches { main, long } = &self.reaches;
         let ((short, of_short), (long, of_long)) = rayon::join(|| gap_over(main), || gap_over(long));
-        let gap = [short.total() / of_short, long.total() / of_long];
-        Fitted { train, holdout, score, holdout_score, gap, sums: [short, long], instruments }
+        ([short.total() / of_short, long.total() / of_long], [short, long])
     }
 
     /// Fits `model`, starting from another fit, with its own effects' parameters refined.

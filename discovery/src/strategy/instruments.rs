@@ -11,8 +11,8 @@ use crate::instruments::{self, Sizing};
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Evidence, Fitted, Trained, instruments_of};
-use crate::strategy::late_record::with_late_record;
 use crate::strategy::standing::Standing;
+use crate::strategy::undoing::{Others, what_recording_does};
 use crate::weigh::criterion::EVIDENCE;
 
 /// What was found, where its instruments are `better` known; the model as given has them as well. What was found may only
@@ -145,16 +145,16 @@ pub(crate) fn instruments_instead(context: &Context<'_>, mut standing: Standing)
         let (model, effect) = standing.without(context, kept);
         let without = context.fit_without(&model, &standing.fit, context.policy.rounds);
         let without = context.journal.tried(&effect, "instruments in its place", without);
-        let (mut instead, mut late) = (None, None);
+        let (mut instead, mut undone) = (None, None);
         if let Some(without) = without {
-            (instead, late) =
-                (with_instruments_anew(context, &without)?, with_late_record(context, &without, |_| Ok(true))?);
+            (instead, undone) =
+                (with_instruments_anew(context, &without)?, what_recording_does(context, &without, &Others::MORE)?);
         }
         let score = instead.as_ref().map_or(standing.fit.score, |instead| instead.score.min(standing.fit.score));
-        if let Some(late) = late.filter(|late| late.score < score) {
-            let change = standing.fit.score - late.score;
-            context.journal.note(&effect, Outcome::Removed, change, "late forces explain more");
-            return Ok(Standing { recorder: Some(late.recorder), ..standing });
+        if let Some(better) = undone.filter(|better| better.score < score) {
+            let change = standing.fit.score - better.score;
+            context.journal.note(&effect, Outcome::Removed, change, "what recording does explains more");
+            return Ok(Standing { to_undo: Some(better.undone), ..standing });
         }
         let Some(instead) = instead.filter(|instead| instead.score < standing.fit.score) else {
             kept += 1;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use cdpr::effect::{EffectSpec, SpecError};
 
-use crate::data::{Channel, Recorder, Trial};
+use crate::data::{Channel, Trial, Undone};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
@@ -85,7 +85,7 @@ fn in_common(context: &Context<'_>, standing: &Standing) -> Option<(usize, f64)>
     let (pose, late) = found.iter().enumerate().find_map(|(k, effect)| Some((k, delay(effect)?)))?;
     let is_late = |effect: &EffectSpec| LATE.iter().any(|id| is_there(effect, id, None));
     let clocks = least_late(&standing.fit.train, &context.evidence.train)?;
-    let forces_late = !Recorder::undone_in(&context.evidence.train).is_in_time();
+    let forces_late = !Undone::recorder(&context.evidence.train).is_in_time();
     (clocks > 0.0 && !forces_late && !standing.effects().iter().any(is_late)).then_some((pose, late.min(clocks)))
 }
 

@@ -22,9 +22,9 @@ pub(crate) struct Policy {
     /// Share of the evidence from which an effect found first is most of what is missing, so that its form shows; and of what
     /// is left then, that the form, the times between which it acts, or forces that were recorded late must explain: half.
     pub(crate) most: f64,
-    /// Most times that a search begins again with forces that were recorded late moved to where they acted: once beside what is still
-    /// missing, once beside what was found, and once more.
-    pub(crate) most_moves_of_forces: usize,
+    /// Most times that a search begins again with something undone that recording did: once beside what is still missing, once beside what
+    /// was found, and once more.
+    pub(crate) most_undone: usize,
     /// Most effects added: a simulation that lacks more is another machine's.
     pub(crate) most_effects: usize,
     /// Most candidates of one round that are fitted in full before the round is given up: those after it explain less.
@@ -123,7 +123,7 @@ pub(crate) const POLICY: Policy = Policy {
     strong: 5.0,
     hidden: 0.05,
     most: 0.5,
-    most_moves_of_forces: 3,
+    most_undone: 3,
     most_effects: 5,
     most_refusals: 4,
     most_terms: 3,

@@ -4,16 +4,15 @@ use crate::filter::error::FitError;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::every_cable::on_every_cable;
-use crate::strategy::fitted::Fitted;
 use crate::strategy::form::form_if;
 use crate::strategy::geometry::survey_gains;
 use crate::strategy::instruments::{beside_instruments, better_instruments};
-use crate::strategy::late_record::late_record;
 use crate::strategy::one_friction::one_friction;
 use crate::strategy::onset::onset;
 use crate::strategy::prune::prune;
 use crate::strategy::round::{Round, best_gain, round};
 use crate::strategy::standing::Standing;
+use crate::strategy::undoing::{Others, undoing};
 use crate::weigh::signatures::{Signatures, Source};
 
 /// What stands with one more effect of the catalogue, if one earns its place.
@@ -21,14 +20,17 @@ pub(crate) fn one_more(context: &Context<'_>, standing: Standing, signatures: &S
     round(context, standing, signatures, Source::Catalogue, context.policy.most_refusals)
 }
 
-/// Whether an effect of the catalogue, or what the instruments ask for, gains as much along a fit.
-pub(crate) fn others_gain(
+/// What stands; where something that recording does explains more of what it leaves than one more effect of the catalogue or what the
+/// instruments ask for, that is to be undone first.
+pub(crate) fn undo_before_more(
     context: &Context<'_>,
-    fitted: &Fitted,
+    standing: Standing,
     signatures: &Signatures,
-    gain: f64,
-) -> Result<bool, FitError> {
-    Ok(best_gain(context, fitted, signatures) >= gain || better_instruments(context, fitted, gain)?.is_some())
+) -> Result<Standing, FitError> {
+    let fitted = standing.fit.clone();
+    let effect = || best_gain(context, &fitted, signatures);
+    let instruments = |gain| Ok(better_instruments(context, &fitted, gain)?.is_some());
+    undoing(context, standing, &Others { effect: &effect, instruments: &instruments })
 }
 
 /// Effects of the catalogue, one after the other, as long as they earn their place, and after each the form of friction, where that
@@ -41,7 +43,7 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
     while standing.accepted.len() < context.policy.most_effects {
         let score = standing.fit.score;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
-        standing = late_record(context, standing, |fitted, gain| others_gain(context, fitted, &signatures, gain))?;
+        standing = undo_before_more(context, standing, &signatures)?;
         if standing.begins_anew() {
             break;
         }

@@ -11,16 +11,16 @@ use crate::strategy::instruments::{
     beside_instruments, better_instruments, evident_wander, instruments_anew, instruments_instead,
     with_any_error_of_forces, without_idle_instruments,
 };
-use crate::strategy::late_record::late_record;
 use crate::strategy::late_winches::late_winches;
 use crate::strategy::onset::onset;
 use crate::strategy::pair::pair;
 use crate::strategy::round::Round;
-use crate::strategy::rounds::{one_more, others_gain, rounds};
+use crate::strategy::rounds::{one_more, rounds, undo_before_more};
 use crate::strategy::second_look::{may_hide, second_look};
 use crate::strategy::settle::settle;
 use crate::strategy::standing::Standing;
 use crate::strategy::terms::single_term;
+use crate::strategy::undoing::{Others, undoing};
 use crate::weigh::signatures::Source;
 
 /// A step of the search.
@@ -110,7 +110,7 @@ fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standin
     let policy = context.policy;
     let signatures = loop {
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
-        standing = late_record(context, standing, |fitted, gain| others_gain(context, fitted, &signatures, gain))?;
+        standing = undo_before_more(context, standing, &signatures)?;
         if standing.begins_anew() {
             return Ok(standing);
         }
@@ -127,7 +127,7 @@ fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standin
             }
         }
     };
-    standing = late_record(context, standing, |_, _| Ok(true))?;
+    standing = undoing(context, standing, &Others::MORE)?;
     if standing.begins_anew() {
         return Ok(standing);
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
-use crate::data::{Recorder, Trial};
+use crate::data::{Trial, Undone};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::hypothesis::extension::count_in_use;
@@ -64,8 +64,8 @@ pub(crate) struct Standing {
     pub(crate) taken_up_beside: Option<Vec<Law>>,
     /// Whether errors of the survey promise to explain what the laws so far leave.
     pub(crate) geometry_is_off: bool,
-    /// What recording does to the winch forces, where it was found to do something that has not been undone.
-    pub(crate) recorder: Option<Recorder>,
+    /// What recording was found to do and has not been undone.
+    pub(crate) to_undo: Option<Undone>,
 }
 
 /// An effect without its size: what it is, where, and how many numbers its form takes.
@@ -86,7 +86,7 @@ impl Standing {
             chosen: None,
             taken_up_beside: None,
             geometry_is_off: false,
-            recorder: None,
+            to_undo: None,
         }
     }
 
@@ -129,10 +129,10 @@ impl Standing {
         self.fit.instruments.as_ref().is_some_and(|randomness| randomness.white_input() > 0.0)
     }
 
-    /// Whether the search ends here, to begin again on another ground: with the forces that acted, or those to be expected, in the
+    /// Whether the search ends here, to begin again on another ground: with what recording did undone, or with the forces to be expected in the
     /// place of those recorded, or with errors of the survey free beside every law.
     pub(crate) fn begins_anew(&self) -> bool {
-        self.recorder.is_some() || self.white_force_error() || self.geometry_is_off
+        self.to_undo.is_some() || self.white_force_error() || self.geometry_is_off
     }
 
     /// Has the beginnings of the trials start shortly before the last of the new effects begins: before that they show

@@ -135,6 +135,7 @@ pub(super) fn discovery() -> Discovery {
             channels: trials[0].trial.channels.iter().map(|c| instrument(*c)).collect(),
             late_forces: None,
             smoothed_forces: None,
+            slow_clock: None,
             winch_force: None,
             stamps: Some(Estimated { value: 4e-3, standard_error: Some(1e-4) }),
         },

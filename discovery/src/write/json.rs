@@ -54,6 +54,8 @@ struct InstrumentsEntry {
     winch_force_delay: Option<EstimatedEntry>,
     /// Standard deviation of the response to an impulse by which recording smooths them (s).
     winch_force_smoothing: Option<EstimatedEntry>,
+    /// By which share the clock of the stamps is slow.
+    slow_clock: Option<EstimatedEntry>,
     /// White error of each recorded winch force (N).
     winch_force_error: Option<EstimatedEntry>,
     /// Jitter of the time stamps (s).
@@ -85,6 +87,7 @@ fn instruments(instruments: &Instruments) -> InstrumentsEntry {
         channels: instruments.channels.iter().map(|c| (c.channel.name(), channel(c))).collect(),
         winch_force_delay: instruments.late_forces.map(Into::into),
         winch_force_smoothing: instruments.smoothed_forces.map(Into::into),
+        slow_clock: instruments.slow_clock.map(Into::into),
         winch_force_error: instruments.winch_force.map(Into::into),
         stamp_jitter: instruments.stamps.map(Into::into),
     }

@@ -164,6 +164,8 @@ fn instruments(instruments: &Instruments) -> Vec<report::Instrument> {
     rows.extend(late_forces.map(|delay| row("delay of the recorded winch forces".into(), "s", delay)));
     let smoothed = instruments.smoothed_forces.iter();
     rows.extend(smoothed.map(|size| row("smoothing of the recorded winch forces".into(), "s", size)));
+    let slow_clock = instruments.slow_clock.iter();
+    rows.extend(slow_clock.map(|share| row("share by which the clock of the stamps is slow".into(), "", share)));
     rows.extend(
         instruments.winch_force.iter().map(|size| row("white error of the recorded winch forces".into(), "N", size)),
     );

@@ -1,0 +1,173 @@
+//! What recording does, where that explains most of what is left, or more than anything else does: then it is undone.
+
+use crate::data::{Trial, Undone};
+use crate::filter::error::FitError;
+use crate::filter::estimate::Fit;
+use crate::instruments::Sizing;
+use crate::instruments::undoing::Did;
+use crate::strategy::context::{Context, share};
+use crate::strategy::fitted::Fitted;
+use crate::strategy::standing::Standing;
+use crate::verdict::{POLICY as VERDICT, share_taken};
+use crate::weigh::criterion::{EVIDENCE, told_apart_from};
+
+/// What else may explain what is left.
+pub(crate) struct Others<'a> {
+    /// What the best effect gains.
+    pub(crate) effect: &'a dyn Fn() -> f64,
+    /// Whether the instruments gain more than so much.
+    pub(crate) instruments: &'a dyn Fn(f64) -> Result<bool, FitError>,
+}
+
+impl Others<'_> {
+    /// Where whatever explains no more than most is better explained by something else.
+    pub(crate) const MORE: Self = Self { effect: &|| f64::INFINITY, instruments: &|_| Ok(true) };
+
+    fn gain(&self, gain: f64) -> Result<bool, FitError> {
+        Ok((self.effect)() >= gain || (self.instruments)(gain)?)
+    }
+}
+
+/// What stands; where something that recording does explains most of what it leaves, or more than all `others`, the search begins again
+/// with recordings as they were before.
+pub(crate) fn undoing(context: &Context<'_>, standing: Standing, others: &Others<'_>) -> Result<Standing, FitError> {
+    let to_undo = what_recording_does(context, &standing.fit, others)?.map(|better| better.undone);
+    Ok(Standing { to_undo, ..standing })
+}
+
+/// What recording does, and the score of what stands where that is undone.
+pub(crate) struct Better {
+    pub(crate) undone: Undone,
+    pub(crate) score: f64,
+}
+
+/// What recording does beside `fitted`. Late forces, if they explain most of what is left or no `others` gain as much: friction looks like
+/// these to first order, and then gains more. A slow clock, if no others gain as much and it takes away most of the gap: mass and inertia look
+/// like it, and where much else is missing whatever makes all slower explains some of that.
+pub(crate) fn what_recording_does(
+    context: &Context<'_>,
+    fitted: &Fitted,
+    others: &Others<'_>,
+) -> Result<Option<Better>, FitError> {
+    let evidence = context.evidence;
+    let undone = evidence.train.first().map_or(0, |trial| trial.undone.len());
+    if undone >= context.policy.most_undone || !context.something_left(&fitted.train, &evidence.train) {
+        return Ok(None);
+    }
+    let sizing = Sizing::new(&evidence.train, &evidence.noise, context.penalty);
+    let late = sizing.recorded_late(&fitted.train, context.free_from);
+    let late = context.journal.or_remark("Recorded forces that are late do not go with the data", late)?.flatten();
+    let slow = sizing.slow_clock(&fitted.train, context.free_from, (others.effect)());
+    let slow = context.journal.or_remark("A clock that is slow does not go with the data", slow)?.flatten();
+    let scored = |did: Did| (context.score(&did.fit, &did.trials) + did.cost, did);
+    let mut all: Vec<(f64, Did)> = [late, slow].into_iter().flatten().map(scored).collect();
+    all.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    for (score, did) in all {
+        let gain = fitted.score - score;
+        let stands = match did.undone {
+            Undone::Forces(_) => {
+                let most = share(fitted.score, &did.fit, score, &did.trials) >= context.policy.most;
+                (most || !others.gain(gain)?) && held_out(context, fitted, &did)?.is_some()
+            }
+            // A law that is not told from it is believed before it.
+            Undone::Clock(_) => {
+                !others.gain(gain - told_apart_from(gain))?
+                    && held_out(context, fitted, &did)?
+                        .is_some_and(|gap| share_taken(fitted.gap[0], gap, &VERDICT) >= context.policy.most)
+            }
+        };
+        if stands {
+            return Ok(Some(Better { undone: did.undone, score }));
+        }
+    }
+    Ok(None)
+}
+
+/// The gap that is left on held-out data where what recording does is undone there as well; none where that makes them no likelier.
+fn held_out(context: &Context<'_>, fitted: &Fitted, did: &Did) -> Result<Option<f64>, FitError> {
+    let Did { undone, fit, .. } = did;
+    let held: Vec<Trial> = context.evidence.holdout.iter().map(|trial| trial.before(*undone)).collect();
+    let settled = Fit::new(&fit.model, &held, &fit.randomness, Some(&fitted.holdout)).and_then(|mut held_out| {
+        held_out.settle(&held, context.policy.held_out_moves)?;
+        Ok(held_out)
+    });
+    let settled =
+        context.journal.or_remark("What recording seems to do does not go with the held-out data", settled)?;
+    let likely = fitted.holdout_score - context.policy.helps * EVIDENCE;
+    let likelier = settled.filter(|fit| fit.minus_two_log_likelihood(&held, &did.fit.randomness) < likely);
+    Ok(likelier.map(|fit| context.gaps(&fit, &held, fitted.instruments.as_ref()).0[0]))
+}
+
+#[cfg(test)]
+mod tests {
+    use cdpr::effect::EffectSpec;
+    use cdpr::model_file::Model;
+
+    use super::*;
+    use crate::data::recording::{noise, record};
+    use crate::filter::estimate::noise_of_data;
+    use crate::strategy::candidates::signatures;
+    use crate::strategy::fitted::Evidence;
+    use crate::strategy::fixture::begun;
+    use crate::strategy::rounds::undo_before_more;
+    use crate::weigh::signatures::Source;
+
+    /// Forces two samples late, by themselves, and ones in time where friction is missing, or with an error that is as slow as the motion.
+    #[test]
+    fn forces_are_late_where_that_explains_most_of_what_is_left() {
+        let friction = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 0.01]).expect("an effect");
+        let recorded = |hidden: &[EffectSpec], late: usize, error: f64, seed: u64| {
+            let mut trial = record(hidden, 40.0, seed);
+            let inputs = trial.inputs.clone();
+            trial.inputs[late..].copy_from_slice(&inputs[..inputs.len() - late]);
+            for winch in 0..4 {
+                let mut wander = 0.0;
+                for (inputs, white) in trial.inputs.iter_mut().zip(noise(inputs.len(), 10 * seed + winch)) {
+                    wander = 0.7 * wander + 0.7 * error * white;
+                    inputs.winch_force[winch as usize] += wander;
+                }
+            }
+            trial
+        };
+        for (hidden, late, error) in [(&[][..], 2, 0.0), (&[friction][..], 0, 0.0), (&[], 0, 30.0)] {
+            let [first, second, held] = [31, 32, 33].map(|seed| recorded(hidden, late, error, seed));
+            let (train, holdout) = (vec![first, second], vec![held]);
+            let noise = noise_of_data(&train);
+            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let (context, standing) = begun(&evidence, &Model::default());
+            let standing = undoing(&context, standing, &Others::MORE).expect("a fit");
+            assert_eq!(standing.begins_anew(), late > 0, "{:?} {error}", standing.to_undo);
+            let expected = late as f64 * evidence.train[0].interval();
+            let delay = match standing.to_undo {
+                Some(Undone::Forces(recorder)) => recorder.delay,
+                Some(Undone::Clock(slow)) => panic!("{slow}"),
+                None => 0.0,
+            };
+            assert!((delay - expected).abs() <= 0.05 * expected, "{delay} {expected} {error}");
+        }
+    }
+
+    /// Stamps made at a rate that is not quite that of the recordings came out as masses of platform and cables, both named.
+    #[test]
+    fn a_clock_is_slow_where_that_explains_more_than_masses_do() {
+        let mass = EffectSpec::new("platform_mass", None, &[50.0]).expect("an effect");
+        for (hidden, slow) in [(&[][..], 5e-3), (&[mass][..], 0.0)] {
+            let recorded = |seed: u64| {
+                let mut trial = record(hidden, 40.0, seed);
+                trial.time.iter_mut().for_each(|time| *time /= 1.0 + slow);
+                trial
+            };
+            let (train, holdout) = (vec![recorded(31), recorded(32)], vec![recorded(33)]);
+            let noise = noise_of_data(&train);
+            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let (context, standing) = begun(&evidence, &Model::default());
+            let signatures = signatures(&context, &standing, &standing.fit, Source::Catalogue);
+            let undone = undo_before_more(&context, standing, &signatures).expect("a fit");
+            match undone.to_undo {
+                Some(Undone::Clock(found)) => assert!((found / slow - 1.0).abs() < 0.2, "{found} {slow}"),
+                None => assert_eq!(slow, 0.0),
+                forces @ Some(_) => panic!("{forces:?}"),
+            }
+        }
+    }
+}
