@@ -134,14 +134,18 @@ impl Journal {
         match result {
             Ok(done) => Ok(Some(done)),
             Err(error @ (FitError::Diverged { .. } | FitError::Simulation(_))) => {
-                let remark = format!("{what}: {error}.");
-                let mut remarks = locked(&self.remarks);
-                if !remarks.contains(&remark) {
-                    remarks.push(remark);
-                }
+                self.remark(format!("{what}: {error}."));
                 Ok(None)
             }
             Err(error) => Err(error),
+        }
+    }
+
+    /// What a reader is to know, once.
+    pub(crate) fn remark(&self, remark: String) {
+        let mut remarks = locked(&self.remarks);
+        if !remarks.contains(&remark) {
+            remarks.push(remark);
         }
     }
 

@@ -122,7 +122,7 @@ impl Sizing<'_> {
 
     /// A clock that is slow, or fast, likewise, where that gains so much.
     pub(crate) fn slow_clock(&self, fit: &Fit, first: usize, gain: f64) -> Result<Option<Did>, FitError> {
-        if gain.is_infinite() {
+        if !gain.is_finite() {
             return Ok(None);
         }
         let begin = self.at(fit, fit.randomness.clone());

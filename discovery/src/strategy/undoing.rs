@@ -5,6 +5,7 @@ use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::instruments::Sizing;
 use crate::instruments::undoing::Did;
+use crate::report;
 use crate::strategy::context::{Context, share};
 use crate::strategy::fitted::Fitted;
 use crate::strategy::standing::Standing;
@@ -57,7 +58,8 @@ pub(crate) fn what_recording_does(
     let sizing = Sizing::new(&evidence.train, &evidence.noise, context.penalty);
     let late = sizing.recorded_late(&fitted.train, context.free_from);
     let late = context.journal.or_remark("Recorded forces that are late do not go with the data", late)?.flatten();
-    let slow = sizing.slow_clock(&fitted.train, context.free_from, (others.effect)());
+    let by_effect = (others.effect)();
+    let slow = sizing.slow_clock(&fitted.train, context.free_from, by_effect - told_apart_from(by_effect));
     let slow = context.journal.or_remark("A clock that is slow does not go with the data", slow)?.flatten();
     let scored = |did: Did| (context.score(&did.fit, &did.trials) + did.cost, did);
     let mut all: Vec<(f64, Did)> = [late, slow].into_iter().flatten().map(scored).collect();
@@ -69,11 +71,16 @@ pub(crate) fn what_recording_does(
                 let most = share(fitted.score, &did.fit, score, &did.trials) >= context.policy.most;
                 (most || !others.gain(gain)?) && held_out(context, fitted, &did)?.is_some()
             }
-            // A law that is not told from it is believed before it.
-            Undone::Clock(_) => {
-                !others.gain(gain - told_apart_from(gain))?
+            Undone::Clock(slow) => {
+                let apart = told_apart_from(gain);
+                let near = !others.gain(gain + apart)?
                     && held_out(context, fitted, &did)?
-                        .is_some_and(|gap| share_taken(fitted.gap[0], gap, &VERDICT) >= context.policy.most)
+                        .is_some_and(|gap| share_taken(fitted.gap[0], gap, &VERDICT) >= context.policy.most);
+                let beyond = near && !others.gain(gain - apart)?;
+                if near && !beyond {
+                    context.journal.remark(not_told(slow));
+                }
+                beyond
             }
         };
         if stands {
@@ -81,6 +88,16 @@ pub(crate) fn what_recording_does(
         }
     }
     Ok(None)
+}
+
+/// What is said where a law is believed before a clock that is slow by this share, though the data do not tell the two apart.
+fn not_told(slow: f64) -> String {
+    let way = if slow > 0.0 { "slow" } else { "fast" };
+    let share = report::significant(100.0 * slow.abs(), 2);
+    format!(
+        "A clock of the time stamps that is {way} by {share} % would explain about as much as what was taken up in its place: comparing it with \
+         another clock tells."
+    )
 }
 
 /// The gap that is left on held-out data where what recording does is undone there as well; none where that makes them no likelier.
