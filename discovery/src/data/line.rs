@@ -30,15 +30,20 @@ pub(crate) fn line(trial: &Trial, j: usize, rows: Range<usize>, k: usize) -> Opt
     (s >= 3.0 && determinant > 0.0).then(|| ((stt * sv - st * stv) / determinant, (s * stv - st * sv) / determinant))
 }
 
+/// Rows on each side of one that span a quarter of a second of channel `j`, or the three numbers that a straight line takes, which a slow
+/// channel has some rows apart.
+pub(crate) fn longest(trial: &Trial, j: usize) -> usize {
+    (2 * trial.stride(j)).max((LONGEST / trial.interval()).round() as usize)
+}
+
 /// Rows on each side of one between which channel `j` moves on a straight line but for its noise, at most a quarter of a second.
 ///
 /// A platform of a small robot swings in a tenth of a second: a line over half of one was 15 mm off where sensors were good to 0.2 mm.
 pub(crate) fn straight(trial: &Trial, j: usize) -> usize {
-    // A straight line takes three numbers, which a slow channel has some rows apart.
     let least = 2 * trial.stride(j);
     let noise = noise_by_differences(trial, j);
     let noise = noise.max(least_noise(std::slice::from_ref(trial), trial.channels[j], noise));
-    let mut half = least.max((LONGEST / trial.interval()).round() as usize);
+    let mut half = longest(trial, j);
     while half > least && bend(trial, j, half) > STRAIGHT * noise {
         half = least.max(half / 2);
     }

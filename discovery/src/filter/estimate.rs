@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::data::clean::{median, noise_by_differences};
 use crate::data::counts::least_noise;
-use crate::data::line::{line, straight};
+use crate::data::line::{line, longest, straight};
 use crate::data::{Channel, Trial};
 use crate::filter::error::FitError;
 use crate::filter::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
@@ -100,7 +100,8 @@ fn first_trajectory(model: &Examined, trial: &Trial, first: &[f64]) -> Trajector
     let width = n + model.latents();
     let len = trial.len();
     let halves: Vec<usize> = (0..trial.channels.len()).map(|j| straight(trial, j)).collect();
-    let half = halves.iter().copied().max().unwrap_or(2);
+    // Where poses come from several lengths, their rounding is to average out.
+    let half = (0..trial.channels.len()).map(|j| longest(trial, j)).max().unwrap_or(2);
     let column = |wanted: Channel| trial.channels.iter().position(|c| *c == wanted);
     let mut values = vec![0.0; len * width];
     let around = |j: usize, k: usize| line(trial, j, k.saturating_sub(halves[j])..(k + halves[j] + 1).min(len), k);
