@@ -20,12 +20,11 @@ use crate::filter::whiten::{Forcing, Normal, whiten};
 use crate::hypothesis::along::Along;
 use crate::hypothesis::ends::Ends;
 use crate::hypothesis::parameter::{Free, free_parameters};
-use crate::hypothesis::signature::Varied;
 use crate::hypothesis::survey::regularise;
 use crate::model::delayed::rates;
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::lost::of_forces;
-use crate::weigh::proposal::varied_models;
+use crate::weigh::proposal::varied;
 use crate::weigh::solve::solve;
 
 /// Samples, as many times as a delay may be that is seen to first order, within which it may end.
@@ -38,8 +37,8 @@ const MOVES: usize = 4;
 const MOMENTS: usize = 2;
 
 /// What recording may do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Doing {
+#[derive(Clone, Copy)]
+enum Doing {
     /// Forces are late, and smooth as well where it has two moments.
     Forces { moments: usize },
     /// The clock is slow.
@@ -209,8 +208,7 @@ fn step(fit: &Fit, trials: &[Trial], free: &[Free], doing: Doing) -> Step {
 /// does; and how many come before the latter.
 fn normal(fit: &Fit, trials: &[Trial], randomness: &Randomness, free: &[Free], doing: Doing) -> (Normal, usize) {
     let clocks = Clocks::set(randomness, trials);
-    let both = free.iter().zip(varied_models(&fit.model, free)).filter_map(|(free, varied)| Some((*free, varied?)));
-    let (free, varied): (Vec<Free>, Vec<Varied>) = both.unzip();
+    let (free, varied) = varied(&fit.model, free);
     let linear = fit.linear(trials);
     let of_trial = |t: usize| {
         let (linear, trial, along) = (&linear[t], &trials[t], Along::new(fit, &linear, trials, t));

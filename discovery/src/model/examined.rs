@@ -20,11 +20,13 @@ pub(crate) const WRENCH: usize = 3;
 /// Tolerance of the simulations of one sample as a share of the robot's reach (1/m): a hundredth of the noise of instruments that
 /// are off by a hundred-thousandth of it, as the best are. A tenth of that takes 1.5 times the steps on a robot of 4 m.
 const TOLERANCE: f64 = 1e-7;
-/// How long a trial is looked at for how it begins (s), and its fewest rows.
-const BEGINNING: f64 = 1.0;
-const FEWEST: usize = 20;
 /// Largest tolerance, of robots of 100 m and more: a micrometre.
 const LARGEST_TOLERANCE: f64 = 1e-6;
+
+/// How long a trial is looked at for how straight its beginning is (s): as long as a line may be, on both sides, and twice that.
+const BEGINNING: f64 = 1.0;
+/// Rows that are looked at where these are fewer.
+const FEWEST: usize = 20;
 
 /// States of a plant at a time, under the inputs that it feels, with the cables in `slack` carrying nothing.
 pub(crate) struct Moment<'a> {

@@ -20,7 +20,7 @@ pub(crate) struct Policy {
     /// goes on.
     pub(crate) hidden: f64,
     /// Share of the evidence from which an effect found first is most of what is missing, so that its form shows; and of what
-    /// is left then, that the form, the times between which it acts, or forces that were recorded late must explain: half.
+    /// is left then, that the form, the times between which it acts, or forces that were recorded late must explain, and of the gap that a slow clock must: half.
     pub(crate) most: f64,
     /// Most times that a search begins again with something undone that recording did: once beside what is still missing, once beside what
     /// was found, and once more.

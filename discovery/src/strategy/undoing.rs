@@ -24,8 +24,9 @@ impl Others<'_> {
     /// Where whatever explains no more than most is better explained by something else.
     pub(crate) const MORE: Self = Self { effect: &|| f64::INFINITY, instruments: &|_| Ok(true) };
 
-    fn gain(&self, gain: f64) -> Result<bool, FitError> {
-        Ok((self.effect)() >= gain || (self.instruments)(gain)?)
+    /// Whether any gains as much, where the best effect gains so much.
+    fn gain(&self, by_effect: f64, gain: f64) -> Result<bool, FitError> {
+        Ok(by_effect >= gain || (self.instruments)(gain)?)
     }
 }
 
@@ -69,14 +70,14 @@ pub(crate) fn what_recording_does(
         let stands = match did.undone {
             Undone::Forces(_) => {
                 let most = share(fitted.score, &did.fit, score, &did.trials) >= context.policy.most;
-                (most || !others.gain(gain)?) && held_out(context, fitted, &did)?.is_some()
+                (most || !others.gain(by_effect, gain)?) && held_out(context, fitted, &did)?.is_some()
             }
             Undone::Clock(slow) => {
                 let apart = told_apart_from(gain);
-                let near = !others.gain(gain + apart)?
+                let near = !others.gain(by_effect, gain + apart)?
                     && held_out(context, fitted, &did)?
                         .is_some_and(|gap| share_taken(fitted.gap[0], gap, &VERDICT) >= context.policy.most);
-                let beyond = near && !others.gain(gain - apart)?;
+                let beyond = near && !others.gain(by_effect, gain - apart)?;
                 if near && !beyond {
                     context.journal.remark(not_told(slow));
                 }
@@ -185,6 +186,35 @@ mod tests {
                 None => assert_eq!(slow, 0.0),
                 forces @ Some(_) => panic!("{forces:?}"),
             }
+        }
+    }
+
+    /// It went unmentioned, and a mass was named that was not there.
+    #[test]
+    fn a_clock_that_is_not_told_from_a_law_is_mentioned() {
+        let recorded = |seed: u64| {
+            let mut trial = record(&[], 40.0, seed);
+            trial.time.iter_mut().for_each(|time| *time /= 1.005);
+            trial
+        };
+        let (train, holdout) = (vec![recorded(31), recorded(32)], vec![recorded(33)]);
+        let noise = noise_of_data(&train);
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let with_effect = |effect: f64| {
+            let (context, standing) = begun(&evidence, &Model::default());
+            let others = Others { effect: &|| effect, instruments: &|_| Ok(false) };
+            let found = what_recording_does(&context, &standing.fit, &others).expect("a fit");
+            (found.map(|better| standing.fit.score - better.score), context.journal.written().remarks)
+        };
+        let (gain, remarks) = with_effect(0.0);
+        let gain = gain.expect("a slow clock");
+        let apart = told_apart_from(gain);
+        assert!(remarks.is_empty(), "{remarks:?}");
+        for (effect, stands, mentioned) in
+            [(gain - 2.0 * apart, true, false), (gain - 0.5 * apart, false, true), (gain + 2.0 * apart, false, false)]
+        {
+            let (found, remarks) = with_effect(effect);
+            assert_eq!((found.is_some(), !remarks.is_empty()), (stands, mentioned), "{effect} {gain}: {remarks:?}");
         }
     }
 }

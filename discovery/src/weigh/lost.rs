@@ -17,11 +17,10 @@ use crate::filter::path::LinearTrial;
 use crate::filter::whiten::{Forcing, Normal, whiten};
 use crate::hypothesis::along::Along;
 use crate::hypothesis::parameter::Free;
-use crate::hypothesis::signature::Varied;
 use crate::hypothesis::survey::regularise;
 use crate::instruments::clocks::Clocks;
 use crate::model::examined::WRENCH;
-use crate::weigh::proposal::varied_models;
+use crate::weigh::proposal::varied;
 use crate::weigh::solve::solve;
 
 /// How far parameters and clocks would move to make up for lost forces.
@@ -48,8 +47,7 @@ pub(crate) fn lost(fit: &Fit, trials: &[Trial], free: &[Free]) -> Option<Lost> {
         return None;
     }
     let clocks = Clocks::set(&fit.randomness, trials);
-    let both = free.iter().zip(varied_models(&fit.model, free)).filter_map(|(free, varied)| Some((*free, varied?)));
-    let (free, varied): (Vec<Free>, Vec<Varied>) = both.unzip();
+    let (free, varied) = varied(&fit.model, free);
     let linear = fit.linear(trials);
     let columns = free.len() + clocks.count();
     let of_trial = |t: usize| {
@@ -96,7 +94,7 @@ mod tests {
         let trials = [record(&[], 20.0, 41)];
         let fit = fitted(&[gain], &trials);
         let free = free_parameters(&fit.model, 0);
-        let varied: Vec<Varied> = varied_models(&fit.model, &free).into_iter().flatten().collect();
+        let (_, varied) = varied(&fit.model, &free);
         let linear = fit.linear(&trials);
         let by_gain = sensitivities(&Along::new(&fit, &linear, &trials, 0), &varied);
         let recorded = |k: usize| trials[0].inputs[k].winch_force[1];

@@ -25,6 +25,11 @@ pub(crate) fn varied_models(model: &Model, free: &[Free]) -> Vec<Option<Varied>>
     free.iter().map(|f| varied_by(model, *f, parameter_step(model, *f))).collect()
 }
 
+/// The free parameters that can be moved, and models with each of them moved by its step.
+pub(crate) fn varied(model: &Model, free: &[Free]) -> (Vec<Free>, Vec<Varied>) {
+    free.iter().zip(varied_models(model, free)).filter_map(|(free, varied)| Some((*free, varied?))).unzip()
+}
+
 /// A model with a free parameter moved by a step, forth or back as its bounds allow; none where neither is one.
 pub(crate) fn varied_by(model: &Model, free: Free, step: f64) -> Option<Varied> {
     [step, -step].into_iter().find_map(|step| {
