@@ -2,14 +2,16 @@
 
 use crate::scalar::Real;
 
-/// A sensor of the pose: `p = G + R(φ) point` as seen in a frame that is turned by `angle` about the origin, and `φ - angle`,
-/// each with a bias.
+/// A sensor of the pose: `p = G + R(φ) point` as seen in a frame that is turned by `angle` about the origin and in which lengths
+/// are `1 + stretch` times as long, and `φ - angle`, each with a bias.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseSensor {
     /// Bias of what is shown, `[x, y, φ]` (m, rad).
     pub bias: [f64; 3],
     /// Angle `θ` (rad) by which its frame is turned counter-clockwise against the fixed frame.
     pub angle: f64,
+    /// Relative error (1) of the lengths that it shows.
+    pub stretch: f64,
     /// The point whose position it measures, in the body frame, from G (m).
     pub point: [f64; 2],
 }
@@ -23,7 +25,7 @@ fn turned<S: Real>([x, y]: [S; 2], angle: S) -> [S; 2] {
 impl PoseSensor {
     /// Whether it shows the coordinates of G in the fixed frame, biases aside: each by itself.
     pub fn is_plain(&self) -> bool {
-        self.angle == 0.0 && self.point == [0.0; 2]
+        self.angle == 0.0 && self.stretch == 0.0 && self.point == [0.0; 2]
     }
 
     fn arm<S: Real>(&self, phi: S) -> [S; 2] {
@@ -31,7 +33,7 @@ impl PoseSensor {
     }
 
     fn in_frame<S: Real>(&self, vector: [S; 2]) -> [S; 2] {
-        turned(vector, S::from(-self.angle))
+        turned(vector, S::from(-self.angle)).map(|v| v * S::from(1.0 + self.stretch))
     }
 
     /// What it shows of this pose.
@@ -64,7 +66,8 @@ impl PoseSensor {
             return [x, y, phi];
         }
         let phi = phi + self.angle;
-        let ([x, y], arm) = (turned([x, y], self.angle), self.arm(phi));
+        let scale = 1.0 / (1.0 + self.stretch);
+        let ([x, y], arm) = (turned([x * scale, y * scale], self.angle), self.arm(phi));
         [x - arm[0], y - arm[1], phi]
     }
 
@@ -72,6 +75,7 @@ impl PoseSensor {
     pub(crate) fn behind_by(&self, axis: usize, phi: f64) -> [f64; 3] {
         let arm = self.arm(phi);
         let (sin, cos) = self.angle.sin_cos();
+        let (sin, cos) = (sin / (1.0 + self.stretch), cos / (1.0 + self.stretch));
         [[cos, sin, 0.0], [-sin, cos, 0.0], [arm[1], -arm[0], 1.0]][axis]
     }
 }

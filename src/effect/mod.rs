@@ -358,6 +358,7 @@ catalogue! {
     pose_sensor_bias::PoseSensorBias,
     pose_sensor_delay::PoseSensorDelay,
     pose_sensor_frame::PoseSensorFrame,
+    pose_sensor_scale::PoseSensorScale,
     expression::Expression,
 }
 

@@ -128,4 +128,5 @@ MACHINE = [
         acceptable=("anchor_offset",),
     ),
     case("pose_frame", "single", [effect("pose_sensor_frame", angle=3e-3)]),
+    case("pose_scale", "single", [effect("pose_sensor_scale", factor=-1e-3)]),
 ]

@@ -82,14 +82,18 @@ def play(p, commanded, before, out):
 
 @njit(cache=True, error_model="numpy")
 def seen(pose, frame):
-    """A pose in a frame turned by `frame[0]` (rad), of the point `frame[1:]` (m, body frame)."""
-    angle, x, y = frame
+    """A pose as seen by an instrument.
+
+    Its frame is turned by `frame[0]` (rad), lengths in it are wrong by `frame[3]` (1), and it sees
+    the point `frame[1:3]` (m, body frame).
+    """
+    angle, x, y, factor = frame
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     mark_x, mark_y = pose[0] + cos * x - sin * y, pose[1] + sin * x + cos * y
     cos, sin = math.cos(angle), math.sin(angle)
     out = np.empty(3)
-    out[0] = cos * mark_x + sin * mark_y
-    out[1] = cos * mark_y - sin * mark_x
+    out[0] = (1.0 + factor) * (cos * mark_x + sin * mark_y)
+    out[1] = (1.0 + factor) * (cos * mark_y - sin * mark_x)
     out[2] = pose[2] - angle
     return out
 
@@ -116,7 +120,7 @@ def closed_loop(
     """Run a trial of `n` samples in closed loop from rest at the first reference pose.
 
     `reference` (n, 3, 3) holds pose, its rate and acceleration; `pretension` (n) the mean tension;
-    `noise` (n, 3), `bias` (3), `frame` (angle and point) and `delay` (s) act on the pose sensor;
+    `noise` (n, 3), `bias` (3), `frame` (of `seen`) and `delay` (s) act on the pose sensor;
     `recorded` (n, 3) and `hidden` (n + 1, 3) are disturbances; `dither` (n, cables) is added to the
     forces. `plants` are the plant up to the first of the `switches` (s, ascending), from there on,
     and so forth; `model` is what the controller believes. Returns states, winch forces, tensions, a

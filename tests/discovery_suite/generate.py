@@ -42,6 +42,7 @@ PLACES = {
     "pose_sensor_bias": ("sensor.x", "sensor.y", "sensor.phi"),
     "pose_sensor_delay": ("sensor.x", "sensor.y", "sensor.phi"),
     "pose_sensor_frame": ("sensor.x", "sensor.y", "sensor.phi"),
+    "pose_sensor_scale": ("sensor.x", "sensor.y"),
 }
 
 

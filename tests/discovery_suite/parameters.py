@@ -278,6 +278,7 @@ def apply_effect(values, effect):
             | "pose_sensor_bias"
             | "pose_sensor_delay"
             | "pose_sensor_frame"
+            | "pose_sensor_scale"
         ):
             pass
         case "outside":

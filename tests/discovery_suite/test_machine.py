@@ -108,10 +108,10 @@ def test_a_rope_that_rubs_settles_on_its_level_either_way():
         assert before - tension[0] == pytest.approx(-way * 120.0, abs=0.2)
 
 
-def test_a_pose_is_seen_in_a_turned_frame_at_the_mark():
-    pose, frame = np.array([3.0, -2.0, 0.1]), np.array([0.3, 0.8, -0.5])
+def test_a_pose_is_seen_in_a_turned_frame_of_another_scale_at_the_mark():
+    pose, frame = np.array([3.0, -2.0, 0.1]), np.array([0.3, 0.8, -0.5, 0.02])
     mark = complex(3.0, -2.0) + complex(0.8, -0.5) * np.exp(0.1j)
-    expected = mark * np.exp(-0.3j)
+    expected = 1.02 * mark * np.exp(-0.3j)
     assert seen(pose, frame) == pytest.approx([expected.real, expected.imag, 0.1 - 0.3])
 
 

@@ -211,12 +211,14 @@ def run(settings, effects=(), cable_model="lumped_mass", step_scale=1.0):
     """Run one trial and read its sensors. `step_scale` < 1 refines the integration (for tests)."""
     plants, switches = parameters.build_in_time(effects, cable_model, settings.robot)
     asked = plan(settings)
-    bias, delay, frame = np.zeros(3), 0.0, np.zeros(3)
+    bias, delay, frame = np.zeros(3), 0.0, np.zeros(4)
     for effect in effects:
         if effect["id"] == "pose_sensor_bias":
             bias += [effect["parameters"][axis] for axis in ("x", "y", "phi")]
         elif effect["id"] == "pose_sensor_frame":
-            frame += [effect["parameters"].get(name, 0.0) for name in ("angle", "x", "y")]
+            frame[:3] += [effect["parameters"].get(name, 0.0) for name in ("angle", "x", "y")]
+        elif effect["id"] == "pose_sensor_scale":
+            frame[3] += effect["parameters"]["factor"]
         elif effect["id"] == "pose_sensor_delay":
             delay += effect["parameters"]["delay"]
     h = min([1e-3, *map(parameters.step_size, plants)]) * step_scale

@@ -275,6 +275,7 @@ CATALOGUE = {
         ("pose_sensor_bias", None, {"x": 0.2, "y": -0.1, "phi": 0.01}),
         ("pose_sensor_delay", None, {"delay": 0.1}),
         ("pose_sensor_frame", None, {"angle": 0.02, "x": 0.6, "y": -0.4}),
+        ("pose_sensor_scale", None, {"factor": 5e-3}),
         (
             "expression",
             None,

@@ -54,26 +54,28 @@ fn sensors_do_not_touch_the_motion() {
     }
 }
 
-/// A mark at c on the platform, seen in a frame turned by θ: by complex numbers e^{-iθ} (z + c e^{iφ}).
+/// A mark at c on the platform, seen in a frame turned by θ in which lengths are wrong by s: by complex numbers
+/// (1 + s) e^{-iθ} (z + c e^{iφ}).
 #[test]
 fn a_pose_is_seen_in_another_frame_and_at_another_point() {
-    let (theta, point, bias) = (0.3_f64, [0.8, -0.5], [0.02, -0.01, 0.004]);
+    let (theta, factor, point, bias) = (0.3_f64, 0.02, [0.8, -0.5], [0.02, -0.01, 0.004]);
     let frame = EffectSpec::new("pose_sensor_frame", None, &[theta, point[0], point[1]]).unwrap();
+    let scale = EffectSpec::new("pose_sensor_scale", None, &[factor]).unwrap();
     let offset = EffectSpec::new("pose_sensor_bias", None, &bias).unwrap();
-    let (with, without) = (moving(&[offset.clone(), frame.clone()]), moving(&[]));
+    let (with, without) = (moving(&[offset.clone(), scale.clone(), frame.clone()]), moving(&[]));
     assert_eq!(with.states(), without.states());
     let ([x, y, phi], seen) = (without.outputs().pose, with.outputs().pose);
     let polar = |radius: f64, angle: f64| [radius * angle.cos(), radius * angle.sin()];
     let arm = polar(point[0].hypot(point[1]), point[1].atan2(point[0]) + phi);
     let mark = [x + arm[0], y + arm[1]];
-    let expected = polar(mark[0].hypot(mark[1]), mark[1].atan2(mark[0]) - theta);
+    let expected = polar((1.0 + factor) * mark[0].hypot(mark[1]), mark[1].atan2(mark[0]) - theta);
     for (seen, expected) in
         seen.iter().zip([expected[0], expected[1], phi - theta]).zip(bias).map(|((s, e), b)| (s, e + b))
     {
         assert!((seen - expected).abs() < 1e-12, "{seen} {expected}");
     }
     // The start behind it is the pose of which it shows this.
-    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[frame, offset]);
+    let plant = plant(CableModel::LumpedMass, CableInertia::Paper, &[frame, scale, offset]);
     let back = Start { pose: seen, ..Start::default() }.behind_sensors(&plant).pose;
     for (back, truth) in back.iter().zip([x, y, phi]) {
         assert!((back - truth).abs() < 1e-12, "{back} {truth}");

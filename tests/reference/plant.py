@@ -640,6 +640,9 @@ class Plant:
                 out["x"] += seen.real
                 out["y"] += seen.imag
                 out["phi"] -= v["angle"]
+            case "pose_sensor_scale":
+                out["x"] *= 1.0 + v["factor"]
+                out["y"] *= 1.0 + v["factor"]
             case "pose_sensor_bias":
                 for name in ("x", "y", "phi"):
                     out[name] += v.get(name, 0.0)

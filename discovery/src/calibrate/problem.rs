@@ -353,7 +353,9 @@ fn of_trial(model: &Model, examined: &Examined, t: usize, trial: &Trial) -> Resu
         lengths.into_iter().map(|c| (c, place(c).unwrap_or_default(), noise(c))).collect();
     let sensor = examined.plant.pose_sensor();
     if !sensor.is_plain() && pose_at.contains(&None) && pose_at != [None; 3] {
-        return Err(wrong("behind `pose_sensor_frame` it takes x, y and phi, or none of them".to_owned()));
+        return Err(wrong(
+            "behind `pose_sensor_frame` or `pose_sensor_scale` it takes x, y and phi, or none of them".to_owned(),
+        ));
     }
     let mut out: Vec<Sample> = Vec::new();
     for (k, row) in trial.measured.iter().enumerate() {

@@ -78,7 +78,7 @@ const fn law(id: &'static str) -> Facts {
 }
 
 /// Every effect of the catalogue.
-static FACTS: [Facts; 50] = [
+static FACTS: [Facts; 51] = [
     law("anchor_compliance"),
     Facts { shifts_sensors: true, ..law("anchor_offset") },
     Facts { shifts_sensors: true, ..law("attachment_offset") },
@@ -108,6 +108,7 @@ static FACTS: [Facts; 50] = [
     law("pose_sensor_bias"),
     law("pose_sensor_delay"),
     law("pose_sensor_frame"),
+    law("pose_sensor_scale"),
     Facts { by_inputs: true, picture: Picture::WinchLoss, ..law("pulley_capstan_loss") },
     law("pulley_radius"),
     Facts { by_inputs: true, picture: Picture::WinchLoss, ..law("pulley_wrap_friction") },

@@ -52,6 +52,7 @@ pub(super) fn sensors(lib: &mut Library, situation: &Situation, sizes: &Sizes) {
         let turned = 0.02 / sizes.reach;
         // The measured point's offset is, at orientations that change little, a bias of the position.
         lib.whole("pose_sensor_frame", &[vec![turned]], 0, proportional(turned));
+        lib.whole("pose_sensor_scale", &[vec![turned]], 0, proportional(turned));
         lib.whole("pose_sensor_delay", &[vec![late]], 0, proportional(late));
     }
 }
