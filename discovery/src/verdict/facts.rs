@@ -44,9 +44,18 @@ impl HorizonFacts {
         (self.holdout.after / self.holdout.before).powi(2) - 1.0
     }
 
-    /// The gap that is left in multiples of what a model without fault would leave; the largest where there is none.
+    /// The gap of the model as given in multiples of what a model without fault would leave; the largest where there is none.
+    pub(crate) fn before(&self) -> f64 {
+        self.of_attainable(self.holdout.before)
+    }
+
+    /// The same of the gap that is left.
     pub(crate) fn after(&self) -> f64 {
-        let gap = self.holdout.after / self.reach.attainable;
+        self.of_attainable(self.holdout.after)
+    }
+
+    fn of_attainable(&self, gap: f64) -> f64 {
+        let gap = gap / self.reach.attainable;
         if gap.is_nan() { f64::INFINITY } else { gap }
     }
 

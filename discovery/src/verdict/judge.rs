@@ -28,7 +28,8 @@ pub(crate) enum Reason {
     OutOfRange { effect: usize },
     /// An effect that leaves nearly all of the gap.
     Little { effect: usize, share: f64 },
-    /// An effect whose size differs throughout, where more than noise is left: it stands for a law of another form.
+    /// An effect whose size differs throughout, where more than noise is left, or nothing more was missed without it: it stands for
+    /// a law of another form.
     Unsteady { effect: usize },
     /// An effect that explains less than one that stands for a law of another form, and may be part of what that law does.
     BesideStandIn { effect: usize, stand_in: usize },
@@ -62,8 +63,9 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
     let telling: Vec<&HorizonFacts> = facts.horizons.iter().filter(counts).collect();
     let worst = telling.iter().copied().max_by(|a, b| a.after().total_cmp(&b.after()));
     let at_noise = worst.is_none_or(|h| h.after() <= policy.at_noise);
+    let missed_nothing = telling.iter().all(|h| h.before() <= policy.at_noise);
     let white = facts.coloured.is_empty();
-    let stands_in = |effect: &EffectFacts| !at_noise && effect.varies > policy.unsteady;
+    let stands_in = |effect: &EffectFacts| (!at_noise || missed_nothing) && effect.varies > policy.unsteady;
     let stand_in = (0..facts.effects.len())
         .filter(|k| stands_in(&facts.effects[*k]))
         .max_by(|a, b| facts.effects[*a].explains.total_cmp(&facts.effects[*b].explains));

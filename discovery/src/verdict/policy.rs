@@ -31,8 +31,8 @@ pub(crate) struct Policy {
     /// The same up to which a force at random is one that acts on such machines, as wind does: half a per cent, as good load
     /// cells and drives are. Above it too much could hide behind it to say that nothing is missing.
     pub(crate) random_force: f64,
-    /// Spread of an effect's size over blocks of time from which, where more than noise is left, it stands for a law of another
-    /// form: a tenth, for beside another law that is missing a right one is off by less.
+    /// Spread of an effect's size over blocks of time from which, where no free run says that it is what was missing, it stands for a
+    /// law of another form: a tenth, for beside another law that is missing a right one is off by less.
     pub(crate) unsteady: f64,
     /// Share of the winch forces' variance that may act without being recorded: with more than a tenth of it at random, the
     /// recordings say little of what the model makes of forces.

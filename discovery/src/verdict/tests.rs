@@ -149,6 +149,17 @@ fn a_relative_of_the_law_that_is_missing_carries_no_name() {
     assert_eq!(verdict(&facts(FOUND, &[relative])), Verdict::Named);
 }
 
+/// A gain of all winches was named, four times as large in one trial as in the other, where sag of the cables was missing: the pose, all
+/// that was recorded, was where the model had it, before and after.
+#[test]
+fn what_no_free_run_shows_carries_no_name_where_its_size_differs() {
+    let gaps = [(0.97, 0.97), (0.91, 0.96), (0.82, 1.18)];
+    let [unsteady, steady] = [0.6, 0.0].map(|varies| EffectFacts { varies, relative_error: 0.2, ..SURE });
+    let judgement = judged(&facts(gaps, &[unsteady]));
+    assert_eq!((judgement.verdict, &judgement.reasons[..]), (Verdict::Unnamed, &[Reason::Unsteady { effect: 0 }][..]));
+    assert_eq!(verdict(&facts(gaps, &[steady])), Verdict::Named);
+}
+
 /// Beside a winch with play, for which a dead time stood, the mass of a cable was named that explained a fifteenth of it.
 #[test]
 fn what_explains_less_than_a_law_that_stands_for_another_carries_no_name() {

@@ -84,8 +84,8 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
             short(100.0 * share.max(0.0))
         ),
         Reason::Unsteady { effect } => format!(
-            "The {} has another size from one stretch of time to the next and leaves more than noise: it stands for a law of \
-             another form.",
+            "The {} has another size from one stretch of time to the next, and free runs do not show that it is all that was missing: \
+             it stands for a law of another form.",
             name(effect)
         ),
         Reason::BesideStandIn { effect, stand_in } => format!(

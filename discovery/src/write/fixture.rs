@@ -22,7 +22,7 @@ const STEP: f64 = 0.05;
 const SAMPLES: usize = 2000;
 const RESTART: usize = 100;
 
-pub(super) fn friction() -> Found {
+pub(crate) fn friction() -> Found {
     let spec = |id: &str, values: &[f64]| EffectSpec::new(id, Some(3), values).unwrap();
     Found {
         named: true,

@@ -20,6 +20,6 @@ pub use report::{About, report};
 pub use table::{COLUMNS, gap_csv};
 
 #[cfg(test)]
-mod fixture;
+pub(crate) mod fixture;
 #[cfg(test)]
 mod tests;
