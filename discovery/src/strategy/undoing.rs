@@ -53,13 +53,18 @@ pub(crate) fn what_recording_does(
 ) -> Result<Option<Better>, FitError> {
     let evidence = context.evidence;
     let undone = evidence.train.first().map_or(0, |trial| trial.undone.len());
-    if undone >= context.policy.most_undone || !context.something_left(&fitted.train, &evidence.train) {
+    if undone >= context.policy.most_undone {
+        return Ok(None);
+    }
+    let left = context.something_left(&fitted.train, &evidence.train);
+    let by_effect = (others.effect)();
+    // Where noise is all that is left a law may make the data likelier still, and so may a clock.
+    if !left && !(by_effect > 0.0 && by_effect.is_finite()) {
         return Ok(None);
     }
     let sizing = Sizing::new(&evidence.train, &evidence.noise, context.penalty);
-    let late = sizing.recorded_late(&fitted.train, context.free_from);
+    let late = if left { sizing.recorded_late(&fitted.train, context.free_from) } else { Ok(None) };
     let late = context.journal.or_remark("Recorded forces that are late do not go with the data", late)?.flatten();
-    let by_effect = (others.effect)();
     let slow = sizing.slow_clock(&fitted.train, context.free_from, by_effect - told_apart_from(by_effect));
     let slow = context.journal.or_remark("A clock that is slow does not go with the data", slow)?.flatten();
     let scored = |did: Did| (context.score(&did.fit, &did.trials) + did.cost, did);

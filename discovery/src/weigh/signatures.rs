@@ -23,11 +23,13 @@ pub(crate) struct Signatures {
     pub(crate) library: Library,
     /// The size of what is random at which they were weighed last, and what came of it.
     weighed: Mutex<Option<(Randomness, Weighed)>>,
+    /// The sizes at which the best of them were weighed last, the first that of all, and what came of it.
+    best: Mutex<Option<(Vec<Randomness>, Vec<Level>)>>,
 }
 
 impl Signatures {
     pub(crate) fn new(library: Library) -> Self {
-        Self { library, weighed: Mutex::default() }
+        Self { library, weighed: Mutex::default(), best: Mutex::default() }
     }
 
     /// What comes of weighing all of them along their fit.
@@ -47,8 +49,16 @@ impl Signatures {
 /// Columns kept for the smaller levels: those of the candidates that do best at the largest.
 const KEPT: usize = 40;
 
-/// Forms the normal equations at every size: all columns at the first, the best candidates' columns at the others.
+/// Forms the normal equations at every size: all columns at the first, the best candidates' columns at the others. Steps of a round ask
+/// for the same ones.
 pub(crate) fn levels(fit: &Fit, trials: &[Trial], signatures: &Signatures, sizes: &[Randomness]) -> Vec<Level> {
+    let known = || signatures.best.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((those, levels)) = &*known()
+        && those.len() == sizes.len()
+        && those.iter().zip(sizes).all(|(known, size)| known.same(size))
+    {
+        return levels.clone();
+    }
     let library = &signatures.library;
     let mut out = vec![signatures.weighed(fit, trials, &sizes[0]).level];
     if sizes.len() > 1 {
@@ -66,6 +76,7 @@ pub(crate) fn levels(fit: &Fit, trials: &[Trial], signatures: &Signatures, sizes
             Beside::new(library, &normal).take_from(&mut normal);
             Level { normal }
         }));
+        *known() = Some((sizes.to_vec(), out.clone()));
     }
     out
 }
