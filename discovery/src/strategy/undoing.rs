@@ -194,17 +194,38 @@ mod tests {
         }
     }
 
-    /// It went unmentioned, and a mass was named that was not there.
-    #[test]
-    fn a_clock_that_is_not_told_from_a_law_is_mentioned() {
+    /// Recordings whose clock is slow by a share.
+    fn slow_by(share: f64) -> Evidence {
         let recorded = |seed: u64| {
             let mut trial = record(&[], 40.0, seed);
-            trial.time.iter_mut().for_each(|time| *time /= 1.005);
+            trial.time.iter_mut().for_each(|time| *time /= 1.0 + share);
             trial
         };
         let (train, holdout) = (vec![recorded(31), recorded(32)], vec![recorded(33)]);
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        Evidence { train, holdout, noise, instruments: None }
+    }
+
+    /// An axial mass of 0.6 per mille was named, and no clock was asked for.
+    #[test]
+    fn a_clock_is_asked_for_where_a_law_is_though_nothing_but_noise_is_left() {
+        let share = 2e-4;
+        let evidence = slow_by(share);
+        let (context, standing) = begun(&evidence, &Model::default());
+        assert!(!context.something_left(&standing.fit.train, &evidence.train));
+        let of = |effect: f64| {
+            let others = Others { effect: &|| effect, instruments: &|_| Ok(false) };
+            what_recording_does(&context, &standing.fit, &others).expect("a fit").map(|better| better.undone)
+        };
+        assert_eq!(of(0.0), None);
+        let Some(Undone::Clock(slow)) = of(1e-3) else { panic!("no clock") };
+        assert!((slow / share - 1.0).abs() < 0.3, "{slow}");
+    }
+
+    /// It went unmentioned, and a mass was named that was not there.
+    #[test]
+    fn a_clock_that_is_not_told_from_a_law_is_mentioned() {
+        let evidence = slow_by(5e-3);
         let with_effect = |effect: f64| {
             let (context, standing) = begun(&evidence, &Model::default());
             let others = Others { effect: &|| effect, instruments: &|_| Ok(false) };
