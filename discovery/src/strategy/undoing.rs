@@ -59,7 +59,8 @@ pub(crate) fn what_recording_does(
     let left = context.something_left(&fitted.train, &evidence.train);
     let by_effect = (others.effect)();
     // Where noise is all that is left a law may make the data likelier still, and so may a clock.
-    if !left && !(by_effect > 0.0 && by_effect.is_finite()) {
+    let law_gains = by_effect > 0.0 && by_effect.is_finite();
+    if !left && !law_gains {
         return Ok(None);
     }
     let sizing = Sizing::new(&evidence.train, &evidence.noise, context.penalty);
