@@ -207,7 +207,7 @@ mod tests {
         Evidence { train, holdout, noise, instruments: None }
     }
 
-    /// An axial mass of 0.6 per mille was named, and no clock was asked for.
+    /// An axial mass of 0.6 g/m was named, and no clock was asked for.
     #[test]
     fn a_clock_is_asked_for_where_a_law_is_though_nothing_but_noise_is_left() {
         let share = 2e-4;
