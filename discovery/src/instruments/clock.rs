@@ -5,6 +5,7 @@ use crate::data::{Channel, Trial, Undone};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
+use crate::hypothesis::parameter::Free;
 use crate::instruments::clock_offset::clock_offset;
 use crate::instruments::clocks::Clocks;
 use crate::instruments::sizing::{At, Kind, Sizing};
@@ -54,6 +55,16 @@ impl Sizing<'_> {
             }
         }
         found
+    }
+
+    /// Clocks as in `start`, then set, the parameters that are `free` with them where that is likelier: laws that were fitted beside
+    /// late clocks are far from what they are beside clocks in time.
+    pub(super) fn set_clock_beside(&self, fit: &Fit, free: &[Free], start: At) -> Result<(Fit, At), FitError> {
+        if free.is_empty() {
+            return self.set_clock(fit, start);
+        }
+        let (set, adapted) = (self.set_clock(fit, start.clone())?, self.adapted(fit, free, start)?);
+        Ok(if adapted.1.value < set.1.value { adapted } else { set })
     }
 
     /// Clocks as in `start`, then set by Gauss-Newton, the trajectory smoothed in between.

@@ -244,7 +244,7 @@ impl<'a> Sizing<'a> {
                 break;
             }
             let (next_fit, next) = match kind {
-                Kind::Late(_) => self.set_clock(&fit, start)?,
+                Kind::Late(_) => self.set_clock_beside(&fit, &free, start)?,
                 _ => {
                     let (adapted, start) = self.adapted(&fit, &free, start)?;
                     let next = self.most_likely(&adapted, &self.sizes(kind), start);

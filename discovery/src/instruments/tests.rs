@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use cdpr::effect::EffectSpec;
 
 use super::less_by_one;
@@ -7,8 +9,10 @@ use crate::data::recording::{fitted, noise, record};
 use crate::data::{Channel, Trial};
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
+use crate::hypothesis::parameter::free_parameters;
 use crate::model::randomness::Memory;
-use crate::weigh::criterion::Penalty;
+use crate::weigh::criterion::{EVIDENCE, Penalty};
+use crate::weigh::refine::refine_free;
 
 const PENALTY: usize = 10_000;
 
@@ -159,16 +163,19 @@ fn an_error_of_the_recorded_forces_is_no_latent_force() {
 
 /// Recordings whose channels from `first` to before `end` are late (s).
 fn late_recordings(first: usize, end: usize, late: f64) -> [Trial; 2] {
-    recordings(|_, trial| {
-        for j in first..end.min(trial.channels.len()) {
-            let column: Vec<f64> = trial.measured.iter().map(|row| row[j]).collect();
-            // The noise stays: what is shown moves by less than a sample of it.
-            for (k, row) in trial.measured.iter_mut().enumerate().skip(3).take(column.len().saturating_sub(6)) {
-                let slope = (column[k + 3] - column[k - 3]) / (trial.time[k + 3] - trial.time[k - 3]);
-                row[j] -= late * slope;
-            }
+    recordings(|_, trial| make_late(trial, first..end.min(trial.channels.len()), late))
+}
+
+/// Makes some channels of a recording late (s).
+fn make_late(trial: &mut Trial, channels: Range<usize>, late: f64) {
+    for j in channels {
+        let column: Vec<f64> = trial.measured.iter().map(|row| row[j]).collect();
+        // The noise stays: what is shown moves by less than a sample of it.
+        for (k, row) in trial.measured.iter_mut().enumerate().skip(3).take(column.len().saturating_sub(6)) {
+            let slope = (column[k + 3] - column[k - 3]) / (trial.time[k + 3] - trial.time[k - 3]);
+            row[j] -= late * slope;
         }
-    })
+    }
 }
 
 #[test]
@@ -178,6 +185,33 @@ fn late_lengths_are_a_late_clock() {
         let expected = if matches!(Channel::all(4)[at], Channel::UnstretchedLength(_)) { 0.02 } else { 0.0 };
         assert!((fit.randomness.late[at] - expected).abs() < 4e-3, "{:?}", fit.randomness.late);
     }
+}
+
+/// A drag that was fitted to late lengths, beside which setting the clock alone brought nothing: an umbilical was found on a real robot
+/// in the place of lengths that are late by 36 ms.
+#[test]
+fn a_clock_is_set_with_the_laws_that_were_fitted_beside_it() {
+    let drag = EffectSpec::new("platform_linear_drag", None, &[60.0]).expect("an effect");
+    let mut trials = [7, 8].map(|seed| record(std::slice::from_ref(&drag), 60.0, seed));
+    for trial in &mut trials {
+        make_late(trial, 3..trial.channels.len(), 0.08);
+        // Nothing but the lengths tells where the platform is.
+        trial.measured.iter_mut().for_each(|row| row[..3].fill(f64::NAN));
+    }
+    let mut fit = fitted(&[drag], &trials);
+    let noise = crate::filter::estimate::noise_of_data(&trials);
+    let free = free_parameters(&fit.model, 0);
+    refine_free(&mut fit, &trials, &free, 10, None).expect("a fit");
+    let sizing = Sizing::new(&trials, &noise, Penalty::new(PENALTY));
+    let start = || {
+        let clocks = sizing.clocks(&fit, &sizing.at(&fit, fit.randomness.clone())).into_iter();
+        clocks.map(|(_, at)| at).min_by(|a, b| a.value.total_cmp(&b.value)).expect("a clock")
+    };
+    let (_, alone) = sizing.set_clock(&fit, start()).expect("a fit");
+    let (found, beside) = sizing.set_clock_beside(&fit, &free, start()).expect("a fit");
+    let [late_alone, late] = [alone.randomness, found.randomness].map(|r| r.late.into_iter().fold(0.0, f64::max));
+    assert!(beside.value < alone.value - 10.0 * EVIDENCE, "{} {}", beside.value, alone.value);
+    assert!(late_alone < 0.04 && (late - 0.08).abs() < 0.01, "{late_alone} {late}");
 }
 
 /// Where the pose drifts as well it was given up again as the clock moved along, less likely by 850, and a machine that lacks nothing
