@@ -36,7 +36,7 @@ pub(crate) fn prune(context: &Context<'_>, mut standing: Standing) -> Result<Sta
             Ok(without) if without.score < standing.fit.score + EVIDENCE || !context.needs(&without, &standing.fit) => {
                 let change = standing.fit.score - without.score;
                 journal.note(&effect, Outcome::Removed, change, "the model is as good without it");
-                standing.accepted.remove(k);
+                standing.step_back(k, effect);
                 standing = standing.changed(without);
             }
             Ok(without) => {
@@ -85,7 +85,7 @@ fn without_unseen(context: &Context<'_>, mut standing: Standing) -> Result<Stand
         if standing.accepted.len() == 1 {
             return Ok(standing.anew());
         }
-        standing.accepted.remove(kept);
+        standing.step_back(kept, effect);
         standing = standing.changed((*without).clone());
         // Those kept before had its part beside them.
         kept = 0;

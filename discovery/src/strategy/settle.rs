@@ -155,6 +155,20 @@ mod tests {
         assert!(entries.iter().any(|entry| entry.outcome == Outcome::Replaced), "{entries:?}");
     }
 
+    /// Friction on a real robot gave way to an umbilical that came in after it, of which nobody said that it may be the friction.
+    #[test]
+    fn a_law_whose_work_another_does_is_compared_with_it() {
+        let quadratic = effect("platform_quadratic_drag", None, &[60.0, 0.0, 0.0]);
+        let evidence = evidence(std::slice::from_ref(&quadratic), 75);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let linear = effect("platform_linear_drag", None, &[60.0]);
+        let standing = with(&context, standing, vec![(linear, Vec::new()), (quadratic, Vec::new())]);
+        let settled = settle(&context, standing).expect("a fit");
+        assert_eq!(names(&context, &settled), [("platform_quadratic_drag".to_owned(), None)]);
+        let mut alternatives = settled.accepted[0].alternatives.iter();
+        assert!(alternatives.any(|other| other.effect.id == "platform_linear_drag"));
+    }
+
     /// Wind on the cables came out as drag of the platform in wind, with a gap of 4.8 left.
     #[test]
     fn a_law_that_another_stood_for_takes_its_place_where_something_is_left() {

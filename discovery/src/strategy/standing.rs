@@ -8,7 +8,7 @@ use cdpr::model_file::Model;
 use crate::data::{Trial, Undone};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
-use crate::hypothesis::extension::count_in_use;
+use crate::hypothesis::extension::{count_in_use, is_one_law};
 use crate::journal::Outcome;
 use crate::outcome::{Alternative, NullTest};
 use crate::strategy::context::Context;
@@ -109,6 +109,20 @@ impl Standing {
         self
     }
 
+    /// Takes out an effect that was accepted as number `k`. Those that came in after it do its work, and it may be what they stand
+    /// for: it is a rival of each. What acts for a while only is a part of a law.
+    pub(crate) fn step_back(&mut self, k: usize, effect: EffectSpec) {
+        self.accepted.remove(k);
+        if effect.from.is_some() || effect.until.is_some() {
+            return;
+        }
+        for accepted in &mut self.accepted[k..] {
+            if !accepted.rivals.iter().any(|rival| is_one_law(rival, &effect)) {
+                accepted.rivals.push(effect.clone());
+            }
+        }
+    }
+
     /// The effects of the model that stands.
     pub(crate) fn effects(&self) -> &[EffectSpec] {
         &self.fit.train.model.effects
@@ -194,6 +208,20 @@ mod tests {
         assert_eq!(from_to(12.0), [12.0, 42.0]);
         // As long as ever where it begins late.
         assert_eq!(from_to(45.0), [20.0, 50.0]);
+    }
+
+    #[test]
+    fn what_steps_back_is_a_rival_of_what_came_after_it() {
+        let evidence = evidence(&[], 91);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let idle = |cable: usize| effect("winch_viscous_friction", Some(cable), &[1.0]);
+        let found =
+            vec![(idle(1), Vec::new()), (idle(2), Vec::new()), (idle(3), vec![idle(4)]), (idle(4), vec![idle(2)])];
+        let mut standing = with(&context, standing, found);
+        standing.step_back(1, idle(2));
+        let rivals = |accepted: &Accepted| accepted.rivals.iter().map(|rival| rival.cable).collect::<Vec<_>>();
+        let rivals: Vec<_> = standing.accepted.iter().map(rivals).collect();
+        assert_eq!(rivals, [vec![], vec![Some(4), Some(2)], vec![Some(2)]]);
     }
 
     #[test]
