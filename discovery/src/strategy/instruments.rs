@@ -15,8 +15,8 @@ use crate::strategy::standing::Standing;
 use crate::strategy::undoing::{Others, what_recording_does};
 use crate::weigh::criterion::EVIDENCE;
 
-/// What was found, where its instruments are `better` known; the model as given has them as well. What was found may only
-/// have stood for what they do.
+/// What was found, where its instruments are `better` known. What was found may only have stood for what instruments do: the
+/// model as given has its own in its place where these explain as much.
 pub(crate) fn beside_instruments(
     context: &Context<'_>,
     mut standing: Standing,
@@ -26,7 +26,9 @@ pub(crate) fn beside_instruments(
         standing.taken_up_beside = Some(standing.laws());
     }
     let base = context.counted_as(&standing.base, &better);
-    let base = with_instruments(context, &base, 0.0)?.unwrap_or(base);
+    // The model as given gets those that it asks for itself where they might explain as much.
+    let explained = (base.score - better.score).max(0.0);
+    let base = with_instruments(context, &base, explained)?.unwrap_or(base);
     if base.score <= better.score {
         standing.fit = better;
         // Its instruments are other ones than those beside the effects, and gaps count by them from here on.
@@ -284,6 +286,22 @@ mod tests {
         assert!(fit.train.model.effects.is_empty() && accepted.is_empty());
         assert!(fit.instruments.as_ref().is_some_and(|randomness| randomness.white_input() > 0.0));
         assert!(fit.gap[0] < 1.3 && base.gap == fit.gap, "{:?} {:?}", fit.gap, base.gap);
+    }
+
+    /// A gain of five per cent beside a pose that wanders by a centimetre: no instrument of the model as given does what the gain does.
+    #[test]
+    fn the_model_as_given_is_asked_for_its_instruments_where_they_may_explain_as_much() {
+        let gain = EffectSpec::new("winch_force_gain", Some(1), &[0.05]).expect("an effect");
+        let evidence = wandering(std::slice::from_ref(&gain), 0.01, 61);
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
+        let fit = context.fit(&Model { effects: vec![gain], ..Model::default() }, &base).expect("a fit");
+        let better = better_instruments(&context, &fit, 0.0).expect("a fit").expect("a drift");
+        let accepted = vec![Accepted::new(Vec::new(), fit.score - base.score, None)];
+        let standing = Standing { fit, accepted, ..Standing::new(&context, base) };
+        let standing = beside_instruments(&context, standing, better).expect("a fit");
+        let drifts = |fitted: &Fitted| fitted.train.randomness.memory.len();
+        assert!(drifts(&standing.fit) > 0 && drifts(&standing.base) == 0 && standing.accepted.len() == 1);
     }
 
     /// Winches that are driven by 500 N of which nothing is recorded, more than a tenth of what the recorded forces do: it is no
