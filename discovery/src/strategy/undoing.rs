@@ -171,19 +171,24 @@ mod tests {
         }
     }
 
+    /// Recordings whose clock is slow by a share, with `hidden` effects.
+    fn slow_by(share: f64, hidden: &[EffectSpec]) -> Evidence {
+        let recorded = |seed: u64| {
+            let mut trial = record(hidden, 40.0, seed);
+            trial.time.iter_mut().for_each(|time| *time /= 1.0 + share);
+            trial
+        };
+        let (train, holdout) = (vec![recorded(31), recorded(32)], vec![recorded(33)]);
+        let noise = noise_of_data(&train);
+        Evidence { train, holdout, noise, instruments: None }
+    }
+
     /// Stamps made at a rate that is not quite that of the recordings came out as masses of platform and cables, both named.
     #[test]
     fn a_clock_is_slow_where_that_explains_more_than_masses_do() {
         let mass = EffectSpec::new("platform_mass", None, &[50.0]).expect("an effect");
         for (hidden, slow) in [(&[][..], 5e-3), (&[mass][..], 0.0)] {
-            let recorded = |seed: u64| {
-                let mut trial = record(hidden, 40.0, seed);
-                trial.time.iter_mut().for_each(|time| *time /= 1.0 + slow);
-                trial
-            };
-            let (train, holdout) = (vec![recorded(31), recorded(32)], vec![recorded(33)]);
-            let noise = noise_of_data(&train);
-            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let evidence = slow_by(slow, hidden);
             let (context, standing) = begun(&evidence, &Model::default());
             let signatures = signatures(&context, &standing, &standing.fit, Source::Catalogue);
             let undone = undo_before_more(&context, standing, &signatures).expect("a fit");
@@ -195,23 +200,11 @@ mod tests {
         }
     }
 
-    /// Recordings whose clock is slow by a share.
-    fn slow_by(share: f64) -> Evidence {
-        let recorded = |seed: u64| {
-            let mut trial = record(&[], 40.0, seed);
-            trial.time.iter_mut().for_each(|time| *time /= 1.0 + share);
-            trial
-        };
-        let (train, holdout) = (vec![recorded(31), recorded(32)], vec![recorded(33)]);
-        let noise = noise_of_data(&train);
-        Evidence { train, holdout, noise, instruments: None }
-    }
-
     /// An axial mass of 0.6 g/m was named, and no clock was asked for.
     #[test]
     fn a_clock_is_asked_for_where_a_law_is_though_nothing_but_noise_is_left() {
         let share = 2e-4;
-        let evidence = slow_by(share);
+        let evidence = slow_by(share, &[]);
         let (context, standing) = begun(&evidence, &Model::default());
         assert!(!context.something_left(&standing.fit.train, &evidence.train));
         let of = |effect: f64| {
@@ -226,7 +219,7 @@ mod tests {
     /// It went unmentioned, and a mass was named that was not there.
     #[test]
     fn a_clock_that_is_not_told_from_a_law_is_mentioned() {
-        let evidence = slow_by(5e-3);
+        let evidence = slow_by(5e-3, &[]);
         let with_effect = |effect: f64| {
             let (context, standing) = begun(&evidence, &Model::default());
             let others = Others { effect: &|| effect, instruments: &|_| Ok(false) };
