@@ -2,7 +2,8 @@
 
 The balance of forces on the four-cable robot by plain least squares, without `cdpr`: what of the
 winches' pull is no acceleration of the platform, and what of that goes with the sign of each
-cable's speed. It uses the drums' speeds, which the recordings for `cdpr` do not have.
+cable's speed, or with the platform's speed. It uses the drums' speeds, which the recordings for
+`cdpr` do not have.
 """
 
 import sys
@@ -76,6 +77,7 @@ def main():
         ("mass and a constant force", []),
         ("and dry friction, N, cables 1 to 4", dry),
         ("and friction as a share of the pull", share),
+        ("and linear drag of the platform, N s/m", [smooth(speed)]),
     ]:
         values, explained = fit([*base, *more], force)
         shown = " ".join(f"{v:.2f}" for v in values[len(base) :])
