@@ -187,8 +187,8 @@ fn late_lengths_are_a_late_clock() {
     }
 }
 
-/// A drag that was fitted to late lengths, beside which setting the clock alone brought nothing: an umbilical was found on a real robot
-/// in the place of lengths that are late by 36 ms.
+/// A drag that was fitted to late lengths, beside which setting the clock alone brings little. Beside laws of a real robot so fitted the clock
+/// of its lengths, late by 36 ms, was refused.
 #[test]
 fn a_clock_is_set_with_the_laws_that_were_fitted_beside_it() {
     let drag = EffectSpec::new("platform_linear_drag", None, &[60.0]).expect("an effect");

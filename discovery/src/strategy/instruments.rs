@@ -257,6 +257,7 @@ mod tests {
     use crate::data::recording::{Bench, noise, record, record_on};
     use crate::filter::estimate::noise_of_data;
     use crate::model::randomness::Memory;
+    use crate::strategy::fixture::{begun, with};
     use crate::strategy::standing::Accepted;
 
     /// Gaps went on by the instruments beside effects that were given up: 11 in the place of 0.93.
@@ -288,18 +289,21 @@ mod tests {
         assert!(fit.gap[0] < 1.3 && base.gap == fit.gap, "{:?} {:?}", fit.gap, base.gap);
     }
 
+    /// A search in which `law` stands and the instruments were asked for beside it.
+    fn with_a_drift_beside(evidence: &Evidence, law: EffectSpec) -> (Context<'_>, Standing) {
+        let (context, standing) = begun(evidence, &Model::default());
+        let standing = with(&context, standing, vec![(law, Vec::new())]);
+        let better = better_instruments(&context, &standing.fit, 0.0).expect("a fit").expect("a drift");
+        let standing = beside_instruments(&context, standing, better).expect("a fit");
+        (context, standing)
+    }
+
     /// A gain of five per cent beside a pose that wanders by a centimetre: no instrument of the model as given does what the gain does.
     #[test]
     fn the_model_as_given_is_asked_for_its_instruments_where_they_may_explain_as_much() {
         let gain = EffectSpec::new("winch_force_gain", Some(1), &[0.05]).expect("an effect");
         let evidence = wandering(std::slice::from_ref(&gain), 0.01, 61);
-        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
-        let (context, base) = begun.expect("a fit");
-        let fit = context.fit(&Model { effects: vec![gain], ..Model::default() }, &base).expect("a fit");
-        let better = better_instruments(&context, &fit, 0.0).expect("a fit").expect("a drift");
-        let accepted = vec![Accepted::new(Vec::new(), fit.score - base.score, None)];
-        let standing = Standing { fit, accepted, ..Standing::new(&context, base) };
-        let standing = beside_instruments(&context, standing, better).expect("a fit");
+        let (_, standing) = with_a_drift_beside(&evidence, gain);
         let drifts = |fitted: &Fitted| fitted.train.randomness.memory.len();
         assert!(drifts(&standing.fit) > 0 && drifts(&standing.base) == 0 && standing.accepted.len() == 1);
     }
@@ -410,13 +414,7 @@ mod tests {
     fn instruments_taken_up_beside_the_laws_that_stand_are_not_looked_for_anew() {
         let gain = EffectSpec::new("winch_force_gain", Some(1), &[0.01]).expect("an effect");
         let evidence = wandering(std::slice::from_ref(&gain), 0.05, 61);
-        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
-        let (context, base) = begun.expect("a fit");
-        let fit = context.fit(&Model { effects: vec![gain], ..Model::default() }, &base).expect("a fit");
-        let better = better_instruments(&context, &fit, 0.0).expect("a fit").expect("a drift");
-        let accepted = vec![Accepted::new(Vec::new(), fit.score - base.score, None)];
-        let standing = Standing { fit, accepted, ..Standing::new(&context, base) };
-        let mut standing = beside_instruments(&context, standing, better).expect("a fit");
+        let (context, mut standing) = with_a_drift_beside(&evidence, gain);
         // Whatever is found is better than this.
         standing.fit.score = f64::INFINITY;
         let score = |standing: &Standing| instruments_anew(&context, standing.clone()).expect("a fit").fit.score;

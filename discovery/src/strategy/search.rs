@@ -50,7 +50,7 @@ pub(crate) fn search(context: &Context<'_>, standing: Standing) -> Result<Standi
 
 /// Adds effects of the catalogue as long as they earn their place.
 ///
-/// Where the instruments ask for more than white noise, the model as given gets it too.
+/// Where the instruments ask for more than white noise beside laws, the model as given is asked for its own if these may explain as much.
 fn catalogue_rounds(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
     let policy = context.policy;
     let mut standing = elasticity(context, standing)?;

@@ -222,6 +222,9 @@ mod tests {
         let rivals = |accepted: &Accepted| accepted.rivals.iter().map(|rival| rival.cable).collect::<Vec<_>>();
         let rivals: Vec<_> = standing.accepted.iter().map(rivals).collect();
         assert_eq!(rivals, [vec![], vec![Some(4), Some(2)], vec![Some(2)]]);
+        // A part of a law is nobody's rival.
+        standing.step_back(0, EffectSpec { from: Some(10.0), ..idle(1) });
+        assert_eq!(standing.accepted.iter().map(|accepted| accepted.rivals.len()).collect::<Vec<_>>(), [2, 1]);
     }
 
     #[test]
