@@ -107,5 +107,8 @@ fn table(found: &Calibration) -> String {
             found.widened
         );
     }
+    for remark in &found.remarks {
+        let _ = writeln!(text, "{remark}");
+    }
     text
 }

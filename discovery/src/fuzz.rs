@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use cdpr::model_file::Model;
 
+use crate::calibrate::calibrate;
 use crate::check::check;
 use crate::data::recording::{noise, record};
 use crate::data::{ColumnMap, Trial, read_trial};
@@ -129,7 +130,10 @@ fn whatever_is_read_is_refused_or_checked_without_a_panic() {
             let map = ColumnMap::read(&map, 4).map_err(|e| e.to_string())?;
             let trial = read_trial(&table, &map, 4).map_err(|e| e.to_string())?;
             prepare(vec![trial.clone()], vec![HELD.clone()])?;
-            check(&model, [&trial].into_iter()).map(|_| ())
+            let checked = check(&model, [&trial].into_iter()).map(|_| ());
+            // Whatever comes of it.
+            drop(calibrate(&model, &[trial]));
+            checked
         });
         match done.unwrap_or_else(|_| panic!("seed {seed}")) {
             Ok(()) => passed += 1,

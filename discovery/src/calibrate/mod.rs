@@ -8,6 +8,8 @@
 //! values of the problem (C. L. Lawson and R. J. Hanson, Solving Least Squares Problems, 1974). No standard error rests on a
 //! prior.
 
+mod computed;
+mod plausible;
 mod problem;
 mod solve;
 #[cfg(test)]
@@ -15,6 +17,8 @@ mod tests;
 
 use cdpr::model_file::Model;
 use nalgebra::DMatrix;
+
+pub(crate) use computed::computed_pose;
 
 use crate::data::{Channel, Trial};
 use crate::hypothesis::survey::shift_length;
@@ -106,6 +110,8 @@ pub struct Calibration {
     pub outliers: usize,
     /// Factor by which the standard errors are widened: what is left is more than the noise, or has a memory.
     pub widened: f64,
+    /// What is odd about what is left, a sentence each.
+    pub remarks: Vec<String>,
 }
 
 /// Share of a correction that must be told for it not to count as held.
@@ -118,11 +124,14 @@ pub const TOLD: f64 = 0.99;
 /// that do not settle.
 pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, CalibrateError> {
     let problem = Problem::new(model, trials)?;
-    let solution = solve(&problem).map_err(|error| match no_length(trials) {
-        Some(seen) => CalibrateError::Data(format!("{error} {seen}")),
-        None => error,
+    let solution = solve(&problem).map_err(|error| {
+        let seen: Vec<String> = no_length(trials).into_iter().chain(plausible::in_proportion(&problem)).collect();
+        if seen.is_empty() { error } else { CalibrateError::Data(format!("{error} {}", seen.join(" "))) }
     })?;
-    explained(&problem, &solution)?;
+    let mut remarks = plausible::check(&problem, &solution).map_err(CalibrateError::Data)?;
+    for trial in trials {
+        remarks.extend(computed_pose(model, trial).map(|seen| format!("{}: {seen}", trial.name)));
+    }
     let change = &solution.change;
     let corrections = problem.unknowns.iter().enumerate().map(|(k, unknown)| Correction {
         name: unknown.name(),
@@ -138,6 +147,7 @@ pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, Calibra
         misfits: solution.misfits.clone(),
         outliers: solution.outliers,
         widened: solution.widened,
+        remarks,
         model: corrected(model, &problem, change.as_slice()),
     })
 }
@@ -158,25 +168,6 @@ fn no_length(trials: &[Trial]) -> Option<String> {
             1 + none.count()
         ))
     })
-}
-
-/// Refuses lengths of which more is left than corrections of a plausible size could make: no error of the geometry is so large.
-fn explained(problem: &Problem, solution: &Solution) -> Result<(), CalibrateError> {
-    for misfit in &solution.misfits {
-        let (Channel::CableLength(cable) | Channel::UnstretchedLength(cable)) = misfit.channel else { continue };
-        let own = problem.unknowns.iter().zip(problem.plausible.iter()).filter(|(unknown, _)| unknown.cable() == cable);
-        let most: f64 = own.map(|(_, plausible)| plausible).sum();
-        if misfit.after.is_nan() || misfit.after > most {
-            return Err(CalibrateError::Data(format!(
-                "{} is {:.6} m off the model's length at the recorded pose after all corrections, expected at most {most:.6} m, \
-                 which corrections of a plausible size could make: is it in another unit (`scale` in the map), or the pose, \
-                 are columns exchanged, or is it another robot?",
-                misfit.channel.name(),
-                misfit.after
-            )));
-        }
-    }
-    Ok(())
 }
 
 /// The combinations that are held, cable by cable: of each the numbers that have a part in it, the largest first.

@@ -143,8 +143,35 @@ impl Problem {
         let plausible = DVector::from_iterator(unknowns.len(), plausible);
         let range = [sizes.reach, sizes.reach, 1.0];
         let problem = Self { examined, geometry, unknowns, plausible, range, samples };
+        problem.within_numbers(trials)?;
         problem.enough()?;
         Ok(problem)
+    }
+
+    /// That lengths, poses and tensions are so small that squares of them are numbers.
+    fn within_numbers(&self, trials: &[Trial]) -> Result<(), CalibrateError> {
+        let given = DVector::zeros(self.unknowns.len());
+        for sample in &self.samples {
+            let equations = self.equations_at(sample, &sample.pose, &given);
+            let is_number = |row: usize| {
+                let of = |matrix: &DMatrix<f64>| matrix.row(row).iter().all(|v| v.is_finite());
+                equations.residual[row].powi(2).is_finite() && of(&equations.covariance) && of(&equations.slopes)
+            };
+            if let Some(row) = (0..sample.lengths.len()).find(|row| !is_number(*row)) {
+                let length = &sample.lengths[row];
+                return Err(CalibrateError::Data(format!(
+                    "{}: {} is {:e} m at {} s, with the platform at x = {:e} m, y = {:e} m, expected numbers of the size of the \
+                     robot: is the unit right (`scale` in the map)?",
+                    trials[sample.trial].name,
+                    length.channel.name(),
+                    length.value,
+                    sample.time,
+                    sample.pose[0],
+                    sample.pose[1]
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// That lengths are left over where axes of the pose are to be told by them.
@@ -164,6 +191,46 @@ impl Problem {
             missing.join(", "),
             if missing.len() == 1 { "it" } else { "them" }
         )))
+    }
+
+    /// What corrections of a plausible size, all of those of a cable, could make of its lengths (m).
+    pub(super) fn plausible_of(&self, cable: usize) -> f64 {
+        let own = self.unknowns.iter().zip(self.plausible.iter()).filter(|(unknown, _)| unknown.cable() == cable);
+        own.map(|(_, plausible)| plausible).sum()
+    }
+
+    /// The lengths that are measured.
+    pub(super) fn lengths(&self) -> Vec<Channel> {
+        let offset = |unknown: &Unknown| match unknown {
+            Unknown::Offset(channel) => Some(*channel),
+            _ => None,
+        };
+        self.unknowns.iter().filter_map(offset).collect()
+    }
+
+    /// The misfit of a length with the model as given, root mean square, in standard deviations of its noise and the pose's.
+    pub(super) fn misfit_as_given(&self, channel: Channel) -> f64 {
+        let given = DVector::zeros(self.unknowns.len());
+        let (mut sum, mut count) = (0.0, 0.0);
+        for sample in &self.samples {
+            let Some(row) = sample.lengths.iter().position(|length| length.channel == channel) else { continue };
+            let equations = self.equations(sample, &given);
+            sum += equations.residual[row].powi(2) / equations.covariance[(row, row)];
+            count += 1.0;
+        }
+        f64::sqrt(sum / count)
+    }
+
+    /// Of each sample in which a channel was measured what the model as given has there, and what was shown.
+    pub(super) fn shown(&self, channel: Channel) -> Vec<(f64, f64)> {
+        let given = DVector::zeros(self.unknowns.len());
+        let mut out = Vec::new();
+        for sample in &self.samples {
+            let Some(row) = sample.lengths.iter().position(|length| length.channel == channel) else { continue };
+            let shown = sample.lengths[row].value;
+            out.push((shown - self.equations(sample, &given).residual[row], shown));
+        }
+        out
     }
 
     /// The value of an unknown as given (m).

@@ -54,7 +54,7 @@ fn white(problem: &Problem, sample: &Sample, change: &DVector<f64>) -> White {
 }
 
 /// Robust standard deviation.
-fn deviation(values: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn deviation(values: impl Iterator<Item = f64>) -> f64 {
     median(values.map(f64::abs).collect()) / 0.674_489_750_2
 }
 

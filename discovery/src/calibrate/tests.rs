@@ -14,7 +14,7 @@ const POSE_NOISE: [f64; 3] = [5e-4, 5e-4, 5e-4];
 const LENGTH_NOISE: f64 = 5e-4;
 
 /// A robot of 4 m with so many cables.
-fn laboratory(cables: usize) -> Model {
+pub(super) fn laboratory(cables: usize) -> Model {
     let cable = (0..cables).map(|i| {
         let angle = std::f64::consts::TAU * (i as f64 + 0.5) / cables as f64;
         let turned = angle + if i % 2 == 0 { 0.9 } else { -0.9 };
@@ -33,7 +33,7 @@ fn laboratory(cables: usize) -> Model {
 }
 
 /// A recording of a robot with this model, moved by so much (m, rad): poses, paid-out lengths, and cable lengths where wanted.
-fn recorded(model: &Model, reach: [f64; 3], samples: usize, seed: u64, chords: bool) -> Trial {
+pub(super) fn recorded(model: &Model, reach: [f64; 3], samples: usize, seed: u64, chords: bool) -> Trial {
     let geometry = Geometry::new(&model.parameters);
     let cables = geometry.cables();
     let stiffness = model.parameters.axial_stiffness();
@@ -272,6 +272,21 @@ fn lengths_that_no_geometry_explains_are_refused() {
     let mut pose = whole;
     pose.measured.iter_mut().for_each(|row| row[1] *= 1e3);
     assert!(calibrate(&given, &[pose]).is_err());
+}
+
+/// Drums of a real robot were 7 % larger than its firmware had them, and the calibration ended without a word of that.
+#[test]
+fn lengths_of_another_scale_come_with_that_scale() {
+    let given = laboratory(4);
+    let mut trial = recorded(&given, [1.2, 1.2, 0.3], 300, 1, true);
+    let whole = calibrate(&given, std::slice::from_ref(&trial)).expect("a calibration");
+    assert!(whole.remarks.is_empty(), "{:?}", whole.remarks);
+    trial.measured.iter_mut().flat_map(|row| &mut row[3..]).for_each(|length| *length *= 1.07);
+    let seen = match calibrate(&given, &[trial]) {
+        Ok(found) => found.remarks.join(" "),
+        Err(error) => error.to_string(),
+    };
+    assert!((1..=4).all(|cable| seen.contains(&format!("length[{cable}] times 0.93"))), "{seen}");
 }
 
 #[test]

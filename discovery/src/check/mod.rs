@@ -12,6 +12,7 @@ mod misfit;
 use cdpr::model_file::Model;
 use rayon::prelude::*;
 
+use crate::calibrate::computed_pose;
 use crate::data::clean::noise_by_differences;
 use crate::data::{Channel, Trial};
 use crate::model::examined::Examined;
@@ -53,6 +54,7 @@ pub(crate) fn check<'a>(model: &Model, trials: impl Iterator<Item = &'a Trial>) 
                 continue;
             }
         }
+        remarks.extend(computed_pose(model, trial).map(|seen| format!("{}: {seen}", trial.name)));
         errors.extend(readings(&examined, trial).into_iter().map(|message| format!("{}: {message}", trial.name)));
     }
     if errors.is_empty() { Ok(remarks) } else { Err(errors.join("\n")) }
