@@ -9,7 +9,7 @@ use cdpr::parameters::{CableParameters, Parameters};
 use super::*;
 use crate::data::recording::noise;
 
-const PULL: f64 = 100.0;
+pub(super) const PULL: f64 = 100.0;
 const POSE_NOISE: [f64; 3] = [5e-4, 5e-4, 5e-4];
 const LENGTH_NOISE: f64 = 5e-4;
 
