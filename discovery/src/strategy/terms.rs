@@ -9,12 +9,16 @@ use crate::hypothesis::parameter::free_values;
 use crate::hypothesis::stood_for::law_of_term;
 use crate::hypothesis::term::without_phase;
 use crate::journal::Outcome;
+use crate::outcome::Stability;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::{Fitted, Trained};
 use crate::strategy::prune::prune;
 use crate::strategy::round::{Round, round};
 use crate::strategy::standing::Standing;
+use crate::verdict::POLICY as VERDICT;
+use crate::verdict::by_block::ByBlock;
+use crate::verdict::stability::stability;
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::refine::refine_free;
 use crate::weigh::signatures::Source;
@@ -98,12 +102,32 @@ fn dictionary_rounds(
             break;
         }
     }
-    let more = current.accepted.len() > standing.accepted.len();
-    if more && current.fit.left() <= policy.terms_leave * standing.fit.left() {
-        return Ok(Some(current));
+    if current.accepted.len() == standing.accepted.len() {
+        return Ok(None);
     }
-    context.journal.refuse_since(entries, "the terms found do not halve what is left of the gap");
+    let reason = match () {
+        () if current.fit.left() > policy.terms_leave * standing.fit.left() => {
+            "the terms found do not halve what is left of the gap"
+        }
+        () if current.fit.gap[0] > policy.nothing_left && any_term_varies(context, &current) => {
+            "its size, or that of a term beside it, differs throughout, and more than noise is left: it is no law"
+        }
+        () => return Ok(Some(current)),
+    };
+    context.journal.refuse_since(entries, reason);
     Ok(None)
+}
+
+/// Whether the size of a term differs from block to block of time: a law is the same throughout.
+fn any_term_varies(context: &Context<'_>, standing: &Standing) -> bool {
+    let (fit, trials) = (&standing.fit.train, &context.evidence.train);
+    let sizes = stability(fit, &ByBlock::new(fit, trials, context.free_from), context.given);
+    let varies = |size: &Stability| size.varies() && size.spread > VERDICT.unsteady;
+    standing
+        .found(context)
+        .iter()
+        .zip(&sizes)
+        .any(|(effect, size)| is_term(effect) && size.as_ref().is_some_and(varies))
 }
 
 /// The numbers of the terms found, refined in the full model together with all else, with their errors; a phase that
@@ -209,6 +233,19 @@ mod tests {
         let nothing = evidence(&[], 87);
         let (context, standing) = begun(&nothing, &Model::default());
         assert!(single_term(&context, &standing).expect("a fit").is_none());
+    }
+
+    /// On a real robot squares of two winches' forces stood beside friction, 41 and 80 % larger or smaller from block to block.
+    #[test]
+    fn a_term_that_grows_is_no_law() {
+        let term = EffectSpec::expression("platform.force_x", "40").expect("a term");
+        for (hidden, expected) in [("40", false), ("2*time", true)] {
+            let hidden = EffectSpec::expression("platform.force_x", hidden).expect("a term");
+            let recorded = evidence(std::slice::from_ref(&hidden), 86);
+            let (context, standing) = begun(&recorded, &Model::default());
+            let standing = with(&context, standing, vec![(term.clone(), Vec::new())]);
+            assert_eq!(any_term_varies(&context, &standing), expected);
+        }
     }
 
     /// Torque ripple came out as a term outside the catalogue, which has it.
