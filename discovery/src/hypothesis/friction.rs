@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
+use crate::hypothesis::candidates::is_there;
 use crate::hypothesis::extension::{at_work_like, extended_like, value_of, with};
 
 const COULOMB: &str = "winch_coulomb_friction";
@@ -54,8 +55,10 @@ fn force_of(effect: &EffectSpec) -> Option<f64> {
     value_of(effect, "force").or(value_of(effect, "coulomb"))
 }
 
-/// The other laws of friction at the place of `effect`, of its size, at a mean tension (N).
-pub(crate) fn kin_of(effect: &EffectSpec, tension: f64) -> Vec<EffectSpec> {
+/// The other laws of friction at the place of effect `at`, of its size, at a mean tension (N), that can stand beside the others: none
+/// acts twice on one cable at one time.
+pub(crate) fn kin_of(effects: &[EffectSpec], at: usize, tension: f64) -> Vec<EffectSpec> {
+    let effect = &effects[at];
     let Some(force) = force_of(effect).or(loss_of(effect).map(|loss| loss * tension)) else {
         return Vec::new();
     };
@@ -63,7 +66,15 @@ pub(crate) fn kin_of(effect: &EffectSpec, tension: f64) -> Vec<EffectSpec> {
     let others = FRICTION.into_iter().zip(values).filter(|(id, _)| *id != effect.id);
     let law =
         |(id, values): (&str, &[f64])| Some(at_work_like(EffectSpec::new(id, effect.cable, values).ok()?, effect));
-    others.filter_map(law).collect()
+    let beside = || effects.iter().enumerate().filter(|(k, _)| *k != at).map(|(_, beside)| beside);
+    others.filter_map(law).filter(|law| !beside().any(|beside| acts_where(beside, law))).collect()
+}
+
+/// Whether two effects are the same law, on one cable at least and for some time at once.
+fn acts_where(effect: &EffectSpec, other: &EffectSpec) -> bool {
+    let begins_before_end =
+        |a: &EffectSpec, b: &EffectSpec| a.from.unwrap_or(f64::NEG_INFINITY) < b.until.unwrap_or(f64::INFINITY);
+    is_there(effect, &other.id, other.cable) && begins_before_end(effect, other) && begins_before_end(other, effect)
 }
 
 /// How far a law's presliding has got.
@@ -186,12 +197,27 @@ mod tests {
     #[test]
     fn kin_have_the_same_force_at_the_same_place() {
         let capstan = effect("pulley_capstan_loss", &[0.01, 0.02]);
-        let kin = kin_of(&capstan, 15e3);
+        let alone = |law: &EffectSpec| kin_of(std::slice::from_ref(law), 0, 15e3);
+        let kin = alone(&capstan);
         let ids: Vec<&str> = kin.iter().map(|law| law.id.as_str()).collect();
         assert_eq!(ids, ["winch_coulomb_friction", "winch_stribeck_friction"]);
         assert!(kin.iter().all(|law| law.values[0] == 150.0 && law.cable == Some(2)), "{kin:?}");
-        assert_eq!(kin_of(&kin[0], 15e3)[1].values, capstan.values);
-        assert!(kin_of(&effect("winch_force_gain", &[0.01]), 15e3).is_empty());
+        assert_eq!(alone(&kin[0])[1].values, capstan.values);
+        assert!(alone(&effect("winch_force_gain", &[0.01])).is_empty());
+    }
+
+    /// On a real robot the capstan loss of all winches was to be friction, which winch 2 had, and no model could be built.
+    #[test]
+    fn kin_do_not_act_twice_on_one_cable_at_one_time() {
+        let all = EffectSpec { cable: None, ..effect("pulley_capstan_loss", &[0.01, 0.02]) };
+        let of_one = effect("winch_coulomb_friction", &[150.0, 0.02]);
+        let kin = |effects: &[EffectSpec], at: usize| -> Vec<String> {
+            kin_of(effects, at, 15e3).into_iter().map(|law| law.id).collect()
+        };
+        let beside = [all.clone(), of_one.clone()];
+        assert_eq!([kin(&beside, 0), kin(&beside, 1)].concat(), ["winch_stribeck_friction"; 2]);
+        let ended = [EffectSpec { from: Some(30.0), ..all }, EffectSpec { until: Some(30.0), ..of_one }];
+        assert_eq!(kin(&ended, 0), ["winch_coulomb_friction", "winch_stribeck_friction"]);
     }
 
     /// Capstan loss stood for friction round a pulley, and a force gain of 0.01 % beside it for what was left of the exponential.
@@ -205,7 +231,7 @@ mod tests {
         // Data show the product alone, so it is as simple a law.
         assert_eq!(count_in_use(&wrap), count_in_use(&capstan));
         assert!(is_friction(&wrap) && beyond_first_order(&wrap).is_none());
-        assert_eq!(kin_of(&wrap, 15e3)[2], effect("pulley_capstan_loss", &[0.015, 0.02]));
+        assert_eq!(kin_of(std::slice::from_ref(&wrap), 0, 15e3)[2], effect("pulley_capstan_loss", &[0.015, 0.02]));
     }
 
     #[test]

@@ -296,7 +296,7 @@ impl Forms<'_> {
     /// The laws of friction, each in the shape it needs on the beginnings of the trials, in place of effect `at`; the best
     /// first. A richer law than that effect must be better by what counts.
     fn kin(&self, begun: Trained, at: usize) -> Vec<Trained> {
-        let laws = kin_of(&begun.fit.model.effects[at], Situation::of(self.beginnings).mean_tension);
+        let laws = kin_of(&begun.fit.model.effects, at, Situation::of(self.beginnings).mean_tension);
         let own = count_in_use(&begun.fit.model.effects[at]);
         let handicap = |law: &Trained| {
             let richer = count_in_use(&law.fit.model.effects[at]) > own;
