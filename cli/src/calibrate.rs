@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use cdpr_discovery::calibrate::{CalibrateError, Calibration, Correction, TOLD, calibrate};
-use cdpr_discovery::data::{ColumnMap, read_trial};
+use cdpr_discovery::data::{ColumnMap, read_kinematics};
 
 use crate::failure::BadInput;
 use crate::{model, terminal, whole};
@@ -15,8 +15,8 @@ use crate::{model, terminal, whole};
 #[command(after_help = "Examples:\n  \
     cdpr calibrate --data slow.csv -o model.toml\n  \
     cdpr calibrate --data a.csv b.csv --model nominal.toml --map map.toml -o calibrated.toml\n\n\
-    The recordings are those of cdpr discover. They need lengths: cable_length[i], or unstretched_length[i] with winches \
-    commanded by force or a column tension[i], by which the cable is stretched; and x, y and phi, or more lengths than it takes \
+    The recordings are those of cdpr discover. They need lengths: cable_length[i], or unstretched_length[i] with the forces of \
+    winches commanded by force or a column tension[i], by which the cable is stretched; and x, y and phi, or more lengths than it takes \
     to tell those of them that are not measured. Slow motion through all of the workspace tells most.\n\n\
     Corrected are anchors, attachments and what each length counts from. What the recordings cannot tell apart is held at the \
     given value and named. More in docs/calibrate.md.")]
@@ -42,8 +42,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Some(path) => ColumnMap::read(path, cables).map_err(|e| BadInput(e.to_string()))?,
         None => ColumnMap::default(),
     };
-    let trials: Result<Vec<_>, BadInput> =
-        arguments.data.iter().map(|path| read_trial(path, &map, cables).map_err(|e| BadInput(e.to_string()))).collect();
+    let trials: Result<Vec<_>, BadInput> = arguments
+        .data
+        .iter()
+        .map(|path| read_kinematics(path, &map, cables).map_err(|e| BadInput(e.to_string())))
+        .collect();
     let found = calibrate(&base, &trials?).map_err(|error| match error {
         CalibrateError::Data(message) => anyhow::Error::from(BadInput(message)),
         other => other.into(),

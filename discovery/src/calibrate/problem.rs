@@ -399,12 +399,12 @@ fn of_trial(model: &Model, examined: &Examined, t: usize, trial: &Trial) -> Resu
     for channel in &lengths {
         if let Channel::UnstretchedLength(i) = *channel
             && elastic
-            && !by_force
+            && !(by_force && trial.inputs.iter().any(|inputs| inputs.winch_force[i].is_finite()))
             && has(Channel::Tension(i)).is_none()
         {
             return Err(wrong(format!(
-                "unstretched_length[{0}] needs the tension by which cable {0} is stretched: a column tension[{0}], or winches \
-                 commanded by force",
+                "unstretched_length[{0}] needs the tension by which cable {0} is stretched: a column tension[{0}], or \
+                 winch_force[{0}] of winches commanded by force",
                 i + 1
             )));
         }
@@ -434,8 +434,10 @@ fn of_trial(model: &Model, examined: &Examined, t: usize, trial: &Trial) -> Resu
         let length = |(channel, j, noise): &(Channel, usize, f64)| {
             let (Channel::CableLength(cable) | Channel::UnstretchedLength(cable)) = *channel else { return None };
             let shown = has(Channel::Tension(cable)).map(|j| row[j]).filter(|v| v.is_finite());
-            let tension = shown.unwrap_or(trial.inputs[k].winch_force[cable]).max(0.0);
-            let known = by_force || shown.is_some() || !elastic || matches!(channel, Channel::CableLength(_));
+            let force = Some(trial.inputs[k].winch_force[cable]).filter(|force| by_force && force.is_finite());
+            let tension = shown.or(force);
+            let known = tension.is_some() || !elastic || matches!(channel, Channel::CableLength(_));
+            let tension = tension.unwrap_or_default().max(0.0);
             let whole = row[*j].is_finite() && known;
             whole.then_some(Length { channel: *channel, cable, value: row[*j], noise: *noise, tension })
         };

@@ -254,8 +254,25 @@ fn recordings_that_cannot_tell_are_refused() {
     let mut by_torque = given.clone();
     by_torque.parameters.winch.command = cdpr::winch::WinchCommand::Torque;
     by_torque.parameters.winch.rotor_inertia = Some(1e-3);
-    let unknown = calibrate(&by_torque, &[whole]).expect_err("no tension").to_string();
+    let unknown = calibrate(&by_torque, std::slice::from_ref(&whole)).expect_err("no tension").to_string();
     assert!(unknown.contains("needs the tension"), "{unknown}");
+    let mut without_forces = whole;
+    without_forces.inputs.iter_mut().for_each(|inputs| inputs.winch_force.iter_mut().for_each(|f| *f = f64::NAN));
+    let unknown = calibrate(&given, &[without_forces]).expect_err("no tension").to_string();
+    assert!(unknown.contains("needs the tension"), "{unknown}");
+}
+
+/// A take of motion capture beside a log of lengths.
+#[test]
+fn lengths_of_the_cables_need_no_forces() {
+    let given = laboratory(4);
+    let mut whole = recorded(&given, [0.5; 3], 100, 1, true);
+    whole.channels.drain(3..7);
+    whole.measured.iter_mut().for_each(|row| drop(row.drain(3..7)));
+    let mut without = whole.clone();
+    without.inputs.iter_mut().for_each(|inputs| inputs.winch_force.iter_mut().for_each(|f| *f = f64::NAN));
+    let corrections = |trial: Trial| calibrate(&given, &[trial]).expect("a calibration").corrections;
+    assert_eq!(corrections(without), corrections(whole));
 }
 
 /// Lengths in mm came out as a model with nothing corrected, and without an error.

@@ -24,7 +24,7 @@ use std::path::PathBuf;
 
 pub use channel::Channel;
 pub use map::ColumnMap;
-pub use read::read_trial;
+pub use read::{read_kinematics, read_trial};
 pub(crate) use ready::make_ready;
 pub use recorder::Recorder;
 pub use text::Lines;

@@ -17,15 +17,34 @@ type Wrong = (Option<u64>, String);
 /// # Errors
 /// Missing columns, one twice, or of a cable that the robot does not have; cells that are no numbers, time that does not increase, gaps in the inputs: with the line.
 pub fn read_trial(path: &Path, map: &ColumnMap, cables: usize) -> Result<Trial, DataError> {
-    read(path, map, cables).map_err(|(line, message)| DataError { path: path.to_owned(), line, message })
+    read(path, map, cables, Forces::Needed).map_err(|wrong| bad_data(path, wrong))
 }
 
-fn read(path: &Path, map: &ColumnMap, cables: usize) -> Result<Trial, Wrong> {
+/// Reads one recording of which the kinematics are wanted alone: winch forces (N) that were not recorded are `NAN`.
+///
+/// # Errors
+/// As [`read_trial`], but for winch forces of which there is no column.
+pub fn read_kinematics(path: &Path, map: &ColumnMap, cables: usize) -> Result<Trial, DataError> {
+    read(path, map, cables, Forces::MayLack).map_err(|wrong| bad_data(path, wrong))
+}
+
+fn bad_data(path: &Path, (line, message): Wrong) -> DataError {
+    DataError { path: path.to_owned(), line, message }
+}
+
+/// Whether winch forces must be in a recording.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Forces {
+    Needed,
+    MayLack,
+}
+
+fn read(path: &Path, map: &ColumnMap, cables: usize, forces: Forces) -> Result<Trial, Wrong> {
     let whole = |message: String| (None, message);
     let file = Lines::open(path).map_err(|e| whole(e.to_string()))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(file);
     let header = reader.headers().map_err(|e| ((!e.is_io_error()).then_some(1), e.to_string()))?.clone();
-    let columns = Columns::find(&header, map, cables).map_err(|message| (Some(1), message))?;
+    let columns = Columns::find(&header, map, cables, forces).map_err(|message| (Some(1), message))?;
     let mut trial = Trial {
         name: path.display().to_string(),
         time: Vec::new(),
@@ -134,18 +153,23 @@ impl Column {
 /// The columns of a file.
 struct Columns {
     time: Column,
-    forces: Vec<Column>,
+    forces: Vec<Option<Column>>,
     disturbances: Vec<Option<Column>>,
     channels: Vec<(Channel, Column)>,
 }
 
 impl Columns {
-    fn find(header: &StringRecord, map: &ColumnMap, cables: usize) -> Result<Self, String> {
+    fn find(header: &StringRecord, map: &ColumnMap, cables: usize, needed: Forces) -> Result<Self, String> {
         let time = Column::needed(header, map, "time", "time in s")?;
-        let forces: Vec<Column> = (1..=cables)
-            .map(|i| Column::needed(header, map, &format!("winch_force[{i}]"), "N"))
-            .collect::<Result<_, _>>()?;
         let find = |name: &str| Column::find(header, map, name);
+        let force = |i: usize| {
+            let name = format!("winch_force[{i}]");
+            match needed {
+                Forces::Needed => Column::needed(header, map, &name, "N").map(Some),
+                Forces::MayLack => find(&name),
+            }
+        };
+        let forces = (1..=cables).map(force).collect::<Result<_, _>>()?;
         let disturbances = ["disturbance_force_x", "disturbance_force_y", "disturbance_torque"].map(find);
         let mut channels = Vec::new();
         for channel in Channel::all(cables) {
@@ -183,7 +207,7 @@ impl Columns {
         }
         let mut inputs = Inputs::none(self.forces.len());
         for (slot, column) in inputs.winch_force.iter_mut().zip(&self.forces) {
-            *slot = column.full(record)?;
+            *slot = column.as_ref().map_or(Ok(f64::NAN), |column| column.full(record))?;
         }
         for (slot, column) in inputs.disturbance.iter_mut().zip(&self.disturbances) {
             if let Some(column) = column {
@@ -251,6 +275,20 @@ mod tests {
         assert!(
             error.contains("line 2: column `time` is \"4.5.2026 10:20:00\", expected a number of seconds, or a date")
         );
+    }
+
+    /// A take of motion capture has no forces.
+    #[test]
+    fn kinematics_need_no_forces() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("take.csv");
+        let rows: String = (0..60).map(|k| format!("{k},0,0,0,7\n")).collect();
+        std::fs::write(&path, format!("time,x,y,phi,winch_force[2]\n{rows}")).unwrap();
+        let trial = read_kinematics(&path, &ColumnMap::default(), 4).unwrap();
+        let forces = &trial.inputs[9].winch_force;
+        assert!(forces[1] == 7.0 && [0, 2, 3].iter().all(|i| forces[*i].is_nan()), "{forces:?}");
+        let error = read_trial(&path, &ColumnMap::default(), 4).unwrap_err().to_string();
+        assert!(error.contains("no column `winch_force[1]` (N)"), "{error}");
     }
 
     #[test]
