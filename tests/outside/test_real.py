@@ -15,6 +15,7 @@ from outside.test_examples import EXAMPLES, load
 
 READER = EXAMPLES / "real" / "cable_robot.py"
 DRIVE = EXAMPLES / "real" / "emps.py"
+CAPTURE = EXAMPLES / "real" / "motion_capture.py"
 PERIOD = 0.05
 
 
@@ -117,6 +118,64 @@ def test_a_recording_made_by_the_reader_is_calibrated_by_its_lengths(cdpr, tmp_p
     before, after = calibrated(cdpr, tmp_path, "a_Mar01").T
     assert before.max() > 20.0
     assert after.max() < 3.0
+
+
+def write_capture(folder, ahead=1.5):
+    """A take and a log of this form, the take's clock ahead by so much (s)."""
+    names, kinds, axes = [["", ""] for _ in range(3)]
+    axes[:] = ["Frame", "Time"]
+    time = np.arange(3600) / 120
+
+    def pose(t):
+        wander = 0.5 * np.sin(0.31 * t) * np.sin(0.7 * t), 0.4 * np.cos(0.43 * t)
+        return np.array([*wander, 0.1 * np.sin(0.5 * t)])
+
+    x, y, phi = pose(time)
+    half = phi / 2
+    turned = [-np.sin(half), 0 * half, 0 * half, np.cos(half)]
+    table = [np.arange(len(time)), time, *turned, 0 * x - 0.1, y + 1.2, x]
+    for kind, wanted in [("Rotation", "XYZW"), ("Position", "XYZ")]:
+        names += ["Rigid Body 2"] * len(wanted)
+        kinds += [kind] * len(wanted)
+        axes += wanted
+    corners = [(1.45, 0.0), (1.45, 2.4), (-1.45, 2.4), (-1.45, 0.0)]
+    for number, (z, up) in enumerate(corners):
+        names += [f"Marker_{number}"] * 3
+        kinds += ["Position"] * 3
+        axes += "XYZ"
+        table += [0 * x - 0.1, 0 * x + up, 0 * x + z]
+    # Bodies and markers, their names, their marks, kinds and axes.
+    lines = ["Format Version,1.1", ""]
+    lines += [",".join(cells) for cells in (kinds, names, names, kinds, axes)]
+    lines += [",".join(f"{v:.7f}" for v in row) for row in np.array(table).T]
+    (folder / "take.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    rows = []
+    for t in 0.01 * np.arange(2600):
+        x, y, phi = pose(t + ahead)
+        arms = np.array([(1, -1), (1, 1), (-1, 1), (-1, -1)]) * (0.09175, 0.06)
+        ends = np.array([x, y]) + arms @ np.array(
+            [[np.cos(phi), np.sin(phi)], [-np.sin(phi), np.cos(phi)]]
+        )
+        lengths = np.linalg.norm(np.array(corners) - (0, 1.2) - ends, axis=1)
+        cells = "".join(f"\t|\t0 8 {-length:.4f} 0.0000" for length in lengths)
+        rows.append(f"3: {x:.4f} {y:.4f} - {x:.4f} {y:.4f}{cells}\t|\t1")
+    (folder / "log.txt").write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_motion_capture_and_lengths_are_one_recording(cdpr, tmp_path):
+    write_capture(tmp_path)
+    done = run_reader(tmp_path / "take.csv", tmp_path / "log.txt", out=tmp_path, reader=CAPTURE)
+    assert done.returncode == 0, done.stderr
+    assert "clock 1.50 s ahead" in done.stdout
+    before, after = calibrated(cdpr, tmp_path, "take").T
+    # Lengths are written to 0.1 mm, and the middle turn is not quite zero.
+    assert before.max() < 1.0
+    assert after.max() < 0.1
+    (tmp_path / "log.txt").write_text("no log\n", encoding="utf-8")
+    done = run_reader(tmp_path / "take.csv", tmp_path / "log.txt", out=tmp_path, reader=CAPTURE)
+    assert done.returncode != 0
+    assert "log.txt: no row of a log" in done.stderr
 
 
 LOGS = ("iros_logo_take3_Feb19", "Feb22_iros_logo_1", "Mar2_iros_logo_1")
