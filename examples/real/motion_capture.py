@@ -29,7 +29,7 @@ PLATFORM = "Rigid Body 2"
 # Where cables are fixed (m) from the platform's middle: its markers are 131.5 mm by 120 mm apart,
 # and the cables leave 26 mm further out on both sides.
 ATTACHED = (0.1315 / 2 + 0.026, 0.120 / 2)
-TURNED = 0.05  # rad from the frames around, likewise
+TURNED = 0.05  # rad from the frames around; a frame that is further off has markers exchanged
 OFFSETS = np.arange(-20.0, 20.0, 0.01)  # s between the clocks that are tried
 
 
@@ -79,6 +79,8 @@ def corners(take):
     found = np.array([np.nanmean(columns(take, n, "Position", "XYZ"), axis=0) for n in names])
     above, right = (found[:, axis] > found[:, axis].mean() for axis in (1, 2))
     order = [right & ~above, right & above, ~right & above, ~right & ~above]
+    if not all(corner.any() for corner in order):
+        raise ValueError("the markers of the take are not at four corners in its plane of y and z")
     return np.array([found[np.flatnonzero(corner)[0]] for corner in order])
 
 
@@ -119,7 +121,7 @@ def offset(times, pose, computed):
 def model(width, height):
     """The robot by its frame's markers and its platform's size."""
     lines = [
-        "# The frame as its markers have it; masses and drums as the firmware has them.",
+        "# The frame and the platform as they were measured; the mass as the firmware has it.",
         'cable_model = "rigid"',
         'cable_inertia = "none"',
         "platform_mass = 0.5",
@@ -144,7 +146,10 @@ def main():
     arguments = parser.parse_args()
     computed, lengths = read_log(arguments.log)
     take = read_take(arguments.take)
-    pose, size = poses(take)
+    try:
+        pose, size = poses(take)
+    except ValueError as error:
+        raise ValueError(f"{arguments.take}: {error}") from error
     times = take[0]
     shift = offset(times, pose, computed)
     own = INTERVAL * np.arange(len(lengths))
@@ -155,6 +160,8 @@ def main():
     known &= (own + shift > times[0]) & (own + shift < times[-1])
     measured[~known] = np.nan
     rows = np.flatnonzero(known)
+    if not len(rows):
+        raise ValueError(f"{arguments.log}: no row at the time of {arguments.take}")
     rows = slice(rows[0], rows[-1] + 1)
     table = np.column_stack([own, measured, lengths])[rows]
     header = ",".join(["time", "x", "y", "phi", *(f"cable_length[{i}]" for i in range(1, 5))])

@@ -18,7 +18,7 @@ const IS_OFF: f64 = 10.0;
 /// A remark where as many lengths as axes of the pose are recorded have the recorded pose with the model as given: to less than
 /// their noise, or to their noise while several others, for one may have a fault of its own, are far off.
 pub(crate) fn computed_pose(model: &Model, trial: &Trial) -> Option<String> {
-    // Recordings without lengths, or on pulleys, have nothing to be compared.
+    // Where no equations can be made, on pulleys or without lengths, there is nothing to compare; a calibration says why.
     let problem = Problem::new(model, std::slice::from_ref(trial)).ok()?;
     let axes: Vec<Channel> = (0..3).map(Channel::Pose).filter(|c| trial.channels.contains(c)).collect();
     let misfits: Vec<(Channel, f64)> =

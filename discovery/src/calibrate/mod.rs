@@ -121,7 +121,7 @@ pub const TOLD: f64 = 0.99;
 ///
 /// # Errors
 /// Recordings without lengths, or without any to spare where the pose is not measured, a tension that is not known, corrections
-/// that do not settle.
+/// that do not settle or leave more than a tenth of how a length moves.
 pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, CalibrateError> {
     let problem = Problem::new(model, trials)?;
     let solution = solve(&problem).map_err(|error| {

@@ -1,21 +1,21 @@
 //! Whether what corrections leave of lengths is what the errors of a survey leave.
 //!
-//! More than that is left where a sensor has another scale, where nobody measured the poses, and of another robot. Where most of
-//! the motion is left it is another unit or another column, and that is no calibration.
+//! More than that is left where a sensor has another scale, where nobody measured the poses, and of another robot. Where a tenth
+//! of the motion is left it is another unit or another column, and that is no calibration.
 
 use super::problem::Problem;
 use super::solve::Solution;
 use crate::data::Channel;
 use crate::data::clean::median;
 
-/// Share of what a length moves of which no more may be left. It moves by some 2.3 standard deviations, so what is left is less than a
+/// Share of what a length moves of which no more may be left. It moves by some 2.3 standard deviations, so what is left is some
 /// twentieth of its variance.
 const MOST_LEFT: f64 = 0.1;
 
 /// Remarks on lengths of which more is left than the corrections could make that a survey may ask for.
 ///
 /// # Errors
-/// A length of which the corrections leave most.
+/// A length of whose motion the corrections leave more than [`MOST_LEFT`].
 pub(super) fn check(problem: &Problem, solution: &Solution) -> Result<Vec<String>, String> {
     let mut remarks = Vec::new();
     for misfit in &solution.misfits {

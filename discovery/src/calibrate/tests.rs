@@ -291,7 +291,7 @@ fn lengths_that_no_geometry_explains_are_refused() {
     assert!(calibrate(&given, &[pose]).is_err());
 }
 
-/// Drums of a real robot were 7 % larger than its firmware had them, and the calibration ended without a word of that.
+/// Drums of a real robot were some 7 % smaller than its firmware had them, and the calibration ended without a word of that.
 #[test]
 fn lengths_of_another_scale_come_with_that_scale() {
     let given = laboratory(4);
