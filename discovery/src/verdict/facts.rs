@@ -1,6 +1,6 @@
 //! What a verdict is reached from.
 
-use cdpr::effect::EffectSpec;
+use cdpr::effect::{EffectSpec, ParameterInfo};
 use cdpr::model_file::Model;
 
 use super::growth::Reach;
@@ -181,7 +181,8 @@ pub(crate) fn relative_error(effect: &EffectSpec, standard_error: &[Option<f64>]
 }
 
 /// Whether an effect has run out of the range in which it is itself, by more than its errors: its shape, for creep that is done
-/// within a sample is only a softer spring, or its size, where it takes most of what it corrects in the model. A sharp turn of
+/// within a sample is only a softer spring, or its size, where it takes most of what it corrects in the model, or no robot has as much
+/// of it. A sharp turn of
 /// friction is the ideal law, and a shape that is not known, as where what it shapes has no size, is nowhere.
 pub(crate) fn out_of_range(
     effect: &EffectSpec,
@@ -191,15 +192,23 @@ pub(crate) fn out_of_range(
 ) -> bool {
     let Ok(info) = effect.info() else { return false };
     let sizes = Sizes::of(&model.parameters);
-    let shapeless = info.parameters.iter().zip(&effect.values).enumerate().any(|(k, (parameter, value))| {
-        let (low, high) = range_of_shape(parameter, &sizes, policy.out_of_range);
-        let low = if parameter.name == "transition_speed" { 0.0 } else { low };
+    let beyond = info.parameters.iter().zip(&effect.values).enumerate().any(|(k, (parameter, value))| {
+        let of_itself = if parameter.shape && parameter.typical.0 > 0.0 {
+            let (low, high) = range_of_shape(parameter, &sizes, policy.out_of_range);
+            Some((if parameter.name == "transition_speed" { 0.0 } else { low }, high))
+        } else {
+            most_of_any_robot(parameter).map(|most| (parameter.min, policy.out_of_range * most))
+        };
         let error = standard_error.get(k).copied().flatten().filter(|error| error.is_finite()).unwrap_or(0.0);
         let doubt = policy.out_by * error;
-        parameter.shape
-            && parameter.typical.0 > 0.0
-            && effect.takes_part(k)
-            && !(low - doubt..=high + doubt).contains(value)
+        effect.takes_part(k) && of_itself.is_some_and(|(low, high)| !(low - doubt..=high + doubt).contains(value))
     });
-    shapeless || !leaves_enough(effect, &sizes)
+    beyond || !leaves_enough(effect, &sizes)
+}
+
+/// The largest size met in practice, where it is that of any robot, large or small: of a share, as of a force that is lost, and
+/// of the thickness of a cable.
+fn most_of_any_robot(parameter: &ParameterInfo) -> Option<f64> {
+    let is_any = !parameter.shape && parameter.min == 0.0 && matches!(parameter.unit, "1" | "m");
+    is_any.then_some(parameter.typical.1)
 }

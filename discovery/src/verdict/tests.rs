@@ -364,6 +364,20 @@ mod effects {
         let sharp = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 1e-6, 0.0, 0.0]);
         assert!(sharp.is_err() || !out_of_range(&sharp.unwrap()));
     }
+
+    /// On a log of a laboratory's robot a wind of 1 m/s on cables of 3 m had its name.
+    #[test]
+    fn no_cable_is_metres_thick_and_no_pulley_takes_all_of_a_force() {
+        let beyond = |id: &str, values: &[f64], error: &[Option<f64>]| {
+            let effect = EffectSpec::new(id, None, values).expect("an effect");
+            out_of_range(&effect, error, &Model::default(), &POLICY)
+        };
+        let wind =
+            |thickness: f64, error: f64| beyond("cable_wind", &[-0.7, 1.0, thickness], &[None, None, Some(error)]);
+        assert!(wind(3.1, 0.4) && !wind(3.1, 3.0) && !wind(0.06, 0.0));
+        let loss = |share: f64| beyond("pulley_capstan_loss", &[share, 0.02], &[Some(0.01)]);
+        assert!(loss(0.7) && !loss(0.42));
+    }
 }
 
 mod growth {

@@ -75,7 +75,7 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
         ),
         Reason::Uncertain { effect, .. } => format!("The size of the {} cannot be told from these data.", name(effect)),
         Reason::OutOfRange { effect } => format!(
-            "The {} has a shape out of the range in which it is itself: it stands for something else.",
+            "The {} has a shape or a size out of the range in which it is itself: it stands for something else.",
             name(effect)
         ),
         Reason::Little { effect, share } => format!(
