@@ -7,6 +7,7 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 use cdpr::winch::WinchCommand;
 
+use crate::calibrate::leave_out_computed_poses;
 use crate::check::check;
 use crate::data::bursts::remove_bursts;
 use crate::data::clean::remove_outliers;
@@ -41,9 +42,10 @@ pub enum DiscoverError {
 /// What is done about a geometry that is not quite as given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Geometry {
-    /// Its errors are found together with the laws, where they explain most of what is left without them.
+    /// Its errors are found together with the laws, where they explain most of what is left without them. Poses that were
+    /// computed from lengths are left out.
     Corrected,
-    /// Nothing.
+    /// Nothing; and poses count as measured.
     AsGiven,
 }
 
@@ -79,13 +81,15 @@ pub fn discover(
         return Err(DiscoverError::Data(message));
     }
     progress("cleaning the data", 0.0);
+    let (mut train, mut holdout) = (train, holdout);
+    let may_correct = geometry == Geometry::Corrected;
+    let left_out = may_correct.then(|| leave_out_computed_poses(model, train.iter_mut().chain(&mut holdout))).flatten();
     let mut ready = prepare(train, holdout).map_err(DiscoverError::Data)?;
+    ready.remarks.extend(left_out);
     progress("checking the data against the model", 0.01);
     let trials = ready.evidence.train.iter().chain(&ready.evidence.holdout);
     ready.remarks.extend(check(model, trials).map_err(DiscoverError::Data)?);
-    let survey = (geometry == Geometry::Corrected)
-        .then(|| survey_errors(model, &ready.evidence.train))
-        .filter(|errors| !errors.is_empty());
+    let survey = may_correct.then(|| survey_errors(model, &ready.evidence.train)).filter(|errors| !errors.is_empty());
     examine(model, survey, model.effects.len(), ready, begun, progress)
 }
 

@@ -18,7 +18,7 @@ mod tests;
 use cdpr::model_file::Model;
 use nalgebra::DMatrix;
 
-pub(crate) use computed::computed_pose;
+pub(crate) use computed::{computed_pose, leave_out_computed_poses};
 
 use crate::data::{Channel, Trial};
 use crate::hypothesis::survey::shift_length;
@@ -123,12 +123,16 @@ pub const TOLD: f64 = 0.99;
 /// Recordings without lengths, or without any to spare where the pose is not measured, a tension that is not known, corrections
 /// that do not settle or leave more than a tenth of how a length moves.
 pub fn calibrate(model: &Model, trials: &[Trial]) -> Result<Calibration, CalibrateError> {
+    let mut measured = trials.to_vec();
+    let left_out = leave_out_computed_poses(model, measured.iter_mut());
+    let trials = &measured[..];
     let problem = Problem::new(model, trials)?;
     let solution = solve(&problem).map_err(|error| {
         let seen: Vec<String> = no_length(trials).into_iter().chain(plausible::in_proportion(&problem)).collect();
         if seen.is_empty() { error } else { CalibrateError::Data(format!("{error} {}", seen.join(" "))) }
     })?;
-    let mut remarks = plausible::check(&problem, &solution).map_err(CalibrateError::Data)?;
+    let mut remarks: Vec<String> = left_out.into_iter().collect();
+    remarks.extend(plausible::check(&problem, &solution).map_err(CalibrateError::Data)?);
     for trial in trials {
         remarks.extend(computed_pose(model, trial).map(|seen| format!("{}: {seen}", trial.name)));
     }

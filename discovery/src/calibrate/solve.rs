@@ -7,13 +7,13 @@ use super::{CalibrateError, ChannelMisfit};
 use crate::data::clean::median;
 
 /// Most rounds.
-const ROUNDS: usize = 50;
+pub(super) const ROUNDS: usize = 50;
 /// Move, in standard errors, below which the corrections have settled.
 const SETTLED: f64 = 1e-3;
 /// Whitened residual from which a number counts less, in robust standard deviations (Huber's 95 % efficiency).
-const HUBER: f64 = 1.345;
+pub(super) const HUBER: f64 = 1.345;
 /// The same from which it is an outlier.
-const OUTLIER: f64 = 5.0;
+pub(super) const OUTLIER: f64 = 5.0;
 /// Longest memory that what is left is asked for, as a share of the samples.
 const MEMORY: usize = 20;
 

@@ -55,8 +55,16 @@ impl Trial {
 
     /// Leaves out channels without a single number.
     pub(crate) fn drop_empty_channels(&mut self) {
-        let used: Vec<usize> =
-            (0..self.channels.len()).filter(|j| self.measured.iter().any(|row| row[*j].is_finite())).collect();
+        self.keep((0..self.channels.len()).filter(|j| self.measured.iter().any(|row| row[*j].is_finite())).collect());
+    }
+
+    /// Leaves out some channels.
+    pub(crate) fn drop_channels(&mut self, out: impl Fn(Channel) -> bool) {
+        self.keep((0..self.channels.len()).filter(|j| !out(self.channels[*j])).collect());
+    }
+
+    /// Leaves out all channels but these.
+    fn keep(&mut self, used: Vec<usize>) {
         self.channels = used.iter().map(|j| self.channels[*j]).collect();
         for row in &mut self.measured {
             *row = used.iter().map(|j| row[*j]).collect();
