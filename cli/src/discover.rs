@@ -57,8 +57,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE.toml")]
     map: Option<PathBuf>,
     /// Search with the geometry as it is given, and all poses as measured; without it errors of anchors, attachments and what
-    /// lengths count from are found together with the laws, where they explain most of what laws alone leave; and a pose that was
-    /// computed from lengths is left out
+    /// lengths count from are found together with the laws, where they explain most of what laws alone leave, and before them where
+    /// lengths without a pose cannot be read by it; and a pose that was computed from lengths is left out
     #[arg(long)]
     as_given: bool,
     /// Folder for the results

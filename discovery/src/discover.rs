@@ -1,5 +1,6 @@
 //! From recordings and a model to a verdict.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -7,7 +8,7 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 use cdpr::winch::WinchCommand;
 
-use crate::calibrate::leave_out_computed_poses;
+use crate::calibrate::{Corrected, correct_before_search, leave_out_computed_poses};
 use crate::check::check;
 use crate::data::bursts::remove_bursts;
 use crate::data::clean::remove_outliers;
@@ -16,7 +17,7 @@ use crate::data::{Trial, make_ready};
 use crate::filter::error::FitError;
 use crate::filter::estimate::noise_of_data;
 use crate::hypothesis::survey::{most_longer, survey_errors, with_errors};
-use crate::outcome::{Discovery, HORIZON};
+use crate::outcome::{Discovery, HORIZON, SurveyError};
 use crate::report;
 use crate::strategy::context::{Context, Progress};
 use crate::strategy::fitted::Evidence;
@@ -42,8 +43,8 @@ pub enum DiscoverError {
 /// What is done about a geometry that is not quite as given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Geometry {
-    /// Its errors are found together with the laws, where they explain most of what is left without them. Poses that were
-    /// computed from lengths are left out.
+    /// Its errors are found together with the laws, where they explain most of what is left without them, and before them where
+    /// recordings cannot be read by it and kinematics alone say what is off. Poses that were computed from lengths are left out.
     Corrected,
     /// Nothing; and poses count as measured.
     AsGiven,
@@ -87,10 +88,56 @@ pub fn discover(
     let mut ready = prepare(train, holdout).map_err(DiscoverError::Data)?;
     ready.remarks.extend(left_out);
     progress("checking the data against the model", 0.01);
-    let trials = ready.evidence.train.iter().chain(&ready.evidence.holdout);
-    ready.remarks.extend(check(model, trials).map_err(DiscoverError::Data)?);
+    let (model, before) = readable(model, &mut ready, may_correct).map_err(DiscoverError::Data)?;
+    let model = &*model;
     let survey = may_correct.then(|| survey_errors(model, &ready.evidence.train)).filter(|errors| !errors.is_empty());
-    examine(model, survey, model.effects.len(), ready, begun, progress)
+    let mut discovery = examine(model, survey, model.effects.len(), ready, begun, progress)?;
+    discovery.survey = both(before, discovery.survey);
+    Ok(discovery)
+}
+
+/// The model by which the recordings can be read, with what was corrected of its geometry: as given, or where they are not that
+/// robot's so, and kinematics alone say what is off, as corrected.
+fn readable<'a>(
+    model: &'a Model,
+    ready: &mut Ready,
+    may_correct: bool,
+) -> Result<(Cow<'a, Model>, Vec<SurveyError>), String> {
+    let evidence = &ready.evidence;
+    let checked = |model: &Model| check(model, evidence.train.iter().chain(&evidence.holdout));
+    let refused = match checked(model) {
+        Ok(remarks) => {
+            ready.remarks.extend(remarks);
+            return Ok((Cow::Borrowed(model), Vec::new()));
+        }
+        Err(refused) if !may_correct => return Err(refused),
+        Err(refused) => refused,
+    };
+    let Some(Corrected { model, errors, remark }) = correct_before_search(model, &evidence.train) else {
+        return Err(refused);
+    };
+    let remarks = checked(&model).map_err(|_| refused)?;
+    ready.remarks.push(remark);
+    ready.remarks.extend(remarks);
+    Ok((Cow::Owned(model), errors))
+}
+
+/// Errors of the survey that were corrected before the search, and those that were found in it, one for each place.
+fn both(mut before: Vec<SurveyError>, found: Vec<SurveyError>) -> Vec<SurveyError> {
+    for error in found {
+        let same = |other: &&mut SurveyError| {
+            let key = |error: &SurveyError| (error.effect.id.clone(), error.effect.cable, error.effect.channel.clone());
+            key(other) == key(&error)
+        };
+        match before.iter_mut().find(same) {
+            Some(known) => {
+                known.effect.values.iter_mut().zip(&error.effect.values).for_each(|(known, more)| *known += more);
+                known.standard_error = error.standard_error;
+            }
+            None => before.push(error),
+        }
+    }
+    before
 }
 
 /// Recordings that a search can begin with.

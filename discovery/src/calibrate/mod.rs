@@ -8,6 +8,7 @@
 //! values of the problem (C. L. Lawson and R. J. Hanson, Solving Least Squares Problems, 1974). No standard error rests on a
 //! prior.
 
+mod before;
 mod computed;
 mod plausible;
 mod problem;
@@ -18,6 +19,7 @@ mod tests;
 use cdpr::model_file::Model;
 use nalgebra::DMatrix;
 
+pub(crate) use before::{Corrected, correct_before_search};
 pub(crate) use computed::{computed_pose, leave_out_computed_poses};
 
 use crate::data::{Channel, Trial};
