@@ -109,8 +109,8 @@ fn dictionary_rounds(
         () if current.fit.left() > policy.terms_leave * standing.fit.left() => {
             "the terms found do not halve what is left of the gap"
         }
-        () if current.fit.gap[0] > policy.nothing_left && any_term_varies(context, &current) => {
-            "its size, or that of a term beside it, differs throughout, and more than noise is left: it is no law"
+        () if any_term_varies(context, &current) => {
+            "its size, or that of a term beside it, differs throughout: it is no law"
         }
         () => return Ok(Some(current)),
     };
