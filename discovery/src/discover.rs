@@ -116,6 +116,7 @@ fn readable<'a>(
     let Some(Corrected { model, errors, remark }) = correct_before_search(model, &evidence.train) else {
         return Err(refused);
     };
+    // What is refused with the corrected geometry as well is said of the one that was given.
     let remarks = checked(&model).map_err(|_| refused)?;
     ready.remarks.push(remark);
     ready.remarks.extend(remarks);

@@ -62,7 +62,7 @@ pub struct Found {
     pub stability: Option<Stability>,
 }
 
-/// An error of the survey, found together with the laws: where an anchor or an attachment is, or what a length counts from.
+/// An error of the survey, found together with the laws or before them: where an anchor or an attachment is, or what a length counts from.
 #[derive(Clone, Debug)]
 pub struct SurveyError {
     /// The error, as an effect.
@@ -381,7 +381,8 @@ pub struct Discovery {
     pub model: Model,
     /// Information criterion of the final model on the training data: `-2 log L` and what its parameters cost.
     pub criterion: f64,
-    /// Errors of its geometry, where they explain most of what is left without them; `base` has them.
+    /// Errors of its geometry, where they explain most of what is left without them, or where recordings cannot be read without them; `base` has
+    /// them.
     pub survey: Vec<SurveyError>,
     /// Catalogue effects found, the most important first.
     pub effects: Vec<Found>,

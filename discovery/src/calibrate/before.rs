@@ -93,17 +93,14 @@ fn errors(problem: &Problem, found: &Calibration) -> Vec<SurveyError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{laboratory, recorded};
+    use super::super::tests::{laboratory, point, recorded, shifted};
     use super::*;
 
     /// A point on four cables, the same as it is, with anchors and zeros centimetres off, and a recording of that, of lengths alone.
     fn robot(zero: f64) -> (Model, Trial) {
-        let mut given = laboratory(4);
-        given.parameters.cable.iter_mut().for_each(|cable| cable.attachment = [0.0; 2]);
-        let mut real = given.clone();
-        for (cable, [x, y]) in [[0.02, -0.03], [-0.03, 0.02], [0.03, 0.02], [-0.02, 0.03]].into_iter().enumerate() {
-            let anchor = &mut real.parameters.cable[cable].anchor;
-            (anchor[0], anchor[1]) = (anchor[0] + x, anchor[1] + y);
+        let given = point();
+        let mut real = shifted(&given, [[0.02, -0.03], [-0.03, 0.02], [0.03, 0.02], [-0.02, 0.03]]);
+        for cable in 0..4 {
             let off = zero * if cable % 2 == 0 { 1.0 } else { -1.0 };
             let bias = EffectSpec::new("length_sensor_bias", Some(cable + 1), &[off]).expect("an effect");
             real.effects.push(EffectSpec { channel: Some("cable_length".to_owned()), ..bias });

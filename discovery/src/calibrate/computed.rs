@@ -90,7 +90,7 @@ pub(crate) fn leave_out_computed_poses<'a>(
 #[cfg(test)]
 mod tests {
     use super::super::calibrate;
-    use super::super::tests::{PULL, laboratory, recorded};
+    use super::super::tests::{PULL, laboratory, point, recorded, shifted};
     use super::*;
     use crate::model::examined::gauss_newton_pose;
 
@@ -115,13 +115,8 @@ mod tests {
     /// Corrected, these lengths do not say it any more.
     #[test]
     fn a_pose_that_was_computed_is_left_out_also_beside_a_corrected_geometry() {
-        let mut given = laboratory(4);
-        given.parameters.cable.iter_mut().for_each(|cable| cable.attachment = [0.0; 2]);
-        let mut real = given.clone();
-        for (cable, [x, y]) in [[0.15, -0.1], [-0.1, 0.1], [0.1, 0.05], [-0.1, 0.15]].into_iter().enumerate() {
-            let anchor = &mut real.parameters.cable[cable].anchor;
-            (anchor[0], anchor[1]) = (anchor[0] + x, anchor[1] + y);
-        }
+        let given = point();
+        let real = shifted(&given, [[0.15, -0.1], [-0.1, 0.1], [0.1, 0.05], [-0.1, 0.15]]);
         let mut measured = recorded(&real, [0.7, 0.7, 0.0], 600, 1, true);
         measured.drop_channels(|channel| matches!(channel, Channel::Pose(2) | Channel::UnstretchedLength(_)));
         let geometry = cdpr::geometry::Geometry::new(&given.parameters);

@@ -32,6 +32,22 @@ pub(super) fn laboratory(cables: usize) -> Model {
     Model { parameters, ..Model::default() }
 }
 
+/// The same whose cables meet in a point.
+pub(super) fn point() -> Model {
+    let mut model = laboratory(4);
+    model.parameters.cable.iter_mut().for_each(|cable| cable.attachment = [0.0; 2]);
+    model
+}
+
+/// A robot with its anchors shifted (m).
+pub(super) fn shifted(model: &Model, by: [[f64; 2]; 4]) -> Model {
+    let mut model = model.clone();
+    for (cable, [x, y]) in model.parameters.cable.iter_mut().zip(by) {
+        cable.anchor = [cable.anchor[0] + x, cable.anchor[1] + y];
+    }
+    model
+}
+
 /// A recording of a robot with this model, moved by so much (m, rad): poses, paid-out lengths, and cable lengths where wanted.
 pub(super) fn recorded(model: &Model, reach: [f64; 3], samples: usize, seed: u64, chords: bool) -> Trial {
     let geometry = Geometry::new(&model.parameters);
