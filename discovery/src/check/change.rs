@@ -106,6 +106,11 @@ impl Change {
         matches!(self, Self::Order(columns, _) if matches!(columns[0], Column::Force(_)))
     }
 
+    /// Whether it lets lengths count from another zero.
+    pub(super) fn is_origin(&self) -> bool {
+        matches!(self, Self::Offset(..))
+    }
+
     /// What is seen, and what to write in the map.
     pub(super) fn words(&self) -> String {
         let list = |columns: &[Column]| columns.iter().map(|c| c.name()).collect::<Vec<_>>().join(", ");

@@ -4,6 +4,7 @@ use cdpr::geometry::Geometry;
 use cdpr::per_cable::PerCable;
 use nalgebra::{Matrix3, Vector3};
 
+use super::LITTLE;
 use super::instants::{Instant, SIDE, Window};
 use crate::data::clean::median;
 use crate::data::{Channel, Trial};
@@ -15,11 +16,19 @@ const LENGTH_FLOOR: f64 = 1e-4;
 const FORCE_FLOOR: f64 = 2e-3;
 /// Share of the mean force by which a tension may differ from its command, unnoticed.
 const TENSION_FLOOR: f64 = 5e-3;
+/// Strain under the mean force at which no cable holds: the forces are in no such unit.
+const TORN: f64 = 0.5;
 /// A misfit that is no number, or larger, in floors.
 const WORST: f64 = 1e9;
 
-/// What is compared with a prediction: one entry each, in multiples of what may pass unnoticed, one or more.
-pub(super) type Misfits = Vec<f64>;
+/// What is compared with a prediction: one entry each, in multiples of what may pass unnoticed, one or more; none where nothing can
+/// be predicted.
+pub(super) type Misfits = Vec<Option<f64>>;
+
+/// Whether somebody measured the pose.
+pub(super) fn pose_is_measured(channels: &[Channel]) -> bool {
+    (0..3).all(|k| channels.contains(&Channel::Pose(k)))
+}
 
 /// The poses of all instants, measured or, where coordinates are missing, from the lengths.
 pub(super) fn poses(model: &Examined, channels: &[Channel], windows: &[Window]) -> Vec<Vec<[f64; 3]>> {
@@ -74,7 +83,8 @@ fn states(model: &Examined, instant: &Instant, pose: [f64; 3], chords: &[f64]) -
 
 /// The misfits of a reading: of each length, of each axis of the balance of forces, of each tension.
 ///
-/// The balance is taken in its weak form: both sides are weighted over each window by a function that vanishes with its slope
+/// Where nobody measured the pose it is known only where the lengths agree, and so is the balance. That is taken in its weak form:
+/// both sides are weighted over each window by a function that vanishes with its slope
 /// at the ends, so that the acceleration becomes the pose weighted by that function's second derivative.
 pub(super) fn misfits(model: &Examined, trial: &Trial, noise: &[f64], windows: &[Window]) -> Misfits {
     let poses = poses(model, &trial.channels, windows);
@@ -84,6 +94,7 @@ pub(super) fn misfits(model: &Examined, trial: &Trial, noise: &[f64], windows: &
     let forces: Vec<f64> =
         windows.iter().flat_map(|w| &w.instants).flat_map(|i| i.inputs.winch_force).map(f64::abs).collect();
     let level = forces.iter().sum::<f64>() / forces.len().max(1) as f64;
+    let torn = level > TORN * plant.data().cables.iter().map(|c| c.axial_stiffness).fold(f64::INFINITY, f64::min);
     let mut off: Vec<Vec<f64>> = vec![Vec::new(); trial.channels.len()];
     let mut balance = Vec::new();
     for (window, poses) in windows.iter().zip(&poses) {
@@ -119,22 +130,27 @@ pub(super) fn misfits(model: &Examined, trial: &Trial, noise: &[f64], windows: &
     let arm = usual_arm(plant.geometry());
     let in_floors = |misfit: f64, floor: f64| {
         let multiple = misfit / floor;
-        if multiple.is_finite() { multiple.clamp(1.0, WORST) } else { WORST }
+        if multiple.is_finite() && !torn { multiple.clamp(1.0, WORST) } else { WORST }
     };
     let mut out = Vec::new();
+    let mut known = true;
     for (j, channel) in trial.channels.iter().enumerate() {
         let misfit = median(std::mem::take(&mut off[j]));
-        out.push(match *channel {
+        let multiple = match *channel {
             Channel::Pose(_) => continue,
             Channel::CableLength(i) | Channel::UnstretchedLength(i) => {
                 in_floors(misfit, (LENGTH_FLOOR * usual[i]).max(noise[j]))
             }
             Channel::Tension(_) => in_floors(misfit, TENSION_FLOOR * level),
-        });
+        };
+        known &= matches!(channel, Channel::Tension(_)) || multiple <= LITTLE;
+        out.push(Some(multiple));
     }
+    known |= pose_is_measured(&trial.channels);
     for axis in 0..3 {
         let square = balance.iter().map(|b| b[axis] * b[axis]).sum::<f64>() / balance.len() as f64;
-        out.push(in_floors(square.sqrt() / if axis == 2 { arm } else { 1.0 }, FORCE_FLOOR * level));
+        let multiple = in_floors(square.sqrt() / if axis == 2 { arm } else { 1.0 }, FORCE_FLOOR * level);
+        out.push(known.then_some(multiple));
     }
     out
 }

@@ -18,7 +18,7 @@ use crate::data::{Channel, Trial};
 use crate::model::examined::Examined;
 use change::{Change, Column};
 use instants::{Window, windows};
-use misfit::{Misfits, misfits};
+use misfit::{Misfits, misfits, pose_is_measured};
 
 /// By how much a reading must shrink the misfits that it changes (their geometric mean) to be believed where it explains all.
 const EXPLAINS: f64 = 5.0;
@@ -73,7 +73,7 @@ fn readings(model: &Examined, trial: &Trial) -> Vec<String> {
         windows = change.apply(channels, &windows);
     }
     let mut now = misfits(model, trial, &noise, &windows);
-    while words.len() < MOST && now.iter().any(|m| *m > LITTLE) {
+    while words.len() < MOST && now.iter().flatten().any(|m| *m > LITTLE) {
         let tried = |changes: Vec<Vec<Change>>| {
             let read = changes.into_par_iter().filter_map(|changes| {
                 let read = changes.iter().fold(windows.clone(), |w, change| change.apply(channels, &w));
@@ -83,12 +83,14 @@ fn readings(model: &Examined, trial: &Trial) -> Vec<String> {
             read.max_by(|a, b| a.0.total_cmp(&b.0))
         };
         let single = change::all(model, trial, &windows).into_iter().map(|change| vec![change]).collect();
-        // Two kinds of columns in other units hide each other; what misses by so much is no missing effect.
+        // Two kinds of columns in other units hide each other; what misses by so much is no missing effect. From zeros of their own
+        // lengths fit any geometry in any small unit, where nobody measured the pose.
         let pairs = || {
-            let hidden = now.iter().any(|m| *m > OVERWHELMS);
+            let hidden = now.iter().flatten().any(|m| *m > OVERWHELMS);
             let pairs = change::units(trial).into_iter().filter(|_| hidden).flat_map(|first| {
                 let read = first.apply(channels, &windows);
                 let second = change::of_whole_kinds(model, trial, &read).into_iter();
+                let second = second.filter(|second| pose_is_measured(channels) || !second.is_origin());
                 second.map(move |second| vec![first.clone(), second])
             });
             tried(pairs.collect())
@@ -119,7 +121,7 @@ fn pushing(trial: &Trial) -> Vec<Column> {
 /// By how much a reading lowers the sum of the misfits' logarithms; `None` where that is not enough to believe it.
 fn gain(now: &Misfits, then: &Misfits) -> Option<f64> {
     let changed: Vec<(f64, f64)> =
-        now.iter().zip(then).map(|(a, b)| (*a, *b)).filter(|(a, b)| (a / b).max(b / a) > CHANGED).collect();
+        now.iter().zip(then).filter_map(|(a, b)| (*a).zip(*b)).filter(|(a, b)| (a / b).max(b / a) > CHANGED).collect();
     if changed.is_empty() {
         return None;
     }
@@ -138,7 +140,7 @@ fn is_gain(
     then: &Misfits,
     misfits: impl Fn(&[Window]) -> Misfits + Sync,
 ) -> bool {
-    let logarithms = |misfits: &Misfits| misfits.iter().map(|m| m.ln()).sum::<f64>();
+    let logarithms = |misfits: &Misfits| misfits.iter().flatten().map(|m| m.ln()).sum::<f64>();
     let left = logarithms(then);
     let best = |cable: usize| {
         let with = |gain: f64| {

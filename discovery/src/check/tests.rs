@@ -226,3 +226,26 @@ fn lengths_alone_are_checked_by_each_other() {
     let millimetres = only_lengths(changed(|_, row| row[LENGTHS].iter_mut().for_each(|v| *v *= 1e3)));
     assert!(said(&millimetres).contains("are in mm by size"), "{}", said(&millimetres));
 }
+
+/// Of a real log of which one drum had not been zeroed all lengths were said to be in cm, from another zero each: such ones fit
+/// any geometry.
+#[test]
+fn lengths_alone_that_disagree_are_in_no_smaller_unit() {
+    let bench = Bench::laboratory();
+    let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
+    let only_lengths = |one: f64, scale: f64| {
+        let mut trial = record_on(&bench, &[], 20.0, 63);
+        trial.channels = (0..4).map(Channel::UnstretchedLength).collect();
+        trial.measured.iter_mut().for_each(|row| {
+            *row = row[LENGTHS].iter().map(|length| scale * length).collect();
+            row[0] += scale * one;
+        });
+        check(&model, std::iter::once(&trial)).err().unwrap_or_default()
+    };
+    let found = only_lengths(0.46, 1.0);
+    assert!(!found.contains("by size"), "{found}");
+    for (factor, unit) in [(1e3, "mm"), (1e2, "cm"), (1.0 / 0.3048, "ft")] {
+        let found = only_lengths(0.0, factor);
+        assert!(found.contains(&format!("are in {unit} by size")), "{found}");
+    }
+}
