@@ -1,8 +1,12 @@
 //! Models fitted to the training data and, as they are, to held-out data.
 
+use cdpr::effect::EffectSpec;
+use cdpr::model_file::Model;
+
 use crate::data::{Trial, Undone};
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
+use crate::hypothesis::extension::is_one_law;
 use crate::instruments;
 use crate::instruments::expected::expected_forces;
 use crate::strategy::policy::Policy;
@@ -27,6 +31,17 @@ impl Evidence {
         let (sets, expected) = expected_forces([&self.train, &self.holdout], instruments.input);
         let [train, holdout] = sets;
         Self { train, holdout, instruments: Some(Randomness { expected: Some(expected), ..instruments }), ..self }
+    }
+
+    /// Whether a law of a model, at other times with other numbers, acts at a time that was held out. What does not is shown by the data
+    /// alone by which it was found.
+    pub(crate) fn holds_out(&self, model: &Model, law: &EffectSpec) -> bool {
+        let acts = |effect: &EffectSpec, trial: &Trial| {
+            let (first, last) = (trial.time[0], trial.time[trial.len() - 1]);
+            effect.from.is_none_or(|from| from < last) && effect.until.is_none_or(|until| until > first)
+        };
+        let mut all = model.effects.iter().filter(|effect| is_one_law(effect, law));
+        all.any(|effect| self.holdout.iter().any(|trial| acts(effect, trial)))
     }
 
     /// The same as it was before recording did so.
@@ -91,4 +106,29 @@ pub(crate) struct Trained {
 pub(crate) fn instruments_of(fit: &Fit) -> Option<Randomness> {
     let instruments = fit.randomness.without_latents();
     (instruments::parameters(&instruments) > 0).then_some(instruments)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::recording::record;
+
+    #[test]
+    fn a_law_is_held_out_where_it_acts_at_some_time_there() {
+        let mut trial = record(&[], 20.0, 3);
+        trial.time.iter_mut().for_each(|time| *time += 42.0);
+        let evidence = Evidence { train: Vec::new(), holdout: vec![trial], noise: Vec::new(), instruments: None };
+        let during = |from: Option<f64>, until: Option<f64>| {
+            let gain = EffectSpec::new("winch_force_gain", Some(2), &[0.01]).expect("an effect");
+            gain.during(from, until).expect("an effect that can begin and end")
+        };
+        let held_out = |effects: &[EffectSpec]| {
+            let model = Model { effects: effects.to_vec(), ..Model::default() };
+            evidence.holds_out(&model, &effects[0])
+        };
+        assert!(held_out(&[during(None, None)]) && held_out(&[during(Some(50.0), Some(51.0))]));
+        assert!(!held_out(&[during(None, Some(40.0))]) && !held_out(&[during(Some(63.0), None)]));
+        // With another size it goes on.
+        assert!(held_out(&[during(None, Some(40.0)), during(Some(40.0), None)]));
+    }
 }

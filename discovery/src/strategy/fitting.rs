@@ -172,6 +172,12 @@ impl Context<'_> {
         verdict::beats(&self.horizons(without, with), self.likelier(without, with), &POLICY)
     }
 
+    /// Whether free runs over training data leave more than noise.
+    pub(crate) fn misses_while_training(&self, fitted: &Fitted) -> bool {
+        let (gap, _) = self.gaps(&fitted.train, &self.evidence.train, fitted.instruments.as_ref());
+        gap.iter().any(|gap| *gap > POLICY.at_noise)
+    }
+
     /// Whether free runs over held-out data show what `with` has more than `without`.
     pub(crate) fn free_runs_show(&self, without: &Fitted, with: &Fitted) -> bool {
         verdict::shows(&self.horizons(without, with), &POLICY)

@@ -322,7 +322,7 @@ fn explained(
         } else {
             // Without what cannot be done without, nothing would be explained.
             let share = without.map_or(1.0, |without| fitted.takes_away(without));
-            out.facts.push(EffectFacts::of(&found, share, &fitted.train.model, &POLICY));
+            out.facts.push(EffectFacts::of(&found, share, &fitted.train.model, context.evidence, &POLICY));
             found.standard_error = standard_error;
             out.effects.push(found);
         }

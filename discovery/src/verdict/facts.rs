@@ -12,6 +12,7 @@ use crate::hypothesis::parameter::range_of_shape;
 use crate::hypothesis::term;
 use crate::model::sizes::Sizes;
 use crate::outcome::{BeforeAfter, Found, HorizonGap, NullTest};
+use crate::strategy::fitted::Evidence;
 
 /// Gaps over one horizon on held-out data, to which no parameter was fitted, in units of the noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,6 +125,8 @@ pub(crate) struct EffectFacts {
     pub(crate) relative_error: f64,
     /// Whether a shape or a size of it has left the range in which the law is itself.
     pub(crate) out_of_range: bool,
+    /// Whether it acts at a time that was held out.
+    pub(crate) held_out: bool,
     /// Whether another explanation is as good.
     pub(crate) has_twin: bool,
     /// Share of the squared gap, without the noise, that it takes away, at most of all horizons.
@@ -135,12 +138,13 @@ pub(crate) struct EffectFacts {
 }
 
 impl EffectFacts {
-    /// Those of an effect in a model that takes away this share of the gap.
-    pub(crate) fn of(found: &Found, share: f64, model: &Model, policy: &Policy) -> Self {
+    /// Those of an effect in a model that takes away this share of the gap, of which data were held out.
+    pub(crate) fn of(found: &Found, share: f64, model: &Model, evidence: &Evidence, policy: &Policy) -> Self {
         Self {
             chance: found.null_test,
             relative_error: relative_error(&found.effect, &found.standard_error),
             out_of_range: out_of_range(&found.effect, &found.standard_error, model, policy),
+            held_out: evidence.holds_out(model, &found.effect),
             has_twin: found.alternatives.iter().any(|a| a.indistinguishable),
             share,
             explains: -found.delta_bic,

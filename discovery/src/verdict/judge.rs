@@ -33,6 +33,8 @@ pub(crate) enum Reason {
     Unsteady { effect: usize },
     /// An effect that explains less than one that stands for a law of another form, and may be part of what that law does.
     BesideStandIn { effect: usize, stand_in: usize },
+    /// An effect that acts at no time that was held out.
+    NotHeldOut { effect: usize },
     /// An effect that chance explains as well in so many control runs.
     Chance { effect: usize, runs: usize, of: usize },
     /// Free runs longer than so (s) say nothing: an error of their start grows too fast.
@@ -155,6 +157,9 @@ fn doubts(k: usize, effect: &EffectFacts, policy: &Policy) -> Vec<Reason> {
     }
     if effect.out_of_range {
         doubts.push(Reason::OutOfRange { effect: k });
+    }
+    if !effect.held_out {
+        doubts.push(Reason::NotHeldOut { effect: k });
     }
     if effect.share < policy.headline {
         doubts.push(Reason::Little { effect: k, share: effect.share });

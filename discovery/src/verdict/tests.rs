@@ -18,6 +18,7 @@ const SURE: EffectFacts = EffectFacts {
     chance: None,
     relative_error: 0.01,
     out_of_range: false,
+    held_out: true,
     has_twin: false,
     share: 0.99,
     explains: 1e3,
@@ -250,6 +251,13 @@ fn a_size_that_is_not_known_carries_no_name() {
     assert_eq!(verdict(&facts(FOUND, &[SURE, unknown])), Verdict::PartlyNamed);
     let shapeless = EffectFacts { out_of_range: true, ..SURE };
     assert_eq!(verdict(&facts(FOUND, &[shapeless])), Verdict::Unnamed);
+}
+
+#[test]
+fn what_acts_at_no_time_that_was_held_out_carries_no_name() {
+    let once = EffectFacts { held_out: false, ..SURE };
+    assert_eq!(verdict(&facts(FOUND, &[once])), Verdict::Unnamed);
+    assert_eq!(verdict(&facts(FOUND, &[SURE, once])), Verdict::PartlyNamed);
 }
 
 /// Coloured noise on the lengths was called anchors and attachments, which chance explains in 83 of 99 control runs.

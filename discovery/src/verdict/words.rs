@@ -93,6 +93,11 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
             name(effect),
             name(stand_in)
         ),
+        Reason::NotHeldOut { effect } => format!(
+            "The {} acts at no time that was held out: no data show it but those by which it was found. Record what happened again, or \
+             hold out a recording in which it acts.",
+            name(effect)
+        ),
         Reason::Chance { effect, runs, of } => {
             format!("Chance explains as much as the {} in {runs} of {of} control runs.", name(effect))
         }

@@ -119,6 +119,27 @@ fn a_candidate_is_weighed_in_a_part_of_the_time() {
     assert!(*score < base.score - EVIDENCE);
 }
 
+/// An inertia from 2.7 to 3.1 s had its name where nothing was missing: the forces of a jerk had changed between two rows. The last third of
+/// the recording was held out.
+#[test]
+fn what_acts_at_no_time_that_was_held_out_must_be_missed_while_training() {
+    let shown = |size: f64, held_out: f64| {
+        let bias = during(&effect("winch_force_bias", Some(2), &[size]), Some(24.0), Some(30.0));
+        let recorded = |duration: f64, seed: u64| vec![record(std::slice::from_ref(&bias), duration, seed)];
+        let (train, holdout) = (recorded(40.0, 33), recorded(held_out, 34));
+        let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
+        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
+        let (context, base) = begun.expect("a fit");
+        let model = Model { effects: vec![bias.clone()], ..Model::default() };
+        let next = context.fit(&model, &base).expect("a fit");
+        (evidence.holds_out(&model, &bias), look::shows(&context, &base, &next))
+    };
+    assert_eq!(shown(150.0, 36.0), (true, true));
+    assert_eq!(shown(150.0, 20.0), (false, true));
+    assert_eq!(shown(0.3, 20.0), (false, false));
+}
+
 #[test]
 fn a_profile_has_its_minimum_between_its_points() {
     let parabola = |time: f64| (time, 3.0 + ((time - 10.3) / 0.8).powi(2));
