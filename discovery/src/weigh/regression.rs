@@ -150,6 +150,9 @@ pub(crate) fn spread(small: &Normal, columns: &[usize], all: usize) -> Normal {
     normal
 }
 
+/// Length of a whitened column, in standard deviations of one measurement, at which it says nothing.
+const NOTHING: f64 = 1e-6;
+
 /// A solved subset of columns.
 pub(crate) struct Subset {
     /// Amplitudes in the order of the columns.
@@ -158,22 +161,26 @@ pub(crate) struct Subset {
     pub(crate) drop: f64,
 }
 
-/// Least squares on `columns` of `normal`; `None` where they are nearly dependent or say nothing.
+/// Least squares on `columns` of `normal`; `None` where they are nearly dependent, or all say nothing. One that says nothing, as of the
+/// torque of a wind where nothing shows the rotation, has no amplitude.
 pub(crate) fn subset(normal: &Normal, columns: &[usize]) -> Option<Subset> {
     let n = normal.columns;
     let scale: Vec<f64> = columns.iter().map(|c| normal.gram[c * n + c].sqrt()).collect();
-    if scale.iter().any(|s| s.is_nan() || *s <= 1e-6) {
+    let told: Vec<usize> = (0..columns.len()).filter(|at| scale[*at] > NOTHING).collect();
+    if told.is_empty() || scale.iter().any(|scale| scale.is_nan()) {
         return None;
     }
-    let k = columns.len();
-    let g = DMatrix::from_fn(k, k, |r, c| {
-        normal.gram[columns[r] * n + columns[c]] / (scale[r] * scale[c]) + if r == c { 1e-9 } else { 0.0 }
+    let own = |at: usize| columns[told[at]];
+    let g = DMatrix::from_fn(told.len(), told.len(), |r, c| {
+        normal.gram[own(r) * n + own(c)] / (scale[told[r]] * scale[told[c]]) + if r == c { 1e-9 } else { 0.0 }
     });
-    let b = DVector::from_fn(k, |r, _| normal.right[columns[r]] / scale[r]);
+    let b = DVector::from_fn(told.len(), |r, _| normal.right[own(r)] / scale[told[r]]);
     let cholesky = g.cholesky()?;
     let x = cholesky.solve(&b);
     let drop = x.dot(&b);
-    Some(Subset { amplitudes: x.iter().zip(&scale).map(|(x, s)| x / s).collect(), drop })
+    let mut amplitudes = vec![0.0; columns.len()];
+    told.iter().zip(x.iter()).for_each(|(at, x)| amplitudes[*at] = x / scale[*at]);
+    Some(Subset { amplitudes, drop })
 }
 
 /// Share of what a signature explains that it may miss, for it is taken along the trajectory without the law: signatures are exact
@@ -334,6 +341,13 @@ mod tests {
         for (found, wanted) in solved.amplitudes.iter().zip(wanted) {
             assert!((found - wanted).abs() < 1e-5 * wanted.abs(), "{:?} {wanted}", solved.amplitudes);
         }
+        // One that says nothing beside them.
+        let mut beside = Normal::empty(3);
+        rows.iter().for_each(|[a, b, e]| beside.push(&[*a, 0.0, 0.7 * a + b], 2.0 * a - b + e));
+        beside.mirror();
+        let told = subset(&beside, &[0, 1, 2]).expect("two columns that say something");
+        assert!((told.drop - drop).abs() < 1e-5 * drop && told.amplitudes[1] == 0.0, "{:?}", told.amplitudes);
+        assert!(subset(&beside, &[1]).is_none());
         // Three columns of two independent ones.
         assert!(subset(&normal, &[0, 1, 2]).is_none_or(|all| (all.drop - drop).abs() < 1e-3 * drop));
     }
