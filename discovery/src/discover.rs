@@ -26,6 +26,7 @@ use crate::strategy::policy::POLICY;
 use crate::strategy::search::search;
 use crate::strategy::standing::Standing;
 use crate::strategy::terms::{refine_terms, terms};
+use crate::verdict::POLICY as VERDICT;
 use crate::verdict::conclude::{About, conclude};
 use crate::weigh::criterion::EVIDENCE;
 
@@ -229,32 +230,45 @@ pub(crate) fn examine(
         };
         let (before, alone) =
             (standing.base.gap[0], Alone { laws: standing.accepted.len(), leave: standing.fit.gap[0] });
-        match examine(&with_errors(model, &errors), None, free_from, ready, begun, progress) {
-            Ok(mut discovery)
-                if discovery.criterion < standing.fit.score - EVIDENCE
-                    && left_over(&discovery) <= POLICY.nothing_left =>
-            {
-                discovery.remarks.insert(0, corrected(&discovery, before, &alone));
-                return Ok(discovery);
+        let joint = examine(&with_errors(model, &errors), None, free_from, ready, begun, progress);
+        let as_corrected = |mut discovery: Discovery| {
+            discovery.remarks.insert(0, corrected(&discovery, before, &alone));
+            discovery
+        };
+        let joint = match joint {
+            Ok(joint) if joint.criterion < standing.fit.score - EVIDENCE => {
+                if left_over(&joint) <= POLICY.nothing_left {
+                    return Ok(as_corrected(joint));
+                }
+                Some(joint)
             }
-            Ok(_) => remarks.push(
-                "With errors of the geometry free beside every law, less is explained than they cost, or something is left: the geometry was taken as given."
-                    .to_owned(),
-            ),
-            Err(error) => remarks.push(format!(
-                "With errors of the geometry free beside every law the search fails ({error}): the geometry was taken as given."
-            )),
-        }
+            Ok(_) => None,
+            Err(error) => {
+                remarks.push(format!("With errors of the geometry free beside every law the search fails ({error})."));
+                None
+            }
+        };
+        remarks.push(AS_GIVEN.to_owned());
         if standing.geometry_is_off {
             // The search ended where it asked for them.
             let ready = Ready { evidence: evidence.clone(), holdout_source, outliers, remarks };
-            return examine(model, None, free_from, ready, begun, progress);
+            let alone = examine(model, None, free_from, ready, begun, progress)?;
+            // What is left up to there is noise, whichever leaves less of it.
+            let likelier = |joint: &Discovery| {
+                joint.criterion < alone.criterion - EVIDENCE
+                    && left_over(joint) <= left_over(&alone).max(VERDICT.at_noise)
+            };
+            return Ok(joint.filter(likelier).map_or(alone, as_corrected));
         }
     }
     let standing = refine_terms(&context, terms(&context, standing)?)?;
     let about = About { holdout_source, outliers, remarks, begun };
     Ok(conclude(context, standing, about)?)
 }
+
+/// What is said where errors of the geometry were tried and not taken.
+const AS_GIVEN: &str = "With errors of the geometry free beside every law, less is explained than they cost, or something is left: the geometry was \
+                        taken as given.";
 
 /// Cuts the last 30 % off the longest trial.
 fn hold_out(train: &mut [Trial], holdout: &mut Vec<Trial>) -> Result<String, String> {

@@ -10,6 +10,7 @@ use std::ops::Range;
 use cdpr::effect::EffectSpec;
 use cdpr::geometry::Geometry;
 use cdpr::model_file::Model;
+use nalgebra::DMatrix;
 
 use crate::data::{Channel, Trial};
 use crate::filter::whiten::Normal;
@@ -50,6 +51,20 @@ pub(crate) fn regularise(normal: &mut Normal, model: &Model, parameters: impl It
         }
     }
     known
+}
+
+/// What errors of the survey cost beside what they explain: each direction of which the data tell more than the tolerance does, as much as
+/// they narrow it (the Occam factor of a parameter with a prior: D. J. C. MacKay, Neural Computation 4 (1992), 415). `free` are the
+/// parameters of `model` that are estimated, and `covariance` theirs, the tolerance known.
+pub(crate) fn price(model: &Model, free: &[Free], covariance: &DMatrix<f64>) -> f64 {
+    let sizes = Sizes::of(&model.parameters);
+    let known =
+        free.iter().enumerate().filter_map(|(at, free)| Some((at, plausible(&model.effects[free.effect].id, &sizes)?)));
+    let known: Vec<(usize, f64)> = known.collect();
+    let scaled = |r: usize, c: usize| covariance[(known[r].0, known[c].0)] / (known[r].1 * known[c].1);
+    let cholesky = DMatrix::from_fn(known.len(), known.len(), scaled).cholesky();
+    // What is no covariance tells nothing.
+    cholesky.map_or(f64::INFINITY, |cholesky| -cholesky.ln_determinant())
 }
 
 /// The errors of the survey that recordings with lengths may show and that `model` does not have, zero each.
@@ -240,6 +255,21 @@ mod tests {
         assert_eq!((best.id, best.cable), ("winch_force_gain", Some(2)));
         let found = best.effect(&ranked[0].amplitudes).expect("an effect").values[0];
         assert!((found + 0.01).abs() < 1e-3, "{found}");
+    }
+
+    /// Ten times as exact as the tolerance is one of ten places: `2 ln 10` for each parameter, and nothing for what is no error of a survey.
+    #[test]
+    fn an_error_of_the_survey_costs_as_much_as_the_data_narrow_it() {
+        let effects = vec![effect("anchor_offset", 2, &[0.0, 0.0]), effect("winch_force_gain", 1, &[0.01])];
+        let model = Model { effects, ..Model::default() };
+        let free: Vec<Free> = [(0, 0), (0, 1), (1, 0)].map(|(effect, parameter)| Free { effect, parameter }).into();
+        let tolerance = ANCHORS * Sizes::of(&model.parameters).reach;
+        let priced = |share: f64| {
+            let own = (share * tolerance).powi(2);
+            price(&model, &free, &DMatrix::from_diagonal(&[own, own, 1e-8].to_vec().into()))
+        };
+        assert!(priced(1.0).abs() < 1e-9 && (priced(0.1) - 4.0 * 10.0_f64.ln()).abs() < 1e-9);
+        assert!(price(&model, &free, &DMatrix::zeros(3, 3)).is_infinite());
     }
 
     /// On a recording like these, with the geometry as given, friction came with four parts of the geometry that stood for all.

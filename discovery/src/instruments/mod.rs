@@ -17,5 +17,5 @@ pub(crate) mod undoing;
 mod wandering;
 
 pub(crate) use clock::late_lengths;
-pub(crate) use sizing::{Sizing, less_by_one, parameters};
+pub(crate) use sizing::{Sizing, less_by_one, less_drifts_of_lengths, parameters};
 pub(crate) use summary::summary;

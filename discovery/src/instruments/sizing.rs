@@ -165,6 +165,14 @@ pub(crate) fn less_by_one(fit: &Fit, trials: &[Trial]) -> Vec<Randomness> {
     less.into_iter().map(Randomness::bounded).collect()
 }
 
+/// `randomness` without drifts of lengths; none where they have no drift.
+pub(crate) fn less_drifts_of_lengths(randomness: &Randomness, trials: &[Trial]) -> Option<Randomness> {
+    let all = Channel::all(trials.first().map_or(0, Trial::cables));
+    let lengths = [Device::CableLengths, Device::UnstretchedLengths];
+    let without = lengths.iter().fold(randomness.clone(), |less, device| less_memories(&less, &all, *device, true));
+    (without.memory.len() < randomness.memory.len()).then(|| without.bounded())
+}
+
 /// `randomness` without what a device remembers, drift or not.
 pub(super) fn less_memories(randomness: &Randomness, all: &[Channel], device: Device, drift: bool) -> Randomness {
     let mut without = randomness.clone();

@@ -8,7 +8,9 @@ use crate::filter::kalman::Randomness;
 use crate::hypothesis::extension::count_in_use;
 use crate::hypothesis::parameter::free_parameters;
 use crate::hypothesis::survey::{survey_errors, with_errors};
+use crate::instruments::{self, less_drifts_of_lengths};
 use crate::strategy::context::Context;
+use crate::strategy::fitted::Fitted;
 use crate::strategy::standing::Standing;
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::proposal::{Promise, promises};
@@ -26,6 +28,34 @@ pub(crate) fn survey_gains(context: &Context<'_>, standing: &Standing) -> Result
     Ok(asked.flatten())
 }
 
+/// Whether errors of the survey, if they may be added, promise to make the data likelier than drifts of lengths do that the instruments of
+/// `better` have: a length that counts from another zero drifts nowhere, but a drift stands for it.
+pub(crate) fn instead_of_drifts(context: &Context<'_>, better: &Fitted) -> Result<bool, FitError> {
+    if !context.geometry_may_be_off {
+        return Ok(false);
+    }
+    let asked = promise_more_than_drifts(context, better);
+    let asked =
+        context.journal.or_remark("Whether the geometry is off could not be asked in the place of drifts", asked)?;
+    Ok(asked.unwrap_or(false))
+}
+
+fn promise_more_than_drifts(context: &Context<'_>, better: &Fitted) -> Result<bool, FitError> {
+    let (fit, trials) = (&better.train, &context.evidence.train);
+    let errors = survey_errors(&fit.model, trials);
+    let without = less_drifts_of_lengths(&fit.randomness, trials).filter(|_| !errors.is_empty());
+    let Some(without) = without else { return Ok(false) };
+    let mut steady = fit.clone();
+    steady.randomness = without;
+    steady.smooth(trials)?;
+    let Some((promise, _)) = promised(context, &steady, &errors)? else { return Ok(false) };
+    let of_errors = promise.price_of_survey(&with_errors(&fit.model, &errors));
+    let cost = |fit: &Fit| context.penalty.of_parameters(instruments::parameters(&fit.randomness));
+    let (of_drifts, of_steady) = (cost(fit), cost(&steady));
+    let with_drifts = fit.minus_two_log_likelihood(trials, &fit.randomness) + of_drifts;
+    Ok(promise.minus_two_log_likelihood + of_steady + of_errors < with_drifts - EVIDENCE)
+}
+
 fn promised_gain(context: &Context<'_>, standing: &Standing) -> Result<Option<f64>, FitError> {
     let policy = context.policy;
     let explained = standing.fit.gap[0] <= policy.nothing_left && standing.accepted.len() < policy.several_laws;
@@ -38,9 +68,9 @@ fn promised_gain(context: &Context<'_>, standing: &Standing) -> Result<Option<f6
     }
     let Some((promise, size)) = promised(context, fit, &errors)? else { return Ok(None) };
     let explained = fit.minus_two_log_likelihood(trials, &fit.randomness) - promise.minus_two_log_likelihood;
-    let parameters = errors.iter().map(|error| error.values.len()).sum();
+    let price = promise.price_of_survey(&with_errors(&fit.model, &errors));
     let needless = saved_by_needless(context, &promise, &fit.model.effects);
-    let gain = explained + needless - context.penalty.of_parameters(parameters);
+    let gain = explained + needless - price;
     let forces = |randomness: &Randomness| randomness.force.hypot(randomness.winch);
     // Where forces at random are as small as they are looked for there are none.
     let none = ladder(&fit.randomness).last().map_or(0.0, forces);
@@ -83,7 +113,11 @@ mod tests {
     use cdpr::model_file::Model;
 
     use super::*;
+    use crate::data::recording::record;
+    use crate::filter::estimate::noise_of_data;
+    use crate::strategy::fitted::Evidence;
     use crate::strategy::fixture::{begun, effect, evidence, with};
+    use crate::strategy::instruments::with_instruments;
 
     #[test]
     fn errors_of_the_survey_are_asked_for_where_they_would_explain_what_is_left() {
@@ -96,6 +130,35 @@ mod tests {
             assert_eq!(survey_gains(&context, &standing).expect("a fit").is_some(), asked);
         }
     }
+
+    /// Lengths that counted from other zeros had drifts of 4 mm each, beside which a bias of four winches came out as five laws.
+    #[test]
+    fn zeros_that_are_off_are_no_drifts_and_drifts_no_zeros() {
+        let promise = |wanders: bool| {
+            let recorded = |duration: f64, seed: u64| {
+                let mut trial = record(&[], duration, seed);
+                trial.channels.drain(..3);
+                let last = trial.time[trial.len() - 1];
+                for (row, time) in trial.measured.iter_mut().zip(&trial.time) {
+                    row.drain(..3);
+                    let share = if wanders { (std::f64::consts::PI * time / last).sin() } else { 1.0 };
+                    row[0] += 0.3 * share;
+                }
+                vec![trial]
+            };
+            let (train, holdout) = (recorded(40.0, 86), recorded(30.0, 87));
+            let noise = noise_of_data(&train);
+            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let (mut context, standing) = begun(&evidence, &Model::default());
+            let better = with_instruments(&context, &standing.fit, 0.0).expect("a fit").expect("drifts");
+            assert!(less_drifts_of_lengths(&better.train.randomness, &evidence.train).is_some());
+            assert!(!instead_of_drifts(&context, &better).expect("a fit"));
+            context.geometry_may_be_off = true;
+            instead_of_drifts(&context, &better).expect("a fit")
+        };
+        assert_eq!([promise(false), promise(true)], [true, false]);
+    }
+
     /// Anchors that are off were explained by a bias of the pose and an error of one anchor: errors of all cost more beside
     /// these than they explain, and less in their place.
     #[test]

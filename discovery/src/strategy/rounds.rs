@@ -5,7 +5,7 @@ use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
 use crate::strategy::every_cable::on_every_cable;
 use crate::strategy::form::form_if;
-use crate::strategy::geometry::survey_gains;
+use crate::strategy::geometry::{instead_of_drifts, survey_gains};
 use crate::strategy::instruments::{beside_instruments, better_instruments};
 use crate::strategy::one_friction::one_friction;
 use crate::strategy::onset::onset;
@@ -66,6 +66,9 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
         }
         let found = match one_more(context, standing, &signatures)? {
             Round::Instruments(same, better) => {
+                if instead_of_drifts(context, &better)? {
+                    return Ok(Standing { geometry_is_off: true, ..same });
+                }
                 standing = beside_instruments(context, same, *better)?;
                 if standing.begins_anew() {
                     break;

@@ -7,6 +7,7 @@ use crate::strategy::drift::instead_of_drift;
 use crate::strategy::elasticity::elasticity;
 use crate::strategy::evident_delay::evident_delay;
 use crate::strategy::form::{form, form_if, settle_extensions};
+use crate::strategy::geometry::instead_of_drifts;
 use crate::strategy::instruments::{
     beside_instruments, better_instruments, evident_wander, instruments_anew, instruments_instead,
     with_any_error_of_forces, without_idle_instruments,
@@ -116,6 +117,9 @@ fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standin
         }
         match one_more(context, standing, &signatures)? {
             Round::Instruments(same, better) => {
+                if instead_of_drifts(context, &better)? {
+                    return Ok(Standing { geometry_is_off: true, ..same });
+                }
                 standing = Standing::with_base(same, *better);
                 if standing.begins_anew() {
                     return Ok(standing);

@@ -13,7 +13,7 @@ use crate::filter::whiten::{Normal, whiten};
 use crate::hypothesis::along::Along;
 use crate::hypothesis::parameter::{Free, free_values, parameter_step, range_of_change};
 use crate::hypothesis::signature::Varied;
-use crate::hypothesis::survey::regularise;
+use crate::hypothesis::survey::{self, regularise};
 use crate::hypothesis::term;
 use crate::instruments::clocks::Clocks;
 use crate::model::examined::Examined;
@@ -108,6 +108,12 @@ pub(crate) struct Promise {
 }
 
 impl Promise {
+    /// What the errors of the survey among the parameters of `model` cost.
+    pub(crate) fn price_of_survey(&self, model: &Model) -> f64 {
+        let free: Vec<Free> = self.values.iter().map(|(free, _)| *free).collect();
+        survey::price(model, &free, &self.covariance)
+    }
+
     /// By how much `-2 log L` would be larger without some of the effects.
     pub(crate) fn loss_without(&self, effects: &[usize]) -> f64 {
         let gone = || (0..self.values.len()).filter(|at| effects.contains(&self.values[*at].0.effect));
