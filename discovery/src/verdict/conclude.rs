@@ -27,6 +27,7 @@ use crate::verdict::alike::likeness;
 use crate::verdict::by_block::{ByBlock, Column};
 use crate::verdict::detection::detection_limits;
 use crate::verdict::doubted::doubted;
+use crate::verdict::one_clock::one_clock;
 use crate::verdict::stability::stability;
 use crate::verdict::verify;
 use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY, widened};
@@ -103,7 +104,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     for found in effects.iter().chain(&terms) {
         remarks.extend(found.stability.as_ref().filter(|s| s.varies()).map(|s| varying(found, s)));
     }
-    remarks.extend(effects.iter().any(may_be_a_dead_time).then(|| ONE_CLOCK.to_owned()));
+    remarks.extend(one_clock(&effects, &fitted.train.randomness, &evidence.train));
     for other in hardly_told(&context, fitted) {
         let law = &fitted.train.model.effects[other.at];
         let found = effects.iter_mut().find(|found| found.named && found.effect == *law);
@@ -346,17 +347,6 @@ fn without<'a>(context: &Context<'_>, standing: &'a Standing, k: usize) -> Optio
 const AT_REST: &str = "The machine hardly moves in these recordings: they show no friction and no drag of any size that it may \
                        have, so they neither find such a law nor clear the machine of it. Record it moving.";
 
-/// Whether an effect is a dead time of all winches, or as well explained by one.
-fn may_be_a_dead_time(found: &Found) -> bool {
-    let as_good = found.alternatives.iter().filter(|other| other.indistinguishable).map(|other| &other.effect);
-    let mut all = as_good.chain([&found.effect]);
-    all.any(|effect| effect.id == "winch_delay" && effect.cable.is_none())
-}
-
-/// Where all winches may have a dead time.
-const ONE_CLOCK: &str = "A dead time of all winches does what clocks of all sensors would do that are late by as much against the one of the \
-                         recorded forces: no recording with these clocks tells the two apart.";
-
 /// When an effect begins and ends, with the standard errors of that.
 fn onset(effect: &EffectSpec, [from, until]: [Option<f64>; 2]) -> Onset {
     let estimated = |time: Option<f64>, standard_error| Some(Estimated { value: time?, standard_error });
@@ -464,8 +454,6 @@ fn joined(one: &[(usize, f64, f64)], other: &[(usize, f64, f64)]) -> Vec<(usize,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::outcome::Alternative;
-    use crate::write::fixture::friction;
 
     #[test]
     fn two_effects_at_one_place_show_whenever_either_does() {
@@ -476,22 +464,5 @@ mod tests {
         let [one] = &located[..] else { panic!("{located:?}") };
         assert_eq!(one.when, [(0, 2.0, 4.0), (0, 10.0, 30.0), (1, 0.0, 4.0)]);
         assert_eq!((one.share, &one.depends_on[..]), (0.75, &[DependsOn::Speed, DependsOn::Time][..]));
-    }
-
-    /// A lag of all winches took the place of a dead time that was as good, and nobody was told that late sensors are as good as well.
-    #[test]
-    fn what_may_be_a_dead_time_may_be_late_clocks() {
-        let law = |id: &str, cable: Option<usize>, value: f64| EffectSpec::new(id, cable, &[value]).expect("an effect");
-        let friction = friction();
-        let found = |effect: EffectSpec, other: EffectSpec, as_good: bool| {
-            let alternatives =
-                vec![Alternative { effect: other, indistinguishable: as_good, ..friction.alternatives[0].clone() }];
-            Found { effect, alternatives, ..friction.clone() }
-        };
-        let (lag, dead_time) = (law("winch_lag", None, 0.01), law("winch_delay", None, 0.01));
-        assert!(may_be_a_dead_time(&found(dead_time.clone(), lag.clone(), false)));
-        assert!(may_be_a_dead_time(&found(lag.clone(), dead_time.clone(), true)));
-        assert!(!may_be_a_dead_time(&found(lag.clone(), dead_time, false)));
-        assert!(!may_be_a_dead_time(&found(lag, law("winch_delay", Some(2), 0.01), true)));
     }
 }

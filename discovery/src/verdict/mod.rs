@@ -15,6 +15,7 @@ mod free_runs;
 pub(crate) mod gap;
 mod growth;
 mod judge;
+mod one_clock;
 mod policy;
 mod remaining;
 pub(crate) mod stability;
