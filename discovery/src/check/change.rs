@@ -9,7 +9,7 @@ use crate::data::{Channel, Trial};
 use crate::model::examined::{Examined, gauss_newton_pose};
 
 /// Share of the robot's size from which an offset is no error of a calibration any more but another origin.
-const ANOTHER_ORIGIN: f64 = 0.02;
+pub(super) const ANOTHER_ORIGIN: f64 = 0.02;
 /// Angle (rad) from which a frame is not slightly off but another one.
 const ANOTHER_FRAME: f64 = 0.1;
 

@@ -81,6 +81,36 @@ fn states(model: &Examined, instant: &Instant, pose: [f64; 3], chords: &[f64]) -
     y
 }
 
+/// What a channel would show in such states; nothing of the pose, along which the others are told.
+fn predicted(model: &Examined, channel: Channel, instant: &Instant, chords: &[f64], y: &[f64]) -> Option<f64> {
+    let plant = &model.plant;
+    match channel {
+        Channel::Pose(_) => None,
+        Channel::CableLength(i) => Some(plant.shown_lengths(i, chords[i], chords[i])[0]),
+        Channel::UnstretchedLength(i) => {
+            let paid_out = plant.unstretched_index(i).map_or(chords[i], |at| y[at]);
+            Some(plant.shown_lengths(i, chords[i], paid_out)[1])
+        }
+        Channel::Tension(i) => Some(instant.inputs.winch_force[i]),
+    }
+}
+
+/// By how much each channel beside the pose is off what is predicted of it: the median of all instants.
+pub(super) fn off(model: &Examined, trial: &Trial, windows: &[Window]) -> Vec<(Channel, f64)> {
+    let poses = poses(model, &trial.channels, windows);
+    let of = |(j, channel): (usize, &Channel)| {
+        let all = windows.iter().zip(&poses).flat_map(|(window, poses)| window.instants.iter().zip(poses));
+        let off = all.filter_map(|(instant, pose)| {
+            let chords = cdpr::kinematics::cable_lengths(model.plant.geometry(), pose);
+            let y = states(model, instant, *pose, &chords);
+            Some((instant.shown[j] - predicted(model, *channel, instant, &chords, &y)?).abs())
+        });
+        let off: Vec<f64> = off.collect();
+        (!off.is_empty()).then(|| (*channel, median(off)))
+    };
+    trial.channels.iter().enumerate().filter_map(of).collect()
+}
+
 /// The misfits of a reading: of each length, of each axis of the balance of forces, of each tension.
 ///
 /// Where nobody measured the pose it is known only where the lengths agree, and so is the balance. That is taken in its weak form:
@@ -104,16 +134,9 @@ pub(super) fn misfits(model: &Examined, trial: &Trial, noise: &[f64], windows: &
             let chords = cdpr::kinematics::cable_lengths(plant.geometry(), pose);
             let y = states(model, instant, *pose, &chords);
             for (j, channel) in trial.channels.iter().enumerate() {
-                let predicted = match *channel {
-                    Channel::Pose(_) => continue,
-                    Channel::CableLength(i) => plant.shown_lengths(i, chords[i], chords[i])[0],
-                    Channel::UnstretchedLength(i) => {
-                        let paid_out = plant.unstretched_index(i).map_or(chords[i], |at| y[at]);
-                        plant.shown_lengths(i, chords[i], paid_out)[1]
-                    }
-                    Channel::Tension(i) => instant.inputs.winch_force[i],
-                };
-                off[j].push((instant.shown[j] - predicted).abs());
+                if let Some(predicted) = predicted(model, *channel, instant, &chords, &y) {
+                    off[j].push((instant.shown[j] - predicted).abs());
+                }
             }
             let e = plant.evaluate(instant.time, &y, &instant.inputs, &slack);
             let (weight, curvature) = weak(k as f64 / SIDE as f64 - 1.0);

@@ -106,6 +106,9 @@ fn readings(model: &Examined, trial: &Trial) -> Vec<String> {
     if words.is_empty() {
         words.extend(another_robot(model, trial, &windows));
     }
+    if words.is_empty() && !pose_is_measured(channels) {
+        words.extend(lengths_that_disagree(model, trial, &windows));
+    }
     words
 }
 
@@ -168,6 +171,25 @@ fn is_gain(
     };
     let cables = windows.first().map_or(0, |window| window.instants[0].inputs.winch_force.len());
     (0..cables).into_par_iter().any(|cable| best(cable) <= left)
+}
+
+/// That lengths by which alone the pose is known fit no pose, by more than errors of a calibration are.
+fn lengths_that_disagree(model: &Examined, trial: &Trial, windows: &[Window]) -> Option<String> {
+    let usual = cdpr::kinematics::cable_lengths(model.plant.geometry(), &[0.0; 3]);
+    let far = |(channel, off): (Channel, f64)| match channel {
+        Channel::CableLength(i) | Channel::UnstretchedLength(i) => {
+            (off > change::ANOTHER_ORIGIN * usual[i]).then(|| format!("{} by {off:.3} m", channel.name()))
+        }
+        Channel::Pose(_) | Channel::Tension(_) => None,
+    };
+    let far: Vec<String> = misfit::off(model, trial, windows).into_iter().filter_map(far).collect();
+    (!far.is_empty()).then(|| {
+        format!(
+            "the lengths fit no pose of the model's geometry, also not where they fit it best: {} are off there. Does one count from \
+             another zero (`offset` in the map), or is the geometry another one? `cdpr calibrate` tells, and writes a model that fits them.",
+            far.join(", ")
+        )
+    })
 }
 
 /// That the recorded robot is not the model's.

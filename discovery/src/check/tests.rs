@@ -243,7 +243,9 @@ fn lengths_alone_that_disagree_are_in_no_smaller_unit() {
         check(&model, std::iter::once(&trial)).err().unwrap_or_default()
     };
     let found = only_lengths(0.46, 1.0);
-    assert!(!found.contains("by size"), "{found}");
+    assert!(!found.contains("by size") && found.contains("the lengths fit no pose of the model's geometry"), "{found}");
+    // An error of a survey is for the search.
+    assert_eq!(only_lengths(0.02, 1.0), "");
     for (factor, unit) in [(1e3, "mm"), (1e2, "cm"), (1.0 / 0.3048, "ft")] {
         let found = only_lengths(0.0, factor);
         assert!(found.contains(&format!("are in {unit} by size")), "{found}");
