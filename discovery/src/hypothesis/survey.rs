@@ -104,6 +104,11 @@ pub(crate) fn survey_errors(model: &Model, trials: &[Trial]) -> Vec<EffectSpec> 
 
 const LENGTH_BIAS: &str = "length_sensor_bias";
 
+/// Whether an error of the survey is one of what a length counts from.
+pub(crate) fn is_zero(error: &EffectSpec) -> bool {
+    error.id == LENGTH_BIAS
+}
+
 /// The length that an effect of length sensors is of.
 fn channel_of(effect: &EffectSpec) -> &str {
     effect.channel.as_deref().unwrap_or("unstretched_length")

@@ -7,7 +7,7 @@ use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::hypothesis::extension::count_in_use;
 use crate::hypothesis::parameter::free_parameters;
-use crate::hypothesis::survey::{survey_errors, with_errors};
+use crate::hypothesis::survey::{is_zero, survey_errors, with_errors};
 use crate::instruments::{self, less_drifts_of_lengths};
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
@@ -43,7 +43,9 @@ pub(crate) fn instead_of_drifts(context: &Context<'_>, better: &Fitted) -> Resul
 fn promise_more_than_drifts(context: &Context<'_>, better: &Fitted) -> Result<bool, FitError> {
     let (fit, trials) = (&better.train, &context.evidence.train);
     let errors = survey_errors(&fit.model, trials);
-    let without = less_drifts_of_lengths(&fit.randomness, trials).filter(|_| !errors.is_empty());
+    // Of a model that has been calibrated the zeros are known: what drifts there drifts.
+    let zeros_may_be_off = errors.iter().any(is_zero);
+    let without = less_drifts_of_lengths(&fit.randomness, trials).filter(|_| zeros_may_be_off);
     let Some(without) = without else { return Ok(false) };
     let mut steady = fit.clone();
     steady.randomness = without;
@@ -68,7 +70,7 @@ fn promised_gain(context: &Context<'_>, standing: &Standing) -> Result<Option<f6
     }
     let Some((promise, size)) = promised(context, fit, &errors)? else { return Ok(None) };
     let explained = fit.minus_two_log_likelihood(trials, &fit.randomness) - promise.minus_two_log_likelihood;
-    let price = promise.price_of_survey(&with_errors(&fit.model, &errors));
+    let price = context.penalty.of_parameters(errors.iter().map(|error| error.values.len()).sum());
     let needless = saved_by_needless(context, &promise, &fit.model.effects);
     let gain = explained + needless - price;
     let forces = |randomness: &Randomness| randomness.force.hypot(randomness.winch);
