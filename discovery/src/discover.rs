@@ -236,19 +236,24 @@ pub(crate) fn examine(
             discovery
         };
         let joint = match joint {
-            Ok(joint) if joint.criterion < standing.fit.score - EVIDENCE => {
-                if left_over(&joint) <= POLICY.nothing_left {
+            Ok(joint) => {
+                let likelier = joint.criterion < standing.fit.score - EVIDENCE;
+                if likelier && left_over(&joint) <= POLICY.nothing_left {
                     return Ok(as_corrected(joint));
                 }
-                Some(joint)
+                remarks.push(
+                    "With errors of the geometry free beside every law, less is explained than they cost, or something is left: the geometry was taken as given."
+                        .to_owned(),
+                );
+                likelier.then_some(joint)
             }
-            Ok(_) => None,
             Err(error) => {
-                remarks.push(format!("With errors of the geometry free beside every law the search fails ({error})."));
+                remarks.push(format!(
+                    "With errors of the geometry free beside every law the search fails ({error}): the geometry was taken as given."
+                ));
                 None
             }
         };
-        remarks.push(AS_GIVEN.to_owned());
         if standing.geometry_is_off {
             // The search ended where it asked for them.
             let ready = Ready { evidence: evidence.clone(), holdout_source, outliers, remarks };
@@ -265,10 +270,6 @@ pub(crate) fn examine(
     let about = About { holdout_source, outliers, remarks, begun };
     Ok(conclude(context, standing, about)?)
 }
-
-/// What is said where errors of the geometry were tried and not taken.
-const AS_GIVEN: &str = "With errors of the geometry free beside every law, less is explained than they cost, or something is left: the geometry was \
-                        taken as given.";
 
 /// Cuts the last 30 % off the longest trial.
 fn hold_out(train: &mut [Trial], holdout: &mut Vec<Trial>) -> Result<String, String> {

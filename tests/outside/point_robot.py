@@ -31,10 +31,8 @@ rotor_inertia = {ROTOR}
 """ + "".join(f"\n[[cable]]\nanchor = [{x}, {y}]\nattachment = [0.0, 0.0]\n" for x, y in ANCHORS)
 
 STEP = 1e-3  # s, of the simulation
-CONTROL, LOG = (
-    10,
-    20,
-)  # steps between commands, and between rows: half of the commands are in no row
+# Steps between commands, and between rows: half of the commands are in no row.
+CONTROL, LOG = 10, 20
 
 
 def record(seed, *, wind=(0.0, 0.0), bias=0.0, off=0.0, duration=60.0):

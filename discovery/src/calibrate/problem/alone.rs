@@ -10,6 +10,7 @@ use crate::data::Channel;
 const ENOUGH: usize = 500;
 /// Share of what is left by which a step must lower it for another one.
 const NO_BETTER: f64 = 1e-6;
+
 impl Problem {
     /// The misfit of a length with the anchor, the attachment and the zero that suit it best by itself, root mean square, outliers
     /// clipped, in standard deviations of its noise and the pose's (Levenberg and Marquardt, with Huber's function).
