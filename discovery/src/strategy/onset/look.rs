@@ -47,11 +47,18 @@ pub(crate) fn for_a_while(
         let Some(next) = context.journal.tried(effect, "at work for a while only", next) else { continue };
         let change = next.as_ref().map_or(0.0, |next| next.score - fitted.score);
         let next = next.filter(|next| change < -gain - EVIDENCE && shows(context, fitted, next));
-        if let Some(next) = next {
-            fits.push((number, next));
-        } else {
+        let Some(next) = next else {
             let reason = "at work for a while only, it does not explain enough";
             context.journal.note(effect, Outcome::Refused, change, reason);
+            continue;
+        };
+        match shows_when(context, &next) {
+            Ok(true) => fits.push((number, next)),
+            Ok(false) => {
+                let reason = "the data do not show that it is at work for a while only";
+                context.journal.note(effect, Outcome::Refused, change, reason);
+            }
+            Err(error) => context.journal.failed(effect, "always at work", &error),
         }
     }
     // What latent forces leave alike is told apart by the fits.
@@ -75,6 +82,17 @@ pub(super) fn shows(context: &Context<'_>, fitted: &Fitted, next: &Fitted) -> bo
     let model = &next.train.model;
     let held_out = model.effects.last().is_some_and(|law| context.evidence.holds_out(model, law));
     if held_out { next.helps(fitted, context.policy) } else { context.misses_while_training(fitted) }
+}
+
+/// Whether the training data show that the last effect of `fitted` begins or ends: always at work it must be less likely by what counts. On
+/// a real log a law that held-out data refuse came back with an end three seconds before these begin.
+pub(super) fn shows_when(context: &Context<'_>, fitted: &Fitted) -> Result<bool, FitError> {
+    let mut always = fitted.train.model.clone();
+    if let Some(effect) = always.effects.last_mut() {
+        (effect.from, effect.until) = (None, None);
+    }
+    let always = context.train(&always, &fitted.train, &context.evidence.train, context.policy.rounds, None)?;
+    Ok(fitted.score < always.score - EVIDENCE)
 }
 
 /// The best candidates as they would be at work for a part of the time, each with the criterion that it promises, the best

@@ -140,6 +140,21 @@ fn what_acts_at_no_time_that_was_held_out_must_be_missed_while_training() {
     assert_eq!(shown(0.3, 20.0), (false, false));
 }
 
+/// A limit of the winches that held-out data refuse came back with an end three seconds before these begin.
+#[test]
+fn what_ends_must_be_shown_to_end_while_training() {
+    let bias = effect("winch_force_bias", Some(2), &[150.0]);
+    let shown = |until: f64| {
+        let evidence = evidence(&[during(&bias, None, Some(until))], 36);
+        let (context, base) = begun(&evidence, &Model::default());
+        let last = evidence.train[0].time.last().copied().expect("samples");
+        let model = Model { effects: vec![during(&bias, None, Some(until.min(last - 0.5)))], ..Model::default() };
+        let next = context.fit(&model, &base.fit).expect("a fit");
+        look::shows_when(&context, &next).expect("a fit")
+    };
+    assert_eq!([15.0, 1e3].map(shown), [true, false]);
+}
+
 #[test]
 fn a_profile_has_its_minimum_between_its_points() {
     let parabola = |time: f64| (time, 3.0 + ((time - 10.3) / 0.8).powi(2));
