@@ -92,7 +92,8 @@ pub(crate) fn in_numbers(spec: &EffectSpec, standard_error: &[Option<f64>]) -> S
     parameters(spec, standard_error).iter().map(number).collect::<Vec<_>>().join(", ")
 }
 
-/// The parameters of an effect with their units, in the order of the catalogue, without those that take no part in its law.
+/// The parameters of an effect with their units, in the order of the catalogue, without those that take no part in its law or that nothing
+/// shows: none, where they may have either sign, with no error. A wind's torque on a point is.
 #[must_use]
 pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<report::Parameter> {
     let Ok(info) = spec.info() else { return Vec::new() };
@@ -101,10 +102,15 @@ pub fn parameters(spec: &EffectSpec, standard_error: &[Option<f64>]) -> Vec<repo
         .zip(&spec.values)
         .enumerate()
         .filter(|(k, _)| spec.takes_part(*k))
-        .map(|(k, (parameter, value))| report::Parameter {
+        .map(|(k, (parameter, value))| {
+            let standard_error = standard_error.get(k).copied().flatten().filter(|e| e.is_finite());
+            (parameter, *value, standard_error)
+        })
+        .filter(|(parameter, value, error)| *value != 0.0 || error.is_some() || parameter.min >= 0.0)
+        .map(|(parameter, value, standard_error)| report::Parameter {
             name: parameter.name.to_owned(),
-            value: *value,
-            standard_error: standard_error.get(k).copied().flatten().filter(|e| e.is_finite()),
+            value,
+            standard_error,
             unit: unit(parameter.unit),
         })
         .collect()
@@ -179,10 +185,24 @@ mod tests {
 
     #[test]
     fn units_are_printed_with_superscripts() {
-        let drag = parameters(&spec("platform_quadratic_drag", None, &[50.0, 0.0, 0.0]), &[Some(1.5)]);
+        let drag = parameters(&spec("platform_quadratic_drag", None, &[50.0, 2.0, 0.0]), &[Some(1.5)]);
         assert_eq!((drag[0].unit.as_str(), drag[0].standard_error), ("N s²/m²", Some(1.5)));
         assert_eq!((drag[1].unit.as_str(), drag[1].standard_error), ("m/s", None));
         assert_eq!(parameters(&spec("winch_force_gain", None, &[0.1]), &[])[0].unit, "1");
+    }
+
+    /// A wind on a point held by cables had "torque 0 N m".
+    #[test]
+    fn what_nothing_shows_has_no_number() {
+        let names = |id: &str, values: &[f64], error: &[Option<f64>]| {
+            let all = parameters(&spec(id, None, values), error);
+            all.into_iter().map(|parameter| parameter.name).collect::<Vec<_>>()
+        };
+        let wind = |error: &[Option<f64>]| names("steady_wind", &[1.0, 0.0, 0.0], error);
+        assert_eq!(wind(&[Some(0.1), Some(0.1), None]), ["force_x", "force_y"]);
+        assert_eq!(wind(&[Some(0.1), Some(0.1), Some(0.1)]), ["force_x", "force_y", "torque"]);
+        // It may not be less.
+        assert_eq!(names("umbilical", &[10.0, 0.0, 1.0, 1.0], &[]), ["stiffness", "damping", "x", "y"]);
     }
 
     /// Whatever the catalogue holds: a label of its own, and a place that the report can draw or say.
