@@ -17,6 +17,18 @@ pub(crate) fn contained(standing: &EffectSpec) -> Option<EffectSpec> {
     drag_contained(standing).or_else(|| coulomb_contained(standing))
 }
 
+/// The laws that `standing` is together where its numbers leave the range in which it is itself; none where it is no others. A spring to
+/// a point that no cable reaches pulls with one force everywhere.
+pub(crate) fn far_away(standing: &EffectSpec) -> Option<Vec<EffectSpec>> {
+    if standing.id != "umbilical" {
+        return None;
+    }
+    let of = |name: &str| value_of(standing, name);
+    let stiffness = of("stiffness")?;
+    let wind = EffectSpec::new("steady_wind", None, &[stiffness * of("x")?, stiffness * of("y")?, 0.0]).ok()?;
+    Some([wind, drag_contained(standing)?].map(|law| at_work_like(law, standing)).to_vec())
+}
+
 fn drag_contained(standing: &EffectSpec) -> Option<EffectSpec> {
     if standing.id != "umbilical" {
         return None;
@@ -60,6 +72,15 @@ mod tests {
         let wider = containing("umbilical", &drag).unwrap();
         assert_eq!((value_of(&wider, "damping"), value_of(&wider, "stiffness")), (Some(50.0), Some(1.0)));
         assert!(containing("platform_linear_drag", &wider).is_none());
+    }
+
+    #[test]
+    fn an_umbilical_that_is_far_away_is_a_wind_and_linear_drag() {
+        let umbilical = EffectSpec::new("umbilical", None, &[0.01, 3.0, 100.0, -200.0]).unwrap();
+        let parts = far_away(&umbilical).unwrap();
+        assert_eq!(parts[0], EffectSpec::new("steady_wind", None, &[1.0, -2.0, 0.0]).unwrap());
+        assert_eq!(parts[1], EffectSpec::new("platform_linear_drag", None, &[3.0]).unwrap());
+        assert_eq!(far_away(&parts[1]), None);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
 use crate::hypothesis::candidates::{Candidate, Library, is_there};
+use crate::hypothesis::containing::far_away;
 use crate::hypothesis::correction::leaves_enough;
 use crate::hypothesis::facts::facts;
 use crate::hypothesis::friction::{is_friction, on_all_winches};
@@ -23,7 +24,8 @@ use crate::strategy::policy::Policy;
 use crate::strategy::rivals::or_rival;
 use crate::strategy::second_look::may_hide;
 use crate::strategy::standing::Standing;
-use crate::weigh::criterion::{EVIDENCE, Penalty};
+use crate::verdict::{POLICY as VERDICT, out_of_range};
+use crate::weigh::criterion::{EVIDENCE, Penalty, told_apart_from};
 use crate::weigh::regression::{Scored, baseline, ladder, rank};
 use crate::weigh::signatures::{Signatures, Source, levels};
 
@@ -150,7 +152,11 @@ impl<'a> Weighing<'a> {
                 }
                 Source::Terms => (next, Vec::new()),
             };
-            match enter(context, standing, next, vec![rivals], self.source, "")? {
+            let (next, rivals) = match self.as_others(fitted, &next) {
+                Some(others) => others,
+                None => (next, vec![rivals]),
+            };
+            match enter(context, standing, next, rivals, self.source, "")? {
                 Entry::Entered(entered) => return Ok(Some(*entered)),
                 Entry::OnNoise => {}
                 // What explains less than what is chance is chance as well.
@@ -158,6 +164,25 @@ impl<'a> Weighing<'a> {
             }
         }
         Ok(None)
+    }
+
+    /// `next` with the laws that its last one is together where its numbers leave the range in which it is itself, if they explain as
+    /// much; and the rivals of each: what they are together is none of one.
+    fn as_others(&self, fitted: &Fitted, next: &Fitted) -> Option<(Fitted, Vec<Vec<EffectSpec>>)> {
+        let Self { context, .. } = *self;
+        let mut model = next.train.model.clone();
+        let law = model.effects.pop()?;
+        let others = far_away(&law).filter(|_| out_of_range(&law, &[], &model, &VERDICT))?;
+        if others.iter().any(|other| model.effects.iter().any(|known| is_there(known, &other.id, other.cable))) {
+            return None;
+        }
+        let rivals = vec![Vec::new(); others.len()];
+        model.effects.extend(others);
+        let others = context.fit(&model, next);
+        let what = "as the laws that it is where it has left its range";
+        let others = context.journal.tried(&law, what, others)?;
+        let as_good = others.score < next.score + told_apart_from(next.score - fitted.score);
+        (as_good && others.helps(fitted, context.policy)).then_some((others, rivals))
     }
 
     /// Whether the best candidate, which gains so much, and the instruments that are asked for beside it explain more than those that
@@ -375,7 +400,9 @@ mod tests {
     use crate::data::recording::record;
     use crate::hypothesis::candidates::{Situation, catalogue};
     use crate::instruments::expected::with_memory;
+    use crate::strategy::candidates::signatures;
     use crate::strategy::fitted::Evidence;
+    use crate::strategy::fixture::{begun, evidence};
     use crate::strategy::policy::POLICY;
 
     /// The noise of a channel that is not measured is no number, and no number equals itself: all was weighed anew each time.
@@ -438,6 +465,26 @@ mod tests {
         assert_eq!(rivals(1.0, &beside_an_error), both);
         let friction = EffectSpec::new("winch_coulomb_friction", Some(2), &[10.0]).expect("an effect");
         assert!(rivals(400.0, &with(&[gain, friction])).is_empty());
+    }
+
+    /// A wind and linear drag of a point on cables were an umbilical that was 240 m away, which was refused as uncertain.
+    #[test]
+    fn a_law_that_has_left_its_range_is_the_laws_that_it_is_together_there() {
+        let wind = EffectSpec::new("steady_wind", None, &[40.0, -25.0, 0.0]).expect("an effect");
+        let drag = EffectSpec::new("platform_linear_drag", None, &[60.0]).expect("an effect");
+        let evidence = evidence(&[wind, drag], 88);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let signatures = signatures(&context, &standing, &standing.fit, Source::Catalogue);
+        let weighing = Weighing::new(&context, &standing.fit, &signatures, Source::Catalogue);
+        let others = |x: f64, y: f64| {
+            let umbilical = EffectSpec::new("umbilical", None, &[0.01, 60.0, x, y]).expect("an effect");
+            let mut next = standing.fit.clone();
+            next.train.model.effects.push(umbilical);
+            let found = weighing.as_others(&standing.fit, &next);
+            found.map_or(Vec::new(), |(others, _)| others.train.model.effects.into_iter().map(|law| law.id).collect())
+        };
+        assert_eq!(others(4e3, -2.5e3), ["steady_wind", "platform_linear_drag"]);
+        assert!(others(40.0, -25.0).is_empty());
     }
 
     /// Drag was not compared with viscous friction where three kinds of inertia explained more at first sight.

@@ -197,7 +197,9 @@ pub(crate) fn out_of_range(
     let Ok(info) = effect.info() else { return false };
     let sizes = Sizes::of(&model.parameters);
     let beyond = info.parameters.iter().zip(&effect.values).enumerate().any(|(k, (parameter, value))| {
-        let of_itself = if parameter.shape && parameter.typical.0 > 0.0 {
+        // A phase is the same after every turn, and what is zero in practice may be so.
+        let (low, is_place) = (parameter.typical.0, matches!(parameter.unit, "m" | "m/s"));
+        let of_itself = if parameter.shape && (low > 0.0 || low < 0.0 && is_place) {
             let (low, high) = range_of_shape(parameter, &sizes, policy.out_of_range);
             Some((if parameter.name == "transition_speed" { 0.0 } else { low }, high))
         } else {

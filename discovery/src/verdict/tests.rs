@@ -383,6 +383,9 @@ mod effects {
         let wind =
             |thickness: f64, error: f64| beyond("cable_wind", &[-0.7, 1.0, thickness], &[None, None, Some(error)]);
         assert!(wind(3.1, 0.4) && !wind(3.1, 3.0) && !wind(0.06, 0.0));
+        // Nor an umbilical from where no cable comes.
+        let umbilical = |x: f64, error: f64| beyond("umbilical", &[0.01, 3.0, x, 0.0], &[None, None, Some(error)]);
+        assert!(umbilical(5e3, 10.0) && !umbilical(5e3, 3e3) && !umbilical(-400.0, 10.0));
         let loss = |share: f64| beyond("pulley_capstan_loss", &[share, 0.02], &[Some(0.01)]);
         assert!(loss(0.7) && !loss(0.42));
     }
