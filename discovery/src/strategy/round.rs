@@ -182,7 +182,19 @@ impl<'a> Weighing<'a> {
         let what = "as the laws that it is where it has left its range";
         let others = context.journal.tried(&law, what, others)?;
         let as_good = others.score < next.score + told_apart_from(next.score - fitted.score);
-        (as_good && others.helps(fitted, context.policy)).then_some((others, rivals))
+        if as_good && others.helps(fitted, context.policy) {
+            return Some((others, rivals));
+        }
+        for law in &others.train.model.effects[others.train.model.effects.len() - rivals.len()..] {
+            let change = others.score - fitted.score;
+            context.journal.note(
+                law,
+                Outcome::Refused,
+                change,
+                "in the place of a law that has left its range it explains less",
+            );
+        }
+        None
     }
 
     /// Whether the best candidate, which gains so much, and the instruments that are asked for beside it explain more than those that
