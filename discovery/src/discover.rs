@@ -21,7 +21,7 @@ use crate::outcome::{Discovery, HORIZON, SurveyError};
 use crate::report;
 use crate::strategy::context::{Context, Progress};
 use crate::strategy::fitted::Evidence;
-use crate::strategy::geometry::survey_gains;
+use crate::strategy::geometry::{few_errors_would_do, survey_gains};
 use crate::strategy::policy::POLICY;
 use crate::strategy::search::search;
 use crate::strategy::standing::Standing;
@@ -235,16 +235,19 @@ pub(crate) fn examine(
             discovery.remarks.insert(0, corrected(&discovery, before, &alone));
             discovery
         };
-        let joint = match joint {
+        let mut joint = match joint {
             Ok(joint) => {
                 let likelier = joint.criterion < standing.fit.score - EVIDENCE;
-                if likelier && left_over(&joint) <= POLICY.nothing_left {
+                let explains = likelier && left_over(&joint) <= POLICY.nothing_left;
+                if explains && !(standing.geometry_is_off && joint.few_errors) {
                     return Ok(as_corrected(joint));
                 }
-                remarks.push(
-                    "With errors of the geometry free beside every law, less is explained than they cost, or something is left: the geometry was taken as given."
-                        .to_owned(),
-                );
+                if !explains {
+                    remarks.push(
+                        "With errors of the geometry free beside every law, less is explained than they cost, or something is left: the geometry was taken as given."
+                            .to_owned(),
+                    );
+                }
                 likelier.then_some(joint)
             }
             Err(error) => {
@@ -257,7 +260,16 @@ pub(crate) fn examine(
         if standing.geometry_is_off {
             // The search ended where it asked for them.
             let ready = Ready { evidence: evidence.clone(), holdout_source, outliers, remarks };
-            let alone = examine(model, None, free_from, ready, begun, progress)?;
+            let alone = match (examine(model, None, free_from, ready, begun, progress), joint.take()) {
+                (Err(error), Some(mut joint)) => {
+                    joint.remarks.push(format!("With the geometry as given the search fails ({error})."));
+                    return Ok(as_corrected(joint));
+                }
+                (alone, known) => {
+                    joint = known;
+                    alone?
+                }
+            };
             // What is left up to there is noise, whichever leaves less of it.
             let likelier = |joint: &Discovery| {
                 joint.criterion < alone.criterion - EVIDENCE
@@ -267,8 +279,9 @@ pub(crate) fn examine(
         }
     }
     let standing = refine_terms(&context, terms(&context, standing)?)?;
+    let few_errors = few_errors_would_do(&context, &standing)?;
     let about = About { holdout_source, outliers, remarks, begun };
-    Ok(conclude(context, standing, about)?)
+    Ok(Discovery { few_errors, ..conclude(context, standing, about)? })
 }
 
 /// Cuts the last 30 % off the longest trial.

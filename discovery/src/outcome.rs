@@ -384,6 +384,8 @@ pub struct Discovery {
     /// Errors of its geometry, where they explain most of what is left without them, or where recordings cannot be read without them; `base` has
     /// them.
     pub survey: Vec<SurveyError>,
+    /// Whether a few of these, each as a law, may do in the place of all.
+    pub(crate) few_errors: bool,
     /// Catalogue effects found, the most important first.
     pub effects: Vec<Found>,
     /// Terms outside the catalogue (`expression` effects).

@@ -80,6 +80,34 @@ fn promised_gain(context: &Context<'_>, standing: &Standing) -> Result<Option<f6
     Ok((gain > EVIDENCE && instead).then_some(gain))
 }
 
+/// Whether fewer errors of the survey than laws that are as much to ask would do in the place of all that are free in what stands, each as a
+/// law of its own: the length of one cable that counts from another zero spread over the places of all.
+pub(crate) fn few_errors_would_do(context: &Context<'_>, standing: &Standing) -> Result<bool, FitError> {
+    let errors = context.free_from..context.given;
+    if errors.is_empty() {
+        return Ok(false);
+    }
+    let (fit, trials) = (&standing.fit.train, &context.evidence.train);
+    let free = free_parameters(&fit.model, context.free_from);
+    let promised = promises(fit, trials, &free, std::slice::from_ref(&fit.randomness));
+    let Some(promise) = promised.first() else { return Ok(false) };
+    let price = promise.price_of_survey(&fit.model);
+    let laws =
+        |left: &[usize]| left.iter().map(|at| context.penalty.of(fit.model.effects[*at].values.len())).sum::<f64>();
+    let mut left: Vec<usize> = errors.collect();
+    let mut gone = Vec::new();
+    while left.len() > 1 {
+        let loss = |at: &usize| promise.loss_without(&[&gone[..], &[*at]].concat());
+        let losses = left.iter().map(loss).enumerate();
+        let Some((next, loss)) = losses.min_by(|a, b| a.1.total_cmp(&b.1)) else { break };
+        gone.push(left.remove(next));
+        if left.len() < context.policy.several_laws && loss + laws(&left) < price - EVIDENCE {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
 /// What errors of the survey promise beside a fit, and the forces at random that are best beside them.
 fn promised(
     context: &Context<'_>,
@@ -159,6 +187,23 @@ mod tests {
             instead_of_drifts(&context, &better).expect("a fit")
         };
         assert_eq!([promise(false), promise(true)], [true, false]);
+    }
+
+    /// A length that counts from another zero was spread over the places of all cables, and nobody was told of which.
+    #[test]
+    fn one_zero_that_is_off_would_do_in_the_place_of_all_errors() {
+        let anchors: Vec<_> = (1..=4).map(|cable| effect("anchor_offset", Some(cable), &[0.1, -0.05])).collect();
+        let zero = effect("length_sensor_bias", Some(1), &[-0.03]);
+        for (hidden, few) in [(vec![zero], true), (anchors, false)] {
+            let evidence = evidence(&hidden, 84);
+            let errors = survey_errors(&Model::default(), &evidence.train);
+            let joint = with_errors(&Model::default(), &errors);
+            let off = Context::begin(&evidence, &joint, 0..errors.len(), &|_, _| {});
+            let (context, base) = off.expect("a fit");
+            assert_eq!(few_errors_would_do(&context, &Standing::new(&context, base)).expect("a fit"), few);
+            let (context, standing) = begun(&evidence, &Model::default());
+            assert!(!few_errors_would_do(&context, &standing).expect("a fit"));
+        }
     }
 
     /// Anchors that are off were explained by a bias of the pose and an error of one anchor: errors of all cost more beside

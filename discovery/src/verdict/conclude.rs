@@ -154,6 +154,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         base: base.train.model.clone(),
         criterion: fitted.score + context.penalty.of_parameters(of_survey),
         survey: surveyed,
+        few_errors: false,
         model: fitted.train.model.clone(),
         effects,
         terms,

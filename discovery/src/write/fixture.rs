@@ -113,6 +113,7 @@ pub(super) fn discovery() -> Discovery {
         model,
         criterion: -1234.5,
         survey: Vec::new(),
+        few_errors: false,
         effects: vec![friction()],
         terms: Vec::new(),
         located: vec![Located {
