@@ -57,6 +57,10 @@ pub(crate) fn instead_of_drift(context: &Context<'_>, standing: Standing) -> Res
     }
     let Some((next, rivals)) = best else { return Ok(standing) };
     if next.score >= fitted.score - EVIDENCE || !context.likelier(fitted, &next) {
+        if next.score < fitted.score + EVIDENCE {
+            let laws = &next.train.model.effects[fitted.train.model.effects.len()..];
+            context.journal.as_likely_as_drifts(laws, next.score - fitted.score);
+        }
         return Ok(standing);
     }
     let next = context.counted(next);
