@@ -279,7 +279,7 @@ pub(crate) fn examine(
         }
     }
     let standing = refine_terms(&context, terms(&context, standing)?)?;
-    let few_errors = few_errors_would_do(&context, &standing)?;
+    let few_errors = few_errors_would_do(&context, &standing);
     let about = About { holdout_source, outliers, remarks, begun };
     Ok(Discovery { few_errors, ..conclude(context, standing, about)? })
 }

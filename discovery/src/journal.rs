@@ -62,9 +62,9 @@ pub(crate) struct Journal {
     entries: Mutex<Vec<Entry>>,
     /// Laws that were refused because they are not certain enough, though the data are likelier by them.
     doubted: Mutex<Vec<(EffectSpec, f64)>>,
-    /// Laws by which the data are as likely, and no more, as with the drifts of instruments that stand, and by how much (criterion with them
-    /// minus without).
-    as_likely: Mutex<Vec<(Vec<EffectSpec>, f64)>>,
+    /// The last laws by which the data were as likely, and no more, as with the drifts of instruments that stood, and by how much (criterion
+    /// with them minus without).
+    as_likely: Mutex<Option<(Vec<EffectSpec>, f64)>>,
     /// What a reader should know of the way that the search went, a sentence each.
     remarks: Mutex<Vec<String>>,
     /// The names of all candidates weighed so far.
@@ -101,12 +101,12 @@ impl Journal {
         for law in laws {
             self.note(law, Outcome::Refused, delta_bic, "a drift of an instrument is as likely");
         }
-        locked(&self.as_likely).push((laws.to_vec(), delta_bic));
+        *locked(&self.as_likely) = Some((laws.to_vec(), delta_bic));
     }
 
     /// The last of what was said so.
     pub(crate) fn last_as_likely(&self) -> Option<(Vec<EffectSpec>, f64)> {
-        locked(&self.as_likely).last().cloned()
+        locked(&self.as_likely).clone()
     }
 
     /// That `what` was to be tried of an effect and why it could not be.

@@ -191,7 +191,7 @@ impl<'a> Weighing<'a> {
                 law,
                 Outcome::Refused,
                 change,
-                "in the place of a law that has left its range it explains less",
+                "in the place of a law that has left its range it explains less, or not what was held out",
             );
         }
         None

@@ -26,7 +26,8 @@ use crate::strategy::standing::Standing;
 use crate::verdict::alike::likeness;
 use crate::verdict::by_block::{ByBlock, Column};
 use crate::verdict::detection::detection_limits;
-use crate::verdict::doubted::{doubted, instead_of_drifts};
+use crate::verdict::doubted::doubted;
+use crate::verdict::drifts::not_told_from_drifts;
 use crate::verdict::one_clock::one_clock;
 use crate::verdict::stability::stability;
 use crate::verdict::verify;
@@ -115,7 +116,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
             }
         }
     }
-    remarks.extend(instead_of_drifts(&context, fitted));
+    remarks.extend(not_told_from_drifts(&context, fitted));
     if let Some(doubted) = doubted(&context, fitted) {
         let mut moved = Vec::new();
         for found in &mut effects {

@@ -10,6 +10,7 @@ pub(crate) mod by_block;
 pub(crate) mod conclude;
 pub(crate) mod detection;
 mod doubted;
+mod drifts;
 mod facts;
 mod free_runs;
 pub(crate) mod gap;
