@@ -26,6 +26,7 @@ use crate::strategy::policy::POLICY;
 use crate::strategy::search::search;
 use crate::strategy::standing::Standing;
 use crate::strategy::terms::{refine_terms, terms};
+use crate::strategy::undoing::with_laws;
 use crate::verdict::POLICY as VERDICT;
 use crate::verdict::conclude::{About, conclude};
 use crate::weigh::criterion::EVIDENCE;
@@ -150,6 +151,8 @@ pub(crate) struct Ready {
     holdout_source: String,
     outliers: usize,
     remarks: Vec<String>,
+    /// Where another search ended, whose laws this one goes on from.
+    laws: Option<Box<Standing>>,
 }
 
 /// Makes recordings ready, cleans them and holds some out.
@@ -169,7 +172,7 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
     };
     let all: Vec<Trial> = train.iter().chain(&holdout).cloned().collect();
     let noise = noise_of_data(&all);
-    Ok(Ready { evidence: Evidence { train, holdout, noise, instruments: None }, holdout_source, outliers, remarks })
+    Ok(Ready { evidence: Evidence::new(train, holdout, noise), holdout_source, outliers, remarks, laws: None })
 }
 
 /// Takes readings that were shown again as not measured; returns a remark on each device that did so.
@@ -200,22 +203,48 @@ pub(crate) fn examine(
     begun: Instant,
     progress: Progress<'_>,
 ) -> Result<Discovery, DiscoverError> {
-    let Ready { evidence, holdout_source, outliers, mut remarks } = ready;
+    let Ready { evidence, holdout_source, outliers, mut remarks, laws } = ready;
     progress("fitting the model as given", 0.02);
     let (mut context, base) = Context::begin(&evidence, model, free_from..model.effects.len(), progress)?;
     context.geometry_may_be_off = survey.is_some();
-    let standing = search(&context, Standing::new(&context, base))?;
+    let standing = Standing::new(&context, base);
+    let standing = match laws {
+        Some(laws) => with_laws(&context, standing, &laws)?,
+        None => standing,
+    };
+    let standing = search(&context, standing)?;
+    if standing.undone_in_vain
+        && let Some(recorded) = evidence.as_recorded.as_deref()
+    {
+        progress("taking forces as they were recorded", 0.02);
+        let ready = |evidence: Evidence, remarks: Vec<String>, laws: Option<Box<Standing>>| Ready {
+            evidence,
+            holdout_source: holdout_source.clone(),
+            outliers,
+            remarks,
+            laws,
+        };
+        let as_recorded = Evidence { forces_in_time: true, ..recorded.clone() };
+        let as_recorded = ready(as_recorded, remarks.clone(), Some(Box::new(standing)));
+        return examine(model, survey.clone(), free_from, as_recorded, begun, progress).or_else(|error| {
+            remarks.push(format!(
+                "With winch forces as they were recorded the search fails ({error}): they were taken to be recorded late."
+            ));
+            let undone = ready(Evidence { as_recorded: None, ..evidence.clone() }, remarks, None);
+            examine(model, survey, free_from, undone, begun, progress)
+        });
+    }
     if let Some(undone) = standing.to_undo {
         progress("undoing what recording did", 0.02);
         let evidence = evidence.before(undone);
-        let ready = Ready { evidence, holdout_source, outliers, remarks };
+        let ready = Ready { evidence, holdout_source, outliers, remarks, laws: None };
         return examine(model, survey, free_from, ready, begun, progress);
     }
     if standing.white_force_error()
         && let Some(instruments) = standing.fit.instruments
     {
         let evidence = evidence.with_expected_forces(instruments);
-        let ready = Ready { evidence, holdout_source, outliers, remarks };
+        let ready = Ready { evidence, holdout_source, outliers, remarks, laws: None };
         return examine(model, survey, free_from, ready, begun, progress);
     }
     if let Some(errors) = survey
@@ -227,6 +256,7 @@ pub(crate) fn examine(
             holdout_source: holdout_source.clone(),
             outliers,
             remarks: remarks.clone(),
+            laws: None,
         };
         let (before, alone) =
             (standing.base.gap[0], Alone { laws: standing.accepted.len(), leave: standing.fit.gap[0] });
@@ -259,7 +289,7 @@ pub(crate) fn examine(
         };
         if standing.geometry_is_off {
             // The search ended where it asked for them.
-            let ready = Ready { evidence: evidence.clone(), holdout_source, outliers, remarks };
+            let ready = Ready { evidence: evidence.clone(), holdout_source, outliers, remarks, laws: None };
             let alone = match (examine(model, None, free_from, ready, begun, progress), joint.take()) {
                 (Err(error), Some(mut joint)) => {
                     joint.remarks.push(format!("With the geometry as given the search fails ({error})."));

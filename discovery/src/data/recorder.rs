@@ -15,6 +15,11 @@ impl Recorder {
         self == Self::default()
     }
 
+    /// How many numbers say what it does.
+    pub(crate) fn moments(self) -> usize {
+        usize::from(self.delay != 0.0) + usize::from(self.variance > 0.0)
+    }
+
     /// One behind the other: delays and variances add up.
     pub(crate) fn behind(self, other: Self) -> Self {
         Self { delay: self.delay + other.delay, variance: self.variance + other.variance }

@@ -95,7 +95,7 @@ impl Lower<'_> {
             vec![trial]
         });
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let begun = Context::begin(&evidence, self.model, self.given..self.given, &|_, _| {});
         let (context, base) = begun.map_err(|e| cannot(&e))?;
         let found = detection_limits(&context, &base);

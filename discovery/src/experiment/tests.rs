@@ -161,7 +161,7 @@ fn a_planned_difference_is_that_of_fits() {
     };
     let (train, holdout) = (vec![recorded(11)], vec![recorded(12)]);
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-    let evidence = Evidence { train, holdout, noise, instruments: None };
+    let evidence = Evidence::new(train, holdout, noise);
     let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
     let (context, base) = begun.expect("a fit");
     let fitted = |law: &EffectSpec| {

@@ -430,7 +430,7 @@ mod tests {
         let holdout = vec![recorded_badly(hidden, 33)];
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
         let first = crate::instruments::latents::first_randomness(&Model::default(), &train, &noise);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         evidence.with_expected_forces(Randomness { input: 100.0, ..first })
     }
 

@@ -249,7 +249,7 @@ fn of_time(along: &Along<'_>) -> Forcing {
 
 /// Standard errors of what has been undone: of the recorder's delay (s) and its variance (s²), and of the share by which the clock is slow.
 /// The parameters of the effects from `first` on and the clocks of the devices adapt.
-pub(super) fn errors(fit: &Fit, trials: &[Trial], first: usize) -> [Option<f64>; MOMENTS + 1] {
+pub(crate) fn errors(fit: &Fit, trials: &[Trial], first: usize) -> [Option<f64>; MOMENTS + 1] {
     let recorder = Undone::recorder(trials);
     let of = |doing: Doing| {
         let (normal, others) = normal(fit, trials, &fit.randomness, &free_parameters(&fit.model, first), doing);

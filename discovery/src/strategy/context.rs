@@ -53,7 +53,7 @@ impl<'a> Context<'a> {
         progress: Progress<'a>,
     ) -> Result<(Self, Fitted), FitError> {
         let (journal, policy) = (Journal::default(), &POLICY);
-        let Evidence { train: trials, holdout: held, noise, instruments } = evidence;
+        let Evidence { train: trials, holdout: held, noise, instruments, .. } = evidence;
         let measurements: usize =
             trials.iter().map(|t| t.measured.iter().flatten().filter(|v| v.is_finite()).count()).sum();
         let mut train = begun_by_data(evidence, model, &journal)?;

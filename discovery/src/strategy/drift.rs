@@ -120,7 +120,7 @@ mod tests {
         };
         let (train, holdout) = (vec![recorded(51), recorded(52)], vec![recorded(53)]);
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
         let channels = if wander > 0.0 { 0..1 } else { 7..11 };

@@ -195,7 +195,7 @@ mod tests {
         let train = vec![record(hidden, 40.0, 21), record(hidden, 30.0, 22)];
         let holdout = vec![record(hidden, 30.0, 23)];
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
         let next = context.fit(&Model { effects: proposed.to_vec(), ..Model::default() }, &base).expect("a fit");

@@ -114,7 +114,7 @@ mod tests {
         let train = vec![record(hidden, 40.0, 11), record(hidden, 30.0, 12)];
         let holdout = vec![record(hidden, 30.0, 13)];
         let noise = noise_of_data(&train);
-        Evidence { train, holdout, noise, instruments: None }
+        Evidence::new(train, holdout, noise)
     }
 
     fn begun(evidence: &Evidence) -> (Context<'_>, Fitted) {

@@ -56,7 +56,7 @@ mod tests {
         for samples in [3, 0] {
             let (train, holdout) = (vec![recorded(samples, 4)], vec![recorded(samples, 5)]);
             let noise = noise_of_data(&train);
-            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let evidence = Evidence::new(train, holdout, noise);
             let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
             let (context, standing) = begun(&evidence, &model);
             let standing = evident_delay(&context, standing).expect("a fit");

@@ -23,14 +23,24 @@ pub(crate) struct Evidence {
     pub(crate) noise: Vec<f64>,
     /// What an earlier search found of the instruments.
     pub(crate) instruments: Option<Randomness>,
+    /// The same with winch forces as they were recorded, where a recorder's lateness was undone.
+    pub(crate) as_recorded: Option<Box<Evidence>>,
+    /// Whether it is known that no recorder made the winch forces late.
+    pub(crate) forces_in_time: bool,
 }
 
 impl Evidence {
+    pub(crate) fn new(train: Vec<Trial>, holdout: Vec<Trial>, noise: Vec<f64>) -> Self {
+        Self { train, holdout, noise, instruments: None, as_recorded: None, forces_in_time: false }
+    }
+
     /// The same with the winch forces that are to be expected, given those recorded: what the `instruments` say of their error.
     pub(crate) fn with_expected_forces(self, instruments: Randomness) -> Self {
         let (sets, expected) = expected_forces([&self.train, &self.holdout], instruments.input);
         let [train, holdout] = sets;
-        Self { train, holdout, instruments: Some(Randomness { expected: Some(expected), ..instruments }), ..self }
+        let instruments = Some(Randomness { expected: Some(expected), ..instruments });
+        // What these are is known by the lateness that was undone, which is taken back no more.
+        Self { train, holdout, instruments, as_recorded: None, ..self }
     }
 
     /// Whether a law of a model, at other times with other numbers, acts at a time that was held out. What does not is shown by the data
@@ -46,8 +56,14 @@ impl Evidence {
 
     /// The same as it was before recording did so.
     pub(crate) fn before(self, undone: Undone) -> Self {
-        let before = |trials: Vec<Trial>| trials.iter().map(|trial| trial.before(undone)).collect();
-        Self { train: before(self.train), holdout: before(self.holdout), ..self }
+        let before = |trials: &[Trial]| trials.iter().map(|trial| trial.before(undone)).collect();
+        let (train, holdout) = (before(&self.train), before(&self.holdout));
+        let as_recorded = match undone {
+            Undone::Forces(_) if Undone::recorder(&self.train).is_in_time() => Some(Box::new(self.clone())),
+            Undone::Forces(_) => self.as_recorded,
+            Undone::Clock(_) => self.as_recorded.map(|recorded| Box::new(recorded.before(undone))),
+        };
+        Self { train, holdout, as_recorded, ..self }
     }
 }
 
@@ -111,13 +127,14 @@ pub(crate) fn instruments_of(fit: &Fit) -> Option<Randomness> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::data::Recorder;
     use crate::data::recording::record;
 
     #[test]
     fn a_law_is_held_out_where_it_acts_at_some_time_there() {
         let mut trial = record(&[], 20.0, 3);
         trial.time.iter_mut().for_each(|time| *time += 42.0);
-        let evidence = Evidence { train: Vec::new(), holdout: vec![trial], noise: Vec::new(), instruments: None };
+        let evidence = Evidence::new(Vec::new(), vec![trial], Vec::new());
         let during = |from: Option<f64>, until: Option<f64>| {
             let gain = EffectSpec::new("winch_force_gain", Some(2), &[0.01]).expect("an effect");
             gain.during(from, until).expect("an effect that can begin and end")
@@ -130,5 +147,19 @@ mod tests {
         assert!(!held_out(&[during(None, Some(40.0))]) && !held_out(&[during(Some(63.0), None)]));
         // With another size it goes on.
         assert!(held_out(&[during(None, Some(40.0)), during(Some(40.0), None)]));
+    }
+
+    /// With the clock as it was found to be, and once only.
+    #[test]
+    fn what_was_recorded_is_kept_beside_what_is_undone() {
+        let trial = record(&[], 10.0, 3);
+        let evidence = Evidence::new(vec![trial.clone()], vec![trial.clone()], Vec::new());
+        let late = Undone::Forces(Recorder { delay: 0.01, variance: 0.0 });
+        assert!(evidence.clone().before(Undone::Clock(0.01)).as_recorded.is_none());
+        let undone = [late, Undone::Clock(0.01), late].into_iter().fold(evidence, Evidence::before);
+        let recorded = undone.as_recorded.expect("forces as recorded");
+        assert!(recorded.as_recorded.is_none() && Undone::recorder(&recorded.holdout).is_in_time());
+        assert_eq!(recorded.train[0].inputs, trial.inputs);
+        assert!((recorded.train[0].time[100] / trial.time[100] - 1.01).abs() < 1e-12);
     }
 }

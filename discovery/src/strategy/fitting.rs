@@ -223,7 +223,7 @@ mod tests {
         let recorded = |seed: u64| record_on(&bench, std::slice::from_ref(&lag), 8.0, seed);
         let (train, holdout) = (vec![recorded(51)], vec![recorded(52)]);
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
         let (context, mut base) = Context::begin(&evidence, &model, 0..0, &|_, _| {}).expect("a fit");
         let plant = &base.holdout.examined.plant;
@@ -244,7 +244,7 @@ mod tests {
             let recorded = |seed: u64| record(&hidden, 40.0, seed);
             let (train, holdout) = (vec![recorded(44), recorded(45)], vec![recorded(46)]);
             let noise = noise_of_data(&train);
-            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let evidence = Evidence::new(train, holdout, noise);
             let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
             let (context, base) = begun.expect("a fit");
             let late = Model { effects: vec![delay(1e-3)], ..Model::default() };

@@ -20,7 +20,7 @@ pub(crate) fn effect(id: &str, cable: Option<usize>, values: &[f64]) -> EffectSp
 pub(crate) fn evidence(hidden: &[EffectSpec], seed: u64) -> Evidence {
     let (train, holdout) = (vec![record(hidden, 40.0, seed)], vec![record(hidden, 30.0, seed + 1)]);
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-    Evidence { train, holdout, noise, instruments: None }
+    Evidence::new(train, holdout, noise)
 }
 
 /// A search of `model` that has not begun.

@@ -393,7 +393,7 @@ mod tests {
     fn asymmetry(hidden: &[EffectSpec]) -> f64 {
         let (train, holdout) = (vec![record(hidden, 30.0, 41)], vec![record(hidden, 20.0, 42)]);
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let (context, base) = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {}).unwrap();
         let standing = Standing::new(&context, base);
         let forms = Forms { context: &context, beginnings: &standing.beginnings };

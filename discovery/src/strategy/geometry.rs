@@ -178,7 +178,7 @@ mod tests {
             };
             let (train, holdout) = (recorded(40.0, 86), recorded(30.0, 87));
             let noise = noise_of_data(&train);
-            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let evidence = Evidence::new(train, holdout, noise);
             let (mut context, standing) = begun(&evidence, &Model::default());
             let better = with_instruments(&context, &standing.fit, 0.0).expect("a fit").expect("drifts");
             assert!(less_drifts_of_lengths(&better.train.randomness, &evidence.train).is_some());

@@ -272,7 +272,7 @@ mod tests {
         };
         let (train, holdout) = (vec![recorded(31), recorded(32)], vec![recorded(33)]);
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
         let inertia = EffectSpec::new("winch_drum_inertia", None, &[50.0]).expect("an effect");
@@ -316,7 +316,7 @@ mod tests {
         let recorded = |seed: u64| record_on(&bench, &[], 40.0, seed);
         let (train, holdout) = (vec![recorded(61), recorded(62)], vec![recorded(63)]);
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
         let asked_for = with_instruments(&context, &base, 0.0).expect("a fit");
@@ -345,7 +345,7 @@ mod tests {
         };
         let (train, holdout) = (vec![recorded(71), recorded(72)], vec![recorded(73)]);
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
         let begun = Context::begin(&evidence, &model, 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
@@ -368,7 +368,7 @@ mod tests {
         };
         let (train, holdout) = (vec![recorded(seed), recorded(seed + 1)], vec![recorded(seed + 2)]);
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        Evidence { train, holdout, noise, instruments: None }
+        Evidence::new(train, holdout, noise)
     }
 
     /// Noises with memory that are left of those that the instruments were given, where the pose wanders by so much (m): what

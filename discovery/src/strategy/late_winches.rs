@@ -123,7 +123,7 @@ mod tests {
         };
         let (train, holdout) = (vec![recorded(61)], vec![recorded(62)]);
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
         let (context, mut standing) = begun(&evidence, &model);
         let is_pose = |channel: &Channel| matches!(channel, Channel::Pose(_));

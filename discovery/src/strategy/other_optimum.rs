@@ -135,7 +135,7 @@ mod tests {
             let train = vec![record(&hidden, 40.0, 5)];
             let holdout = vec![record(&hidden, 40.0, 6)];
             let noise = noise_of_data(&train);
-            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let evidence = Evidence::new(train, holdout, noise);
             let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
             let (context, base) = begun.expect("a fit");
             let one = Model { effects: vec![limits(reached(0.1), beyond)], ..Model::default() };
@@ -154,7 +154,7 @@ mod tests {
         let recorded = |seed| record(std::slice::from_ref(&hidden), 60.0, seed);
         let (train, holdout) = (vec![recorded(5)], vec![recorded(6)]);
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
         let likeness = mirrored(&hidden, &evidence.train).expect("a likeness");

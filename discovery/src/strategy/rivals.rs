@@ -220,7 +220,7 @@ mod tests {
         let recorded = |seed: u64| record_on(&bench, std::slice::from_ref(&lag), 10.0, seed);
         let (train, holdout) = (vec![recorded(61)], vec![recorded(62)]);
         let noise = noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
         let (context, standing) = begun(&evidence, &model);
         let dead_time = effect("winch_delay", None, &[0.01]);

@@ -449,7 +449,7 @@ mod tests {
         };
         let (train, holdout) = (vec![recorded(81), recorded(82)], vec![recorded(83)]);
         let noise = crate::filter::estimate::noise_of_data(&train);
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
         let standing = Standing::new(&context, base);

@@ -21,16 +21,24 @@ use crate::strategy::second_look::{may_hide, second_look};
 use crate::strategy::settle::settle;
 use crate::strategy::standing::Standing;
 use crate::strategy::terms::single_term;
-use crate::strategy::undoing::{Others, undoing};
+use crate::strategy::undoing::{Others, undoing, undone_in_vain};
 use crate::weigh::signatures::Source;
 
 /// A step of the search.
 type Step = fn(&Context<'_>, Standing) -> Result<Standing, FitError>;
 
 /// What is done once effects of the catalogue were looked for: their instruments, whether one stood for those, whether a
-/// drift stood for some, and whether late clocks are late winches; then they are settled.
-const ONCE_FOUND: [Step; 6] =
-    [instruments_anew, instruments_instead, instead_of_drift, without_idle_instruments, late_winches, settle];
+/// drift stood for some, whether a lateness of the recorder that was undone before did, and whether late clocks are late winches; then
+/// they are settled.
+const ONCE_FOUND: [Step; 7] = [
+    instruments_anew,
+    instruments_instead,
+    instead_of_drift,
+    without_idle_instruments,
+    undone_in_vain,
+    late_winches,
+    settle,
+];
 
 /// Looks for effects of the catalogue and settles what was found; terms outside the catalogue are not looked for yet. Where
 /// the recorded forces have an error, or the geometry may be off and is, it ends as soon as that is known.

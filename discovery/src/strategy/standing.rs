@@ -66,6 +66,8 @@ pub(crate) struct Standing {
     pub(crate) geometry_is_off: bool,
     /// What recording was found to do and has not been undone.
     pub(crate) to_undo: Option<Undone>,
+    /// Whether beside the laws so far the data go as well with winch forces as they were recorded as with a recorder's lateness undone.
+    pub(crate) undone_in_vain: bool,
 }
 
 /// An effect without its size: what it is, where, and how many numbers its form takes.
@@ -87,6 +89,7 @@ impl Standing {
             taken_up_beside: None,
             geometry_is_off: false,
             to_undo: None,
+            undone_in_vain: false,
         }
     }
 
@@ -143,10 +146,10 @@ impl Standing {
         self.fit.instruments.as_ref().is_some_and(|randomness| randomness.white_input() > 0.0)
     }
 
-    /// Whether the search ends here, to begin again on another ground: with what recording did undone, or with the forces to be expected in the
-    /// place of those recorded, or with errors of the survey free beside every law.
+    /// Whether the search ends here, to begin again on another ground: with what recording did undone, or no longer undone, or with the forces
+    /// to be expected in the place of those recorded, or with errors of the survey free beside every law.
     pub(crate) fn begins_anew(&self) -> bool {
-        self.to_undo.is_some() || self.white_force_error() || self.geometry_is_off
+        self.to_undo.is_some() || self.undone_in_vain || self.white_force_error() || self.geometry_is_off
     }
 
     /// Has the beginnings of the trials start shortly before the last of the new effects begins: before that they show

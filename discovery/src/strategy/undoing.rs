@@ -1,14 +1,17 @@
 //! What recording does, where that explains most of what is left, or more than anything else does: then it is undone.
 
+use std::sync::Arc;
+
 use crate::data::{Trial, Undone};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::instruments::Sizing;
-use crate::instruments::undoing::Did;
+use crate::instruments::undoing::{Did, errors};
 use crate::report;
 use crate::strategy::context::{Context, share};
 use crate::strategy::fitted::Fitted;
-use crate::strategy::standing::Standing;
+use crate::strategy::instruments::beside_those_of;
+use crate::strategy::standing::{Accepted, Standing};
 use crate::verdict::{POLICY as VERDICT, share_taken};
 use crate::weigh::criterion::{EVIDENCE, told_apart_from};
 
@@ -64,7 +67,8 @@ pub(crate) fn what_recording_does(
         return Ok(None);
     }
     let sizing = Sizing::new(&evidence.train, &evidence.noise, context.penalty);
-    let late = if left { sizing.recorded_late(&fitted.train, context.free_from) } else { Ok(None) };
+    let may_be_late = left && !evidence.forces_in_time;
+    let late = if may_be_late { sizing.recorded_late(&fitted.train, context.free_from) } else { Ok(None) };
     let late = context.journal.or_remark("Recorded forces that are late do not go with the data", late)?.flatten();
     let slow = sizing.slow_clock(&fitted.train, context.free_from, by_effect - told_apart_from(by_effect));
     let slow = context.journal.or_remark("A clock that is slow does not go with the data", slow)?.flatten();
@@ -95,6 +99,36 @@ pub(crate) fn what_recording_does(
         }
     }
     Ok(None)
+}
+
+/// What stands; where a recorder's lateness was undone before its laws were found, and beside these the data go as well with winch forces as
+/// they were recorded, the search goes on with those.
+///
+/// Friction that has not its form yet looks like late forces, and once it has, a dead time of the winches takes back what was undone.
+pub(crate) fn undone_in_vain(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
+    let Some(recorded) = &context.evidence.as_recorded else { return Ok(standing) };
+    let (fit, trials) = (&standing.fit, &context.evidence.train);
+    let recorder = Undone::recorder(trials);
+    let [error, ..] = errors(&fit.train, trials, context.free_from);
+    let for_sure = error.is_some_and(|error| (recorder.delay / error).powi(2) >= context.policy.certain);
+    if standing.accepted.is_empty() || for_sure {
+        return Ok(standing);
+    }
+    let as_recorded = context.train(&fit.train.model, &fit.train, &recorded.train, context.policy.rounds, None);
+    let what = "Beside the laws that were found, winch forces as they were recorded do not go with the data";
+    let as_recorded = context.journal.or_remark(what, as_recorded)?;
+    let undoing_costs = context.penalty.of_parameters(recorder.moments());
+    let undone_in_vain = as_recorded.is_some_and(|as_recorded| as_recorded.score <= fit.score + undoing_costs);
+    Ok(Standing { undone_in_vain, ..standing })
+}
+
+/// The laws that another search found, on these recordings.
+pub(crate) fn with_laws(context: &Context<'_>, standing: Standing, laws: &Standing) -> Result<Standing, FitError> {
+    let fit = context.fit(&laws.fit.train.model, &laws.fit)?;
+    let base = beside_those_of(context, &fit, &standing.base)?;
+    let anew = |accepted: &Accepted| Accepted::new(accepted.rivals.clone(), accepted.delta_bic, accepted.null_test);
+    let accepted = laws.accepted.iter().map(anew).collect();
+    Ok(Standing { fit, base: Arc::new(base), accepted, ..standing })
 }
 
 /// What is said where a law is believed before a clock that is slow by this share, though the data do not tell the two apart.
@@ -128,12 +162,14 @@ mod tests {
     use cdpr::model_file::Model;
 
     use super::*;
+    use crate::data::Recorder;
     use crate::data::recording::{noise, record};
     use crate::filter::estimate::noise_of_data;
     use crate::strategy::candidates::signatures;
     use crate::strategy::fitted::Evidence;
-    use crate::strategy::fixture::begun;
+    use crate::strategy::fixture::{begun, names, with};
     use crate::strategy::rounds::undo_before_more;
+    use crate::strategy::settle::settle;
     use crate::weigh::signatures::Source;
 
     /// Forces two samples late, by themselves, and ones in time where friction is missing, or with an error that is as slow as the motion.
@@ -157,7 +193,7 @@ mod tests {
             let [first, second, held] = [31, 32, 33].map(|seed| recorded(hidden, late, error, seed));
             let (train, holdout) = (vec![first, second], vec![held]);
             let noise = noise_of_data(&train);
-            let evidence = Evidence { train, holdout, noise, instruments: None };
+            let evidence = Evidence::new(train, holdout, noise);
             let (context, standing) = begun(&evidence, &Model::default());
             let standing = undoing(&context, standing, &Others::MORE).expect("a fit");
             assert_eq!(standing.begins_anew(), late > 0, "{:?} {error}", standing.to_undo);
@@ -171,6 +207,41 @@ mod tests {
         }
     }
 
+    /// Friction on all winches beside a geometry that was off looked like forces 3.7 ms late, which were undone; with its form a dead time of
+    /// 3.6 ms took that back, and was named.
+    #[test]
+    fn a_lateness_that_a_law_takes_back_was_undone_in_vain() {
+        let friction = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 0.01]).expect("an effect");
+        let dead_time = |time: f64| EffectSpec::new("winch_delay", None, &[time]).expect("an effect");
+        for late in [0, 2] {
+            let [first, second, held] = [31, 32, 33].map(|seed| {
+                let mut trial = record(std::slice::from_ref(&friction), 40.0, seed);
+                let inputs = trial.inputs.clone();
+                trial.inputs[late..].copy_from_slice(&inputs[..inputs.len() - late]);
+                trial
+            });
+            let undone = if late > 0 { late as f64 * first.interval() } else { 4e-3 };
+            let (train, holdout) = (vec![first, second], vec![held]);
+            let noise = noise_of_data(&train);
+            let recorder = Recorder { delay: undone, variance: 0.0 };
+            let evidence = Evidence::new(train, holdout, noise).before(Undone::Forces(recorder));
+            let (context, standing) = begun(&evidence, &Model::default());
+            let mut laws = vec![(friction.clone(), Vec::new())];
+            laws.extend((late == 0).then(|| (dead_time(undone), Vec::new())));
+            let standing = with(&context, standing, laws);
+            let standing = undone_in_vain(&context, standing).expect("a fit");
+            assert_eq!((standing.undone_in_vain, standing.begins_anew()), (late == 0, late == 0));
+            if late > 0 {
+                continue;
+            }
+            let recorded = evidence.as_recorded.as_deref().expect("forces as recorded");
+            let (context, begun) = begun(recorded, &Model::default());
+            let going_on = with_laws(&context, begun, &standing).expect("a fit");
+            let settled = settle(&context, going_on).expect("a fit");
+            assert_eq!(names(&context, &settled), [("winch_coulomb_friction".to_owned(), None)]);
+        }
+    }
+
     /// Recordings whose clock is slow by a share, with `hidden` effects.
     fn slow_by(share: f64, hidden: &[EffectSpec]) -> Evidence {
         let recorded = |seed: u64| {
@@ -180,7 +251,7 @@ mod tests {
         };
         let (train, holdout) = (vec![recorded(31), recorded(32)], vec![recorded(33)]);
         let noise = noise_of_data(&train);
-        Evidence { train, holdout, noise, instruments: None }
+        Evidence::new(train, holdout, noise)
     }
 
     /// Stamps made at a rate that is not quite that of the recordings came out as masses of platform and cables, both named.

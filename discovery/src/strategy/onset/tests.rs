@@ -33,7 +33,7 @@ type Times = [Option<f64>; 2];
 fn course_of(standing: &EffectSpec, hidden: &[EffectSpec]) -> Option<(Vec<EffectSpec>, Vec<Times>)> {
     let (train, holdout) = (vec![record(hidden, 60.0, 31)], vec![record(hidden, 50.0, 32)]);
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-    let evidence = Evidence { train, holdout, noise, instruments: None };
+    let evidence = Evidence::new(train, holdout, noise);
     let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
     let (context, base) = begun.expect("a fit");
     let model = Model { effects: vec![standing.clone()], ..Model::default() };
@@ -103,7 +103,7 @@ fn a_candidate_is_weighed_in_a_part_of_the_time() {
     let (train, holdout) =
         (vec![record(std::slice::from_ref(&bias), 60.0, 33)], vec![record(std::slice::from_ref(&bias), 50.0, 34)]);
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-    let evidence = Evidence { train, holdout, noise, instruments: None };
+    let evidence = Evidence::new(train, holdout, noise);
     let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
     let (context, base) = begun.expect("a fit");
     let standing = Standing::new(&context, base.clone());
@@ -128,7 +128,7 @@ fn what_acts_at_no_time_that_was_held_out_must_be_missed_while_training() {
         let recorded = |duration: f64, seed: u64| vec![record(std::slice::from_ref(&bias), duration, seed)];
         let (train, holdout) = (recorded(40.0, 33), recorded(held_out, 34));
         let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-        let evidence = Evidence { train, holdout, noise, instruments: None };
+        let evidence = Evidence::new(train, holdout, noise);
         let begun = Context::begin(&evidence, &Model::default(), 0..0, &|_, _| {});
         let (context, base) = begun.expect("a fit");
         let model = Model { effects: vec![bias.clone()], ..Model::default() };

@@ -16,7 +16,7 @@ fn evidence(hidden: &[EffectSpec], seed: u64) -> Evidence {
     let train = vec![record(hidden, 60.0, seed), record(hidden, 60.0, seed + 1)];
     let holdout = vec![record(hidden, 60.0, seed + 2)];
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
-    Evidence { train, holdout, noise, instruments: None }
+    Evidence::new(train, holdout, noise)
 }
 
 fn effect(id: &str, cable: Option<usize>, values: &[f64]) -> EffectSpec {
