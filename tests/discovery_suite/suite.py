@@ -11,6 +11,7 @@ from .cases_onset import ONSET
 from .cases_pair import PAIRS, TRIPLES
 from .cases_realistic import REALISTIC
 from .cases_single import SINGLES
+from .cases_unlike import UNLIKE
 
 SUITE = [
     *SINGLES,
@@ -23,7 +24,19 @@ SUITE = [
     *MOORDYN,
     *NULLS,
 ]
-_ALL = [*SUITE, *REALISTIC, *FIELD, *BENCH, *CHANCE, *CABLES, *MACHINE, *GUSTS, *ONSET, *GEOMETRY]
+_ALL = [
+    *SUITE,
+    *REALISTIC,
+    *FIELD,
+    *BENCH,
+    *CHANCE,
+    *CABLES,
+    *MACHINE,
+    *GUSTS,
+    *ONSET,
+    *GEOMETRY,
+    *UNLIKE,
+]
 _BY_NAME = {case.name: case for case in _ALL}
 if len(_BY_NAME) != len(_ALL):
     raise ValueError("the suite holds two cases of one name")

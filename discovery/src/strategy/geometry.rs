@@ -60,7 +60,7 @@ fn promise_more_than_drifts(context: &Context<'_>, better: &Fitted) -> Result<bo
 
 fn promised_gain(context: &Context<'_>, standing: &Standing) -> Result<Option<f64>, FitError> {
     let policy = context.policy;
-    let explained = standing.fit.gap[0] <= policy.nothing_left && standing.accepted.len() < policy.several_laws;
+    let explained = standing.fit.gap[0] <= policy.nothing_left && standing.count() < policy.several_laws;
     let trials = &context.evidence.train;
     let fit = &standing.fit.train;
     // What was found may be such an error itself.

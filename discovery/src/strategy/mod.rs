@@ -5,6 +5,7 @@ pub(crate) mod begin;
 pub(crate) mod candidates;
 pub(crate) mod context;
 pub(crate) mod drift;
+mod each_cable;
 pub(crate) mod elasticity;
 pub(crate) mod entrance;
 pub(crate) mod every_cable;

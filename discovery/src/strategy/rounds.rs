@@ -3,6 +3,7 @@
 use crate::filter::error::FitError;
 use crate::strategy::candidates::signatures;
 use crate::strategy::context::Context;
+use crate::strategy::each_cable::on_each_cable;
 use crate::strategy::every_cable::on_every_cable;
 use crate::strategy::form::form_if;
 use crate::strategy::geometry::{instead_of_drifts, survey_gains};
@@ -40,14 +41,18 @@ pub(crate) fn undo_before_more(
 /// and errors of the survey promise to explain what they leave, and more of it than one more law or the instruments, no more are
 /// looked for, but for one that makes fewer of them: errors of one anchor are found after what stood for each of their directions.
 pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
-    while standing.accepted.len() < context.policy.most_effects {
+    loop {
+        standing = on_each_cable(context, standing);
+        if standing.count() >= context.policy.most_effects {
+            break;
+        }
         let score = standing.fit.score;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
         standing = undo_before_more(context, standing, &signatures)?;
         if standing.begins_anew() {
             break;
         }
-        if standing.accepted.len() >= context.policy.several_laws
+        if standing.count() >= context.policy.several_laws
             && let Some(gain) = survey_gains(context, &standing)?
             && gain > best_gain(context, &standing.fit, &signatures)
         {
@@ -108,7 +113,7 @@ fn fewer_with_one_more(context: &Context<'_>, standing: &Standing) -> Result<Opt
             }
             Round::Found(found) => {
                 let needed = prune(context, found)?;
-                return Ok((needed.accepted.len() < context.policy.several_laws).then_some(needed));
+                return Ok((needed.count() < context.policy.several_laws).then_some(needed));
             }
             Round::Nothing(_) => return Ok(None),
         }

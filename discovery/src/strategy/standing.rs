@@ -31,11 +31,21 @@ pub(crate) struct Accepted {
     pub(crate) without: Option<Arc<Fitted>>,
     /// The number of effects among which its form was chosen last.
     pub(crate) formed_among: Option<usize>,
+    /// Whether it is on one cable of those among which a law of all was divided.
+    pub(crate) divided: bool,
 }
 
 impl Accepted {
     pub(crate) fn new(rivals: Vec<EffectSpec>, delta_bic: f64, null_test: Option<NullTest>) -> Self {
-        Self { rivals, alternatives: Vec::new(), delta_bic, null_test, without: None, formed_among: None }
+        Self {
+            rivals,
+            alternatives: Vec::new(),
+            delta_bic,
+            null_test,
+            without: None,
+            formed_among: None,
+            divided: false,
+        }
     }
 }
 
@@ -58,6 +68,8 @@ pub(crate) struct Standing {
     pub(crate) weighed: Option<(Source, f64, Arc<Signatures>)>,
     /// The score of the last fit of which no effect was found to begin or end.
     pub(crate) timeless: Option<f64>,
+    /// The score of the last fit of which no law on all cables was found to differ from one to the other.
+    pub(crate) alike: Option<f64>,
     /// The forms of friction that were chosen last and not taken yet.
     pub(crate) chosen: Option<Chosen>,
     /// The laws beside which the instruments were taken up, where they had nothing but white noise before.
@@ -85,6 +97,7 @@ impl Standing {
             looked: false,
             weighed: None,
             timeless: None,
+            alike: None,
             chosen: None,
             taken_up_beside: None,
             geometry_is_off: false,
@@ -124,6 +137,12 @@ impl Standing {
                 accepted.rivals.push(effect.clone());
             }
         }
+    }
+
+    /// How many laws were accepted; one that was divided among cables counts once.
+    pub(crate) fn count(&self) -> usize {
+        let divided = self.accepted.iter().filter(|accepted| accepted.divided).count();
+        self.accepted.len() - divided.saturating_sub(1)
     }
 
     /// The effects of the model that stands.
