@@ -19,6 +19,7 @@ mod place;
 mod robot;
 mod signature;
 mod stability;
+mod together;
 mod words;
 
 pub use check::{ReportError, check};

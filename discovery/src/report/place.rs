@@ -106,7 +106,7 @@ impl Part {
         }
     }
 
-    fn plural(self) -> &'static str {
+    pub(super) fn plural(self) -> &'static str {
         match self {
             Part::Winch => "winches",
             Part::Cable => "cables",
@@ -115,7 +115,7 @@ impl Part {
         }
     }
 
-    fn preposition(self) -> &'static str {
+    pub(super) fn preposition(self) -> &'static str {
         match self {
             Part::Winch => "on",
             Part::Cable => "in",

@@ -199,6 +199,19 @@ fn named_with_several_effects_lists_them() {
 }
 
 #[test]
+fn a_law_on_several_winches_is_named_once() {
+    let mut report = report();
+    report.effects.push(effect("winch_coulomb_friction", "Coulomb friction", "winch[1]"));
+    assert_eq!(top(&report).0, "Coulomb friction on winches 1 and 3 is missing from the model.");
+    report.effects.push(effect("platform_quadratic_drag", "quadratic drag", "platform"));
+    let headline = top(&report).0;
+    assert_eq!(
+        headline,
+        "Two effects are missing from the model: Coulomb friction on winches 1 and 3 and quadratic drag on the platform."
+    );
+}
+
+#[test]
 fn ambiguous_names_all_and_the_experiment() {
     let mut report = report();
     report.verdict = Verdict::Ambiguous;
@@ -289,16 +302,18 @@ fn more_than_one_are_missing() {
     );
     report.terms.clear();
     report.verdict = Verdict::Ambiguous;
-    report.effects =
-        ["winch[1]", "winch[3]"].map(|place| effect("winch_coulomb_friction", "Coulomb friction", place)).to_vec();
-    for effect in &mut report.effects {
-        effect.alternatives = vec![Alternative { place: effect.place.clone(), ..capstan(true) }];
-    }
-    assert!(
-        top(&report).0.contains(" are missing from the model; these data cannot tell which."),
-        "{}",
+    let places = [["winch[1]", "winch[3]"], ["winch[1]", "anchor[3]"]];
+    let headlines = places.map(|places| {
+        report.effects = places.map(|place| effect("winch_coulomb_friction", "Coulomb friction", place)).to_vec();
+        for effect in &mut report.effects {
+            effect.alternatives = vec![Alternative { place: effect.place.clone(), ..capstan(true) }];
+        }
         top(&report).0
-    );
+    });
+    let either = "Either Coulomb friction or capstan loss";
+    let tell = "missing from the model; these data cannot tell which.";
+    assert_eq!(headlines[0], format!("{either} on winches 1 and 3 is {tell}"));
+    assert!(headlines[1].contains(&format!(" are {tell}")), "{}", headlines[1]);
 }
 
 /// Held-out data decide what stays, so nothing may be said to be new to the search.

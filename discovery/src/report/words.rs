@@ -9,6 +9,7 @@ use super::grammar::{capital, count, join};
 use super::limit::{not_excited, would_show};
 use super::number::{gap, percent, plain, quantity, significant};
 use super::place::Place;
+use super::together::together;
 
 /// The result in words, as at the top of the report.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -71,7 +72,7 @@ fn headline(report: &Report) -> String {
 }
 
 fn of_laws(report: &Report) -> String {
-    let named: Vec<String> = report.effects.iter().filter(|e| e.named).map(effect_phrase).collect();
+    let named = of_all(report.effects.iter().filter(|e| e.named), &effect_phrase);
     match report.verdict {
         Verdict::NoMissingEffect if report.at_rest => {
             "These data cannot tell whether anything is missing: the machine hardly moves in them.".to_owned()
@@ -93,6 +94,11 @@ fn of_laws(report: &Report) -> String {
         Verdict::PartlyNamed => partly_named(report),
         Verdict::Unnamed => unnamed(report, &named),
     }
+}
+
+/// A phrase of each effect; what several cables have is said once.
+fn of_all<'a>(effects: impl IntoIterator<Item = &'a Effect>, phrase: &dyn Fn(&Effect) -> String) -> Vec<String> {
+    together(effects.into_iter().map(|effect| (phrase(effect), Place::parse(&effect.place))))
 }
 
 fn unnamed(report: &Report, named: &[String]) -> String {
@@ -119,11 +125,10 @@ fn is_are(count: usize) -> &'static str {
 
 /// What was found with a name, and that it is not all.
 fn partly_named(report: &Report) -> String {
-    let named: Vec<&Effect> = report.effects.iter().filter(|e| e.named).collect();
-    let either = |e: &&Effect| {
+    let either = |e: &Effect| {
         if twins(e).next().is_some() { format!("either {}", choices(e)) } else { effect_phrase(e) }
     };
-    let all: Vec<String> = named.iter().map(either).collect();
+    let all = of_all(report.effects.iter().filter(|e| e.named), &either);
     capital(&format!(
         "{} {} missing from the model, but that is not all: more than the noise is left.",
         join(&all, "and"),
@@ -140,17 +145,14 @@ fn missing(named: &[String]) -> String {
 
 fn ambiguous(report: &Report) -> String {
     let (open, sure): (Vec<&Effect>, Vec<&Effect>) = report.effects.iter().partition(|e| twins(e).next().is_some());
-    let either: Vec<String> = open
-        .iter()
-        .map(|e| {
-            let all = choices(e);
-            match twins(e).count() {
-                1 => format!("either {all}"),
-                _ => format!("one of {all}"),
-            }
-        })
-        .collect();
-    let sure: Vec<String> = sure.into_iter().map(effect_phrase).collect();
+    let either = |e: &Effect| {
+        let all = choices(e);
+        match twins(e).count() {
+            1 => format!("either {all}"),
+            _ => format!("one of {all}"),
+        }
+    };
+    let (either, sure) = (of_all(open, &either), of_all(sure, &effect_phrase));
     match (sure.as_slice(), either.as_slice()) {
         (sure, []) => capital(&format!("{} would explain the gap, but the data do not settle it.", join(sure, "and"))),
         ([], either) => {
