@@ -1,8 +1,8 @@
 //! A law on each cable, with parameters of its own, in the place of one on every cable.
 //!
 //! Winches of one machine have the same kind of friction, and not as much of it. One law of all takes the mean, and what is left looks
-//! like other laws of single winches, of which none is there. So where a law of all leaves something it is tried apart, before another
-//! one is looked for; winches that then have next to nothing of it are left out.
+//! like other laws of single winches, of which none is there. So where a law of all leaves something it is tried apart; winches that then
+//! have next to nothing of it are left out.
 
 use cdpr::effect::{EffectSpec, Scope};
 use cdpr::model_file::Model;
@@ -10,42 +10,44 @@ use cdpr::model_file::Model;
 use crate::filter::error::FitError;
 use crate::hypothesis::extension::count_in_use;
 use crate::hypothesis::parameter::free_parameters;
+use crate::hypothesis::term;
 use crate::journal::Outcome;
-use crate::strategy::context::Context;
+use crate::strategy::context::{self, Context};
 use crate::strategy::fitted::Fitted;
 use crate::strategy::standing::{Accepted, Standing};
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::proposal::promises;
 use crate::weigh::regression::ladder;
 
-/// What stands with a law on each cable in the place of every law that stands on all, leaves something, and explains less.
-pub(crate) fn on_each_cable(context: &Context<'_>, mut standing: Standing) -> Standing {
-    if standing.alike == Some(standing.fit.score) {
+/// What stands with a law on each cable in the place of every law that stands on all and leaves something, if that explains more, and more
+/// than this share of the evidence that is left: what else is missing may look like other sizes.
+pub(crate) fn on_each_cable(context: &Context<'_>, mut standing: Standing, share: f64) -> Standing {
+    if standing.alike == Some((standing.fit.score, share)) {
         return standing;
     }
     let mut k = 0;
     while k < standing.accepted.len() && standing.fit.gap[0] > context.policy.nothing_left {
         let law = standing.found(context)[k].clone();
         let of_all = law.cable.is_none() && law.info().is_ok_and(|info| info.scope == Scope::EachCable);
-        let apart = if of_all { apart(context, &standing, k) } else { Ok(None) };
+        let apart = if of_all { apart(context, &standing, k, share) } else { Ok(None) };
         match context.journal.tried(&law, "on each cable by itself", apart).flatten() {
             // Those on each cable come last.
             Some(next) => standing = split(context, standing, k, next),
             None => k += 1,
         }
     }
-    standing.alike = Some(standing.fit.score);
+    standing.alike = Some((standing.fit.score, share));
     standing
 }
 
-/// What is fitted with law `k` on each cable that has it, if that explains more.
-fn apart(context: &Context<'_>, standing: &Standing, k: usize) -> Result<Option<Fitted>, FitError> {
+/// What is fitted with law `k` on each cable that has it, if that explains more, and more than a share of the evidence that is left.
+fn apart(context: &Context<'_>, standing: &Standing, k: usize, share: f64) -> Result<Option<Fitted>, FitError> {
     let (policy, stands) = (context.policy, &standing.fit);
     let (mut model, law) = standing.without(context, k);
     let first = model.effects.len();
     let on = |cable: usize| EffectSpec { cable: Some(cable), ..law.clone() };
     model.effects.extend((1..=model.parameters.cables()).map(on));
-    if !promises_more(context, stands, &model, count_in_use(&law))? {
+    if !promises_more(context, stands, &model, first, count_in_use(&law))? {
         return Ok(None);
     }
     let mut next = context.fit(&model, stands)?;
@@ -61,16 +63,25 @@ fn apart(context: &Context<'_>, standing: &Standing, k: usize) -> Result<Option<
         }
         next = without;
     }
-    let better = next.score < stands.score - EVIDENCE && next.helps(stands, policy);
+    let explained = context::share(stands.score, &next.train, next.score, &context.evidence.train);
+    let better = next.score < stands.score - EVIDENCE && explained >= share && next.helps(stands, policy);
     Ok(better.then_some(next))
 }
 
-/// Whether to first order a `model`, which has one law of so many parameters on each cable in the place of one on all, explains more than
-/// what stands by more than one law more costs.
-fn promises_more(context: &Context<'_>, stands: &Fitted, model: &Model, parameters: usize) -> Result<bool, FitError> {
+/// Whether to first order a `model`, which has one law of so many parameters on each cable behind its `first` effects in the place of one on
+/// all, explains more than what stands by more than one law more costs, where these differ in size alone: unlike shapes of one size are a
+/// form that is not the law's.
+fn promises_more(
+    context: &Context<'_>,
+    stands: &Fitted,
+    model: &Model,
+    first: usize,
+    parameters: usize,
+) -> Result<bool, FitError> {
     let trials = &context.evidence.train;
     let fit = context.started(model, &stands.train, trials)?;
-    let free = free_parameters(&fit.model, context.free_from);
+    let mut free = free_parameters(&fit.model, context.free_from);
+    free.retain(|free| free.effect < first || !term::is_shape(&fit.model.effects[free.effect], free.parameter));
     let promised = promises(&fit, trials, &free, &ladder(&fit.randomness)).into_iter();
     let least = promised.map(|promise| promise.minus_two_log_likelihood).fold(f64::INFINITY, f64::min);
     let now = stands.train.minus_two_log_likelihood(trials, &stands.train.randomness);
@@ -105,6 +116,7 @@ fn split(context: &Context<'_>, mut standing: Standing, k: usize, next: Fitted) 
 mod tests {
     use super::*;
     use crate::strategy::fixture::{begun, effect, evidence, names, with};
+    use crate::strategy::policy::POLICY;
 
     /// What stands where friction of all winches was found, with its forces, and so much of it is on each winch.
     fn stands(forces: [f64; 4]) -> (Vec<(String, Option<usize>)>, Vec<f64>) {
@@ -117,7 +129,7 @@ mod tests {
         let evidence = evidence(&hidden, 95);
         let (context, standing) = begun(&evidence, &Model::default());
         let standing = with(&context, standing, vec![(friction(None, 120.0), Vec::new())]);
-        let apart = on_each_cable(&context, standing);
+        let apart = on_each_cable(&context, standing, POLICY.most);
         assert_eq!(apart.accepted.len(), apart.found(&context).len());
         assert_eq!(apart.count(), 1);
         (names(&context, &apart), apart.found(&context).iter().map(|law| law.values[0]).collect())

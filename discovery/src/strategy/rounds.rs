@@ -41,11 +41,8 @@ pub(crate) fn undo_before_more(
 /// and errors of the survey promise to explain what they leave, and more of it than one more law or the instruments, no more are
 /// looked for, but for one that makes fewer of them: errors of one anchor are found after what stood for each of their directions.
 pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
-    loop {
-        standing = on_each_cable(context, standing);
-        if standing.count() >= context.policy.most_effects {
-            break;
-        }
+    standing = on_each_cable(context, standing, context.policy.most);
+    while standing.count() < context.policy.most_effects {
         let score = standing.fit.score;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
         standing = undo_before_more(context, standing, &signatures)?;
@@ -90,7 +87,8 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
                 false
             }
         };
-        standing = form_if(context, standing, if found { context.policy.most } else { f64::NEG_INFINITY });
+        let share = if found { context.policy.most } else { f64::NEG_INFINITY };
+        standing = on_each_cable(context, form_if(context, standing, share), share);
         if !found && standing.fit.score == score {
             break;
         }

@@ -68,8 +68,9 @@ pub(crate) struct Standing {
     pub(crate) weighed: Option<(Source, f64, Arc<Signatures>)>,
     /// The score of the last fit of which no effect was found to begin or end.
     pub(crate) timeless: Option<f64>,
-    /// The score of the last fit of which no law on all cables was found to differ from one to the other.
-    pub(crate) alike: Option<f64>,
+    /// The score of the last fit of which no law on all cables was found to differ from one to the other by a share of what is left, and
+    /// that share.
+    pub(crate) alike: Option<(f64, f64)>,
     /// The forms of friction that were chosen last and not taken yet.
     pub(crate) chosen: Option<Chosen>,
     /// The laws beside which the instruments were taken up, where they had nothing but white noise before.
