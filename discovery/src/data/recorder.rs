@@ -15,9 +15,9 @@ impl Recorder {
         self == Self::default()
     }
 
-    /// How many numbers say what it does.
+    /// How many numbers say what it does: none, its delay, or that and its variance.
     pub(crate) fn moments(self) -> usize {
-        usize::from(self.delay != 0.0) + usize::from(self.variance > 0.0)
+        if self.is_in_time() { 0 } else { 1 + usize::from(self.variance > 0.0) }
     }
 
     /// One behind the other: delays and variances add up.

@@ -260,7 +260,7 @@ pub(crate) fn errors(fit: &Fit, trials: &[Trial], first: usize) -> [Option<f64>;
         };
         [error(0), error(1)]
     };
-    let moments = if recorder.variance > 0.0 { MOMENTS } else { 1 };
+    let moments = recorder.moments();
     let [delay, half] = if recorder.is_in_time() { [None; 2] } else { of(Doing::Forces { moments }) };
     let [slow, _] = if Undone::slow_clock(trials) == 0.0 { [None; 2] } else { of(Doing::Clock) };
     [delay, half.map(|half| 2.0 * half), slow]

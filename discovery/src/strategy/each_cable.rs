@@ -28,8 +28,7 @@ pub(crate) fn on_each_cable(context: &Context<'_>, mut standing: Standing, share
     let mut k = 0;
     while k < standing.accepted.len() && standing.fit.gap[0] > context.policy.nothing_left {
         let law = standing.found(context)[k].clone();
-        let of_all = law.cable.is_none() && law.info().is_ok_and(|info| info.scope == Scope::EachCable);
-        let apart = if of_all { apart(context, &standing, k, share) } else { Ok(None) };
+        let apart = if is_of_all(&law) { apart(context, &standing, k, share) } else { Ok(None) };
         match context.journal.tried(&law, "on each cable by itself", apart).flatten() {
             // Those on each cable come last.
             Some(next) => standing = split(context, standing, k, next),
@@ -38,6 +37,11 @@ pub(crate) fn on_each_cable(context: &Context<'_>, mut standing: Standing, share
     }
     standing.alike = Some((standing.fit.score, share));
     standing
+}
+
+/// Whether it is a law that a cable has, on all of them.
+fn is_of_all(law: &EffectSpec) -> bool {
+    law.cable.is_none() && law.info().is_ok_and(|info| info.scope == Scope::EachCable)
 }
 
 /// What is fitted with law `k` on each cable that has it, if that explains more, and more than a share of the evidence that is left.
@@ -102,9 +106,9 @@ fn split(context: &Context<'_>, mut standing: Standing, k: usize, next: Fitted) 
             change,
             "on each cable that has it in the place of one law on all",
         );
-        let here = |rival: &EffectSpec| {
-            let of_all = rival.cable.is_none() && rival.info().is_ok_and(|info| info.scope == Scope::EachCable);
-            EffectSpec { cable: if of_all { law.cable } else { rival.cable }, ..rival.clone() }
+        let here = |rival: &EffectSpec| EffectSpec {
+            cable: if is_of_all(rival) { law.cable } else { rival.cable },
+            ..rival.clone()
         };
         let accepted = Accepted::new(old.rivals.iter().map(here).collect(), share, old.null_test);
         standing.accepted.push(Accepted { divided: true, ..accepted });
@@ -139,8 +143,7 @@ mod tests {
         cables.iter().map(|cable| ("winch_coulomb_friction".to_owned(), *cable)).collect()
     }
 
-    /// Friction of two winches came out as that of all, a capstan loss of one and Stribeck friction of the other, and the search did not
-    /// end in ten minutes.
+    /// The first came out as Coulomb friction of all winches and Stribeck friction of three.
     #[test]
     fn friction_of_another_size_on_each_winch_is_found_on_each() {
         for forces in [[80.0, 140.0, 110.0, 190.0], [0.0, 110.0, 0.0, 160.0]] {
