@@ -13,10 +13,11 @@ use crate::check::check;
 use crate::data::bursts::remove_bursts;
 use crate::data::clean::remove_outliers;
 use crate::data::held::{Held, leave_out_held};
-use crate::data::{Trial, make_ready};
+use crate::data::{Trial, Undone, make_ready};
 use crate::filter::error::FitError;
 use crate::filter::estimate::noise_of_data;
 use crate::hypothesis::survey::{most_longer, survey_errors, with_errors};
+use crate::journal::Entry;
 use crate::outcome::{Discovery, HORIZON, SurveyError};
 use crate::report;
 use crate::strategy::context::{Context, Progress};
@@ -153,6 +154,18 @@ pub(crate) struct Ready {
     remarks: Vec<String>,
     /// Where another search ended, whose laws this one goes on from.
     laws: Option<Box<Standing>>,
+    /// The steps of the searches before this one.
+    steps: Vec<Entry>,
+}
+
+impl Ready {
+    /// What the same search begins again with: the recordings, its steps so far and what it begins again with, a phrase.
+    fn again(&self, evidence: Evidence, mut steps: Vec<Entry>, with: &str) -> Self {
+        steps.push(Entry::restarted(with));
+        let Self { holdout_source, outliers, remarks, .. } = self;
+        let (holdout_source, remarks) = (holdout_source.clone(), remarks.clone());
+        Self { evidence, holdout_source, outliers: *outliers, remarks, laws: None, steps }
+    }
 }
 
 /// Makes recordings ready, cleans them and holds some out.
@@ -172,7 +185,8 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
     };
     let all: Vec<Trial> = train.iter().chain(&holdout).cloned().collect();
     let noise = noise_of_data(&all);
-    Ok(Ready { evidence: Evidence::new(train, holdout, noise), holdout_source, outliers, remarks, laws: None })
+    let evidence = Evidence::new(train, holdout, noise);
+    Ok(Ready { evidence, holdout_source, outliers, remarks, laws: None, steps: Vec::new() })
 }
 
 /// Takes readings that were shown again as not measured; returns a remark on each device that did so.
@@ -199,13 +213,16 @@ pub(crate) fn examine(
     model: &Model,
     survey: Option<Vec<EffectSpec>>,
     free_from: usize,
-    ready: Ready,
+    mut ready: Ready,
     begun: Instant,
     progress: Progress<'_>,
 ) -> Result<Discovery, DiscoverError> {
-    let Ready { evidence, holdout_source, outliers, mut remarks, laws } = ready;
+    let Ready { laws, steps, .. } = &mut ready;
+    let (laws, steps) = (laws.take(), std::mem::take(steps));
+    let evidence = &ready.evidence;
     progress("fitting the model as given", 0.02);
-    let (mut context, base) = Context::begin(&evidence, model, free_from..model.effects.len(), progress)?;
+    let (mut context, base) = Context::begin(evidence, model, free_from..model.effects.len(), progress)?;
+    context.journal.begins_with(steps);
     context.geometry_may_be_off = survey.is_some();
     let standing = Standing::new(&context, base);
     let standing = match laws {
@@ -213,58 +230,56 @@ pub(crate) fn examine(
         None => standing,
     };
     let standing = search(&context, standing)?;
+    let steps = || context.journal.entries();
     if standing.undone_in_vain
         && let Some(recorded) = evidence.as_recorded.as_deref()
     {
         progress("taking forces as they were recorded", 0.02);
-        let ready = |evidence: Evidence, remarks: Vec<String>, laws: Option<Box<Standing>>| Ready {
-            evidence,
-            holdout_source: holdout_source.clone(),
-            outliers,
-            remarks,
-            laws,
-        };
         let as_recorded = Evidence { forces_in_time: true, ..recorded.clone() };
-        let as_recorded = ready(as_recorded, remarks.clone(), Some(Box::new(standing)));
+        let as_recorded = ready.again(as_recorded, steps(), "with winch forces as they were recorded");
+        let as_recorded = Ready { laws: Some(Box::new(standing)), ..as_recorded };
         return examine(model, survey.clone(), free_from, as_recorded, begun, progress).or_else(|error| {
-            remarks.push(format!(
+            let undone = Evidence { as_recorded: None, ..evidence.clone() };
+            let mut undone = ready.again(undone, steps(), "with winch forces that were recorded late");
+            undone.remarks.push(format!(
                 "With winch forces as they were recorded the search fails ({error}): they were taken to be recorded late."
             ));
-            let undone = ready(Evidence { as_recorded: None, ..evidence.clone() }, remarks, None);
             examine(model, survey, free_from, undone, begun, progress)
         });
     }
     if let Some(undone) = standing.to_undo {
         progress("undoing what recording did", 0.02);
-        let evidence = evidence.before(undone);
-        let ready = Ready { evidence, holdout_source, outliers, remarks, laws: None };
-        return examine(model, survey, free_from, ready, begun, progress);
+        let why = match undone {
+            Undone::Forces(_) => "with what recording did to winch forces undone",
+            Undone::Clock(_) => "with a slow clock of the time stamps undone",
+        };
+        let before = ready.again(evidence.clone().before(undone), steps(), why);
+        return examine(model, survey, free_from, before, begun, progress);
     }
     if standing.white_force_error()
         && let Some(instruments) = standing.fit.instruments
     {
-        let evidence = evidence.with_expected_forces(instruments);
-        let ready = Ready { evidence, holdout_source, outliers, remarks, laws: None };
-        return examine(model, survey, free_from, ready, begun, progress);
+        let expected = evidence.clone().with_expected_forces(instruments);
+        let expected = ready.again(
+            expected,
+            steps(),
+            "with the winch forces to be expected by those recorded, which have an error",
+        );
+        return examine(model, survey, free_from, expected, begun, progress);
     }
     if let Some(errors) = survey
         && (standing.geometry_is_off || survey_gains(&context, &standing)?.is_some())
     {
         progress("finding errors of the geometry as well", 0.02);
-        let ready = Ready {
-            evidence: evidence.clone(),
-            holdout_source: holdout_source.clone(),
-            outliers,
-            remarks: remarks.clone(),
-            laws: None,
-        };
         let (before, alone) =
             (standing.base.gap[0], Alone { laws: standing.accepted.len(), leave: standing.fit.gap[0] });
-        let joint = examine(&with_errors(model, &errors), None, free_from, ready, begun, progress);
+        let jointly = ready.again(evidence.clone(), steps(), "with errors of the geometry free beside every law");
+        let joint = examine(&with_errors(model, &errors), None, free_from, jointly, begun, progress);
         let as_corrected = |mut discovery: Discovery| {
             discovery.remarks.insert(0, corrected(&discovery, before, &alone));
             discovery
         };
+        let mut tried = None;
         let mut joint = match joint {
             Ok(joint) => {
                 let likelier = joint.criterion < standing.fit.score - EVIDENCE;
@@ -273,15 +288,16 @@ pub(crate) fn examine(
                     return Ok(as_corrected(joint));
                 }
                 if !explains {
-                    remarks.push(
+                    ready.remarks.push(
                         "With errors of the geometry free beside every law, less is explained than they cost, or something is left: the geometry was taken as given."
                             .to_owned(),
                     );
                 }
+                tried = Some(joint.journal.clone());
                 likelier.then_some(joint)
             }
             Err(error) => {
-                remarks.push(format!(
+                ready.remarks.push(format!(
                     "With errors of the geometry free beside every law the search fails ({error}): the geometry was taken as given."
                 ));
                 None
@@ -289,8 +305,8 @@ pub(crate) fn examine(
         };
         if standing.geometry_is_off {
             // The search ended where it asked for them.
-            let ready = Ready { evidence: evidence.clone(), holdout_source, outliers, remarks, laws: None };
-            let alone = match (examine(model, None, free_from, ready, begun, progress), joint.take()) {
+            let as_given = ready.again(evidence.clone(), tried.unwrap_or_else(steps), "with the geometry as given");
+            let alone = match (examine(model, None, free_from, as_given, begun, progress), joint.take()) {
                 (Err(error), Some(mut joint)) => {
                     joint.remarks.push(format!("With the geometry as given the search fails ({error})."));
                     return Ok(as_corrected(joint));
@@ -310,7 +326,8 @@ pub(crate) fn examine(
     }
     let standing = refine_terms(&context, terms(&context, standing)?)?;
     let few_errors = few_errors_would_do(&context, &standing);
-    let about = About { holdout_source, outliers, remarks, begun };
+    let Ready { holdout_source, outliers, remarks, .. } = &ready;
+    let about = About { holdout_source: holdout_source.clone(), outliers: *outliers, remarks: remarks.clone(), begun };
     Ok(Discovery { few_errors, ..conclude(context, standing, about)? })
 }
 

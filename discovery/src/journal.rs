@@ -25,6 +25,8 @@ pub enum Outcome {
     Refused,
     /// It could not be tried.
     Failed,
+    /// The search began again on another ground; the steps before are those of the search that ended there.
+    Restarted,
 }
 
 impl Outcome {
@@ -39,6 +41,7 @@ impl Outcome {
             Self::Removed => "removed",
             Self::Refused => "refused",
             Self::Failed => "failed",
+            Self::Restarted => "restarted",
         }
     }
 }
@@ -46,7 +49,7 @@ impl Outcome {
 /// One step of the search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// What was tried; none where it was what the instruments have beside white noise.
+    /// What was tried; none where it was what the instruments have beside white noise, or where the search began again.
     pub effect: Option<EffectSpec>,
     /// How that came out.
     pub outcome: Outcome,
@@ -54,6 +57,18 @@ pub struct Entry {
     pub delta_bic: Option<f64>,
     /// Why, a phrase; may be empty.
     pub reason: String,
+}
+
+impl Entry {
+    /// That the search begins again `with` something, a phrase.
+    pub(crate) fn restarted(with: &str) -> Self {
+        Self { effect: None, outcome: Outcome::Restarted, delta_bic: None, reason: with.to_owned() }
+    }
+
+    /// What it is about where that is no effect.
+    pub(crate) fn about(&self) -> &'static str {
+        if self.outcome == Outcome::Restarted { "search" } else { "instruments" }
+    }
 }
 
 /// The entries so far. Steps that run side by side write to it as well.
@@ -136,10 +151,18 @@ impl Journal {
         self.locked(|entries| entries.len())
     }
 
-    /// Says of the effects that came in since there were `from` entries that they were refused after all.
+    /// Puts the steps of searches that ended where this one begins before its own.
+    pub(crate) fn begins_with(&self, steps: Vec<Entry>) {
+        self.locked(|entries| entries.splice(0..0, steps).for_each(drop));
+    }
+
+    /// Says of what came in or changed since there were `from` entries that it was refused after all.
     pub(crate) fn refuse_since(&self, from: usize, reason: &str) {
         self.locked(|entries| {
-            for entry in entries[from..].iter_mut().filter(|entry| entry.outcome == Outcome::Added) {
+            let taken = |outcome| {
+                !matches!(outcome, Outcome::Removed | Outcome::Refused | Outcome::Failed | Outcome::Restarted)
+            };
+            for entry in entries[from..].iter_mut().filter(|entry| taken(entry.outcome)) {
                 (entry.outcome, entry.reason) = (Outcome::Refused, reason.to_owned());
             }
         });
@@ -168,6 +191,11 @@ impl Journal {
     /// That candidates of these names were weighed.
     pub(crate) fn weighed(&self, names: impl Iterator<Item = String>) {
         locked(&self.weighed).extend(names);
+    }
+
+    /// The entries so far.
+    pub(crate) fn entries(&self) -> Vec<Entry> {
+        self.locked(|entries| entries.clone())
     }
 
     pub(crate) fn written(self) -> Written {
@@ -282,14 +310,29 @@ mod tests {
     }
 
     #[test]
+    fn the_steps_of_a_search_come_behind_those_of_the_one_that_ended_where_it_began() {
+        let (before, journal) = (Journal::default(), Journal::default());
+        before.note(&drag(1.0), Outcome::Added, -20.0, "");
+        let mut steps = before.entries();
+        steps.push(Entry::restarted("with a slow clock of the time stamps undone"));
+        journal.note(&drag(2.0), Outcome::Refused, 3.0, "");
+        journal.begins_with(steps);
+        let entries = journal.written().entries;
+        let outcomes: Vec<&str> = entries.iter().map(|entry| entry.outcome.name()).collect();
+        assert_eq!(outcomes, ["added", "restarted", "refused"]);
+        assert_eq!((entries[1].about(), entries[2].about()), ("search", "instruments"));
+    }
+
+    #[test]
     fn only_what_came_in_since_is_refused_after_all() {
         let journal = Journal::default();
         journal.note(&drag(1.0), Outcome::Added, -20.0, "");
         let from = journal.len();
         journal.note(&drag(2.0), Outcome::Added, -20.0, "");
+        journal.note(&drag(2.5), Outcome::Extended, -20.0, "");
         journal.note(&drag(3.0), Outcome::Removed, 3.0, "");
         journal.refuse_since(from, "too little");
         let outcomes: Vec<Outcome> = journal.written().entries.iter().map(|entry| entry.outcome).collect();
-        assert_eq!(outcomes, [Outcome::Added, Outcome::Refused, Outcome::Removed]);
+        assert_eq!(outcomes, [Outcome::Added, Outcome::Refused, Outcome::Refused, Outcome::Removed]);
     }
 }

@@ -174,6 +174,7 @@ mod tests {
     use super::*;
     use crate::data::recording::{fitted, record};
     use crate::hypothesis::candidates::{Situation, catalogue};
+    use crate::journal::Outcome;
     use crate::outcome::Verdict;
     use crate::weigh::criterion::Penalty;
     use crate::weigh::refine::refine;
@@ -296,5 +297,8 @@ mod tests {
         let error = friction.standard_error[0].expect("an error");
         assert!((friction.effect.values[0] - 2000.0).abs() < 3.0 * error && error < 5.0, "{friction:?}");
         assert_eq!(found.survey.len(), 12);
+        // What was tried with the geometry as given is not lost, and comes first.
+        let restarted = found.journal.iter().position(|entry| entry.outcome == Outcome::Restarted).expect("an entry");
+        assert!(restarted > 0 && found.journal.len() > restarted + 1, "{:?}", found.journal);
     }
 }

@@ -328,7 +328,7 @@ fn journal_entry(entry: &Entry) -> JournalEntry<'_> {
     JournalEntry {
         id: effect.map(|effect| effect.id.as_str()),
         cable: effect.and_then(|effect| effect.cable),
-        place: effect.map_or_else(|| "instruments".to_owned(), key_of),
+        place: effect.map_or_else(|| entry.about().to_owned(), key_of),
         outcome: entry.outcome.name(),
         delta_bic: entry.delta_bic,
         reason: &entry.reason,

@@ -309,7 +309,7 @@ fn robot(discovery: &Discovery) -> Robot {
 fn step(entry: &Entry) -> Step {
     let label = |effect| report::phrase(&label(effect), &place(effect));
     Step {
-        label: entry.effect.as_ref().map_or_else(|| "the instruments".to_owned(), label),
+        label: entry.effect.as_ref().map_or_else(|| format!("the {}", entry.about()), label),
         outcome: entry.outcome.name(),
         delta_bic: entry.delta_bic,
         reason: entry.reason.clone(),
