@@ -14,6 +14,7 @@ use crate::hypothesis::term;
 use crate::journal::Outcome;
 use crate::strategy::context::{self, Context};
 use crate::strategy::fitted::Fitted;
+use crate::strategy::form::form_if;
 use crate::strategy::standing::{Accepted, Standing};
 use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::proposal::promises;
@@ -28,10 +29,12 @@ pub(crate) fn on_each_cable(context: &Context<'_>, mut standing: Standing, share
     let mut k = 0;
     while k < standing.accepted.len() && standing.fit.gap[0] > context.policy.nothing_left {
         let law = standing.found(context)[k].clone();
-        let apart = if is_of_all(&law) { apart(context, &standing, k, share) } else { Ok(None) };
+        let apart = if is_of_all(&law) { apart(context, &standing, k) } else { Ok(None) };
         match context.journal.tried(&law, "on each cable by itself", apart).flatten() {
-            // Those on each cable come last.
-            Some(next) => standing = split(context, standing, k, next),
+            Some(next) => match in_their_form(context, &standing, k, next, share) {
+                Some(divided) => standing = divided,
+                None => k += 1,
+            },
             None => k += 1,
         }
     }
@@ -44,8 +47,25 @@ fn is_of_all(law: &EffectSpec) -> bool {
     law.cable.is_none() && law.info().is_ok_and(|info| info.scope == Scope::EachCable)
 }
 
-/// What is fitted with law `k` on each cable that has it, if that explains more, and more than a share of the evidence that is left.
-fn apart(context: &Context<'_>, standing: &Standing, k: usize, share: f64) -> Result<Option<Fitted>, FitError> {
+/// What stands with `next` in the place of law `k`, if that explains more than a share of the evidence that is left; with the form that
+/// friction then needs where sizes alone explain less, for neither shows as long as the other is not there.
+fn in_their_form(context: &Context<'_>, standing: &Standing, k: usize, next: Fitted, share: f64) -> Option<Standing> {
+    let begun = context.journal.len();
+    let explained = |fit: &Fitted| context::share(standing.fit.score, &fit.train, fit.score, &context.evidence.train);
+    let mut divided = split(context, standing.clone(), k, next);
+    let by_sizes = explained(&divided.fit);
+    if by_sizes < share {
+        divided = form_if(context, divided, (share - by_sizes) / (1.0 - by_sizes));
+    }
+    if explained(&divided.fit) >= share {
+        return Some(divided);
+    }
+    context.journal.refuse_since(begun, "so much else is left that it may only look like other sizes");
+    None
+}
+
+/// What is fitted with law `k` on each cable that has it, if that explains more.
+fn apart(context: &Context<'_>, standing: &Standing, k: usize) -> Result<Option<Fitted>, FitError> {
     let (policy, stands) = (context.policy, &standing.fit);
     let (mut model, law) = standing.without(context, k);
     let first = model.effects.len();
@@ -67,8 +87,7 @@ fn apart(context: &Context<'_>, standing: &Standing, k: usize, share: f64) -> Re
         }
         next = without;
     }
-    let explained = context::share(stands.score, &next.train, next.score, &context.evidence.train);
-    let better = next.score < stands.score - EVIDENCE && explained >= share && next.helps(stands, policy);
+    let better = next.score < stands.score - EVIDENCE && next.helps(stands, policy);
     Ok(better.then_some(next))
 }
 
@@ -122,17 +141,22 @@ mod tests {
     use crate::strategy::fixture::{begun, effect, evidence, names, with};
     use crate::strategy::policy::POLICY;
 
-    /// What stands where friction of all winches was found, with its forces, and so much of it is on each winch.
-    fn stands(forces: [f64; 4]) -> (Vec<(String, Option<usize>)>, Vec<f64>) {
-        let friction = |cable, force| effect("winch_coulomb_friction", cable, &[force, 0.02]);
+    /// What stands where plain friction of all winches was found, with its forces, and so much of it is on each winch, with presliding of
+    /// so much for each newton.
+    fn stands(forces: [f64; 4], presliding: &[f64]) -> (Vec<(String, Option<usize>)>, Vec<f64>) {
+        let friction = |cable, force: f64, presliding: &[f64]| {
+            let form = presliding.iter().map(|share| share * force);
+            let values: Vec<f64> = [force, 0.02, 0.0, 0.0].into_iter().chain(form).collect();
+            effect("winch_coulomb_friction", cable, &values)
+        };
         let hidden: Vec<EffectSpec> = (1..=4)
             .zip(forces)
             .filter(|(_, force)| *force > 0.0)
-            .map(|(cable, force)| friction(Some(cable), force))
+            .map(|(cable, force)| friction(Some(cable), force, presliding))
             .collect();
         let evidence = evidence(&hidden, 95);
         let (context, standing) = begun(&evidence, &Model::default());
-        let standing = with(&context, standing, vec![(friction(None, 120.0), Vec::new())]);
+        let standing = with(&context, standing, vec![(friction(None, 120.0, &[]), Vec::new())]);
         let apart = on_each_cable(&context, standing, POLICY.most);
         assert_eq!(apart.accepted.len(), apart.found(&context).len());
         assert_eq!(apart.count(), 1);
@@ -147,7 +171,7 @@ mod tests {
     #[test]
     fn friction_of_another_size_on_each_winch_is_found_on_each() {
         for forces in [[80.0, 140.0, 110.0, 190.0], [0.0, 110.0, 0.0, 160.0]] {
-            let (names, found) = stands(forces);
+            let (names, found) = stands(forces, &[]);
             let there: Vec<(usize, f64)> = (1..=4).zip(forces).filter(|(_, force)| *force > 0.0).collect();
             assert_eq!(names, friction_of(&there.iter().map(|(cable, _)| Some(*cable)).collect::<Vec<_>>()));
             for ((_, force), found) in there.iter().zip(found) {
@@ -156,8 +180,16 @@ mod tests {
         }
     }
 
+    /// Presliding on two of four: the sizes explain less than half without the form, and the form less than half without the sizes.
+    #[test]
+    fn sizes_and_the_form_that_friction_has_beside_them_are_asked_together() {
+        let (names, found) = stands([0.0, 110.0, 0.0, 160.0], &[200.0, 8.0]);
+        assert_eq!(names, friction_of(&[Some(2), Some(4)]));
+        assert!((found[0] / 110.0 - 1.0).abs() < 0.1 && (found[1] / 160.0 - 1.0).abs() < 0.1, "{found:?}");
+    }
+
     #[test]
     fn friction_of_one_size_stays_one_law() {
-        assert_eq!(stands([120.0; 4]).0, friction_of(&[None]));
+        assert_eq!(stands([120.0; 4], &[]).0, friction_of(&[None]));
     }
 }

@@ -27,6 +27,9 @@ pub(crate) struct Policy {
     pub(crate) most_undone: usize,
     /// Most effects added: a simulation that lacks more is another machine's.
     pub(crate) most_effects: usize,
+    /// Most rounds in which effects or instruments come in one after the other: four for each effect that may stand, for some are made one with
+    /// others again.
+    pub(crate) most_rounds: usize,
     /// Most candidates of one round that are fitted in full before the round is given up: those after it explain less.
     pub(crate) most_refusals: usize,
     /// Most terms outside the catalogue that are added one after the other.
@@ -125,6 +128,7 @@ pub(crate) const POLICY: Policy = Policy {
     most: 0.5,
     most_undone: 3,
     most_effects: 5,
+    most_rounds: 20,
     most_refusals: 4,
     most_terms: 3,
     terms_explain_all: 1.05,

@@ -42,12 +42,15 @@ pub(crate) fn undo_before_more(
 /// looked for, but for one that makes fewer of them: errors of one anchor are found after what stood for each of their directions.
 pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<Standing, FitError> {
     standing = on_each_cable(context, standing, context.policy.most);
-    while standing.count() < context.policy.most_effects {
+    for _ in 0..context.policy.most_rounds {
+        if standing.count() >= context.policy.most_effects {
+            return Ok(standing);
+        }
         let score = standing.fit.score;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
         standing = undo_before_more(context, standing, &signatures)?;
         if standing.begins_anew() {
-            break;
+            return Ok(standing);
         }
         if standing.count() >= context.policy.several_laws
             && let Some(gain) = survey_gains(context, &standing)?
@@ -62,7 +65,7 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
             };
             standing = beside_instruments(context, standing, better)?;
             if standing.begins_anew() {
-                break;
+                return Ok(standing);
             }
             continue;
         }
@@ -73,7 +76,7 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
                 }
                 standing = beside_instruments(context, same, *better)?;
                 if standing.begins_anew() {
-                    break;
+                    return Ok(standing);
                 }
                 continue;
             }
@@ -90,9 +93,13 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
         let share = if found { context.policy.most } else { f64::NEG_INFINITY };
         standing = on_each_cable(context, form_if(context, standing, share), share);
         if !found && standing.fit.score == score {
-            break;
+            return Ok(standing);
         }
     }
+    context.journal.remark(format!(
+        "Laws came in and were made one with others again for {} rounds: there the search for more was ended.",
+        context.policy.most_rounds
+    ));
     Ok(standing)
 }
 
