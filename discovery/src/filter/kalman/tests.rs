@@ -2,9 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::predict::STEP_ERROR;
 use super::*;
 use crate::data::recording::{Bench, fitted, fitted_on, record, record_on};
 use crate::instruments::expected::with_memory;
+use crate::model::examined::WRENCH;
 use crate::model::randomness::Memory;
 
 /// The textbook's filter and smoother (H. E. Rauch, F. Tung and C. T. Striebel, 1965) with full matrices: `-2 log L`, the
