@@ -28,6 +28,12 @@ pub(crate) struct Prediction {
 }
 
 impl Prediction {
+    /// What channel `j` showed last before sample `k` in the run from `restart` on; `NAN` where it showed nothing. A run that could not be
+    /// simulated to its end stays where it stopped: were its samples left out, a model would be the better for them.
+    fn last(&self, restart: usize, k: usize, j: usize) -> f64 {
+        self.shown[restart..k].iter().rev().map(|row| row[j]).find(|value| value.is_finite()).unwrap_or(f64::NAN)
+    }
+
     /// Whether the simulation restarts at sample `k`.
     pub(crate) fn is_restart(&self, k: usize) -> bool {
         self.restarts.binary_search(&k).is_ok()
@@ -181,7 +187,9 @@ pub(crate) fn gap(trials: &[Trial], predictions: &[Prediction], noise: &[f64]) -
                 continue;
             };
             for (j, at) in index.iter().enumerate() {
-                let e = (shown[j] - trial.measured[k][j]) / noise[*at];
+                let shown =
+                    if shown[j].is_finite() { shown[j] } else { prediction.last(prediction.restarts[run], k, j) };
+                let e = (shown - trial.measured[k][j]) / noise[*at];
                 if e.is_finite() {
                     sums[*at].0 += e * e;
                     sums[*at].1 += 1;
@@ -285,6 +293,21 @@ mod tests {
         fit.randomness.force = fit.randomness.smallest_latent();
         fit.randomness.winch = fit.randomness.smallest_latent();
         assert!(gap_along(&fit) > 10.0);
+    }
+
+    /// A model under which a cable is wound in lost its worst samples, and seemed the better for it.
+    #[test]
+    fn a_run_that_stops_misses_what_comes_after() {
+        let trials = [record(&[], 30.0, 8)];
+        let (fit, noise) = (fitted(&[], &trials), noise_of_data(&trials));
+        let mut predictions = predict(&fit, &trials, 5.0);
+        let whole = gap(&trials, &predictions, &noise);
+        let [_, second, third, ..] = predictions[0].restarts[..] else { panic!("three runs") };
+        predictions[0].shown[second + 10..third].iter_mut().for_each(|row| row.fill(f64::NAN));
+        let stopped = gap(&trials, &predictions, &noise);
+        assert!(stopped.runs[1] > 10.0 * whole.runs[1] && stopped.runs[2] == whole.runs[2]);
+        let count = |gap: &GapSum| gap.channels.iter().map(|(_, count)| count).sum::<usize>();
+        assert_eq!(count(&stopped), count(&whole));
     }
 
     /// The first run ends where the second begins.

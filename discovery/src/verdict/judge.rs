@@ -14,6 +14,8 @@ pub(crate) enum Reason {
     RandomDisturbance { force: f64 },
     /// Nothing found, but more than noise is left: the gap over a horizon (s), and whether no candidate of chance came near.
     Unexplained { gap: f64, horizon: f64, beyond_chance: bool },
+    /// No free run tells anything, and a force at random is left (N).
+    ForceLeft { force: f64 },
     /// A share of the winch forces' variance acts at random, and was not recorded.
     Unrecorded { share: f64 },
     /// What was found leaves so much: the gap over a horizon (s) in multiples of what a faultless model would leave.
@@ -64,9 +66,11 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
     let counts = |h: &&HorizonFacts| h.tells(policy) && h.reach.horizon <= HORIZON;
     let telling: Vec<&HorizonFacts> = facts.horizons.iter().filter(counts).collect();
     let worst = telling.iter().copied().max_by(|a, b| a.after().total_cmp(&b.after()));
-    let at_noise = worst.is_none_or(|h| h.after() <= policy.at_noise);
-    let missed_nothing = telling.iter().all(|h| h.before() <= policy.at_noise);
     let white = facts.coloured.is_empty();
+    let small = white && (!facts.disturbance.any || facts.disturbance.is_below(policy.small_force));
+    // Where no free run tells anything the innovations do.
+    let at_noise = worst.map_or(small, |h| h.after() <= policy.at_noise);
+    let missed_nothing = telling.iter().all(|h| h.before() <= policy.at_noise);
     let stands_in = |effect: &EffectFacts| (!at_noise || missed_nothing) && effect.varies > policy.unsteady;
     let stand_in = (0..facts.effects.len())
         .filter(|k| stands_in(&facts.effects[*k]))
@@ -92,7 +96,9 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
         reasons.push(Reason::Unrecorded { share: facts.unrecorded });
     }
     let nothing_found = facts.effects.is_empty() && facts.terms == 0;
-    let small = white && (!facts.disturbance.any || facts.disturbance.is_below(policy.small_force));
+    if worst.is_none() && !at_noise && white {
+        reasons.push(Reason::ForceLeft { force: facts.disturbance.force });
+    }
     let verdict = if nothing_found {
         match worst {
             _ if at_noise && !driven => Verdict::Unnamed,
@@ -105,17 +111,20 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
                 reasons.push(Reason::RandomDisturbance { force: facts.disturbance.force });
                 Verdict::NoMissingEffect
             }
-            worst => {
-                let (gap, horizon) = worst.map_or((f64::NAN, f64::NAN), |h| (h.after(), h.reach.horizon));
+            Some(worst) => {
+                let (gap, horizon) = (worst.after(), worst.reach.horizon);
                 let beyond_chance = facts.chance.is_some_and(|test| test.as_strong == 0);
                 reasons.push(Reason::Unexplained { gap, horizon, beyond_chance });
                 Verdict::Unnamed
             }
+            None => Verdict::Unnamed,
         }
     } else if facts.terms > 0 {
         Verdict::Unnamed
     } else {
-        let little = !at_noise && telling.iter().all(|h| h.share_left() > policy.explained);
+        // Over a horizon at which nothing was missed there is nothing to explain.
+        let mut missed = telling.iter().filter(|h| h.before() > policy.at_noise);
+        let little = !at_noise && worst.is_some() && missed.all(|h| h.share_left() > policy.explained);
         if little {
             reasons.push(Reason::ExplainsLittle);
         }

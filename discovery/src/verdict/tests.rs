@@ -238,6 +238,34 @@ fn what_leaves_more_than_half_of_the_gap_names_nothing() {
     assert!(judgement.reasons.contains(&Reason::ExplainsLittle), "{judgement:?}");
 }
 
+/// Over 1 s nothing was missed, and of nothing no share is left.
+#[test]
+fn a_horizon_that_is_only_noise_does_not_make_little_much() {
+    let judgement = judged(&facts([(0.98, 0.98), (2.6, 2.5), (20.0, 17.0)], &[SURE]));
+    assert_eq!(judgement.verdict, Verdict::Unnamed);
+    assert!(judgement.reasons.contains(&Reason::ExplainsLittle), "{judgement:?}");
+}
+
+/// A fast robot that is logged seldom: an error of the start is large before the shortest run ends.
+#[test]
+fn where_no_free_run_tells_anything_the_innovations_do() {
+    let nothing_tells = |disturbance: Disturbance, coloured: &[&str], effects: &[EffectFacts]| {
+        let horizons = vec![horizon(0.4, 9.0, 9.0, 2.0 * POLICY.farthest)];
+        let coloured = coloured.iter().map(|channel| (*channel).to_owned()).collect();
+        judged(&Facts { horizons, disturbance, coloured, ..facts(NOISE, effects) })
+    };
+    let large = Disturbance { force: 300.0, torque: 3000.0, any: true, ..NOTHING };
+    assert_eq!(nothing_tells(NOTHING, &[], &[]).verdict, Verdict::NoMissingEffect);
+    assert_eq!(nothing_tells(NOTHING, &[], &[SURE]).verdict, Verdict::Named);
+    assert_eq!(nothing_tells(NOTHING, &["x"], &[]).verdict, Verdict::Unnamed);
+    assert_eq!(nothing_tells(NOTHING, &["x"], &[SURE]).verdict, Verdict::PartlyNamed);
+    for (effects, expected) in [(&[][..], Verdict::Unnamed), (&[SURE], Verdict::PartlyNamed)] {
+        let judgement = nothing_tells(large, &[], effects);
+        assert_eq!(judgement.verdict, expected);
+        assert!(judgement.reasons.contains(&Reason::ForceLeft { force: 300.0 }), "{judgement:?}");
+    }
+}
+
 /// A machine at rest: a lag of 130 ± 100 s; a drag of 70 ± 1860. Nothing hidden beside an error of the forces: damping of 1.12 ± 0.39.
 #[test]
 fn a_size_that_is_not_known_carries_no_name() {

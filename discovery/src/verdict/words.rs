@@ -38,6 +38,10 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
              innovations are white, and no candidate explains more of it than chance.",
             short(*force)
         ),
+        Reason::ForceLeft { force } => format!(
+            "The data need a force at random of about {} N that was not recorded, and no free run tells what that leaves.",
+            short(*force)
+        ),
         Reason::Unrecorded { share } => format!(
             "{} % of the variance of the winch forces acts at random and is not in the recorded forces: commands that change \
              between rows, or a force that nobody measured. Whatever a model makes of the recorded forces passes beside that.",
