@@ -53,6 +53,12 @@ pub(crate) fn index_of(spec: &EffectSpec, name: &str) -> Option<usize> {
     spec.info().ok()?.parameters.iter().position(|parameter| parameter.name == name)
 }
 
+/// Whether two effects are one law on two cables, at work at the same times.
+pub(crate) fn same_law(a: &EffectSpec, b: &EffectSpec) -> bool {
+    let on_its_own = |effect: &EffectSpec| EffectSpec { cable: None, values: Vec::new(), ..effect.clone() };
+    a.expression.is_none() && on_its_own(a) == on_its_own(b)
+}
+
 /// Whether two effects are one law at one place, whatever their sizes and times.
 pub(crate) fn is_one_law(a: &EffectSpec, b: &EffectSpec) -> bool {
     (&a.id, a.cable, &a.expression) == (&b.id, b.cable, &b.expression)

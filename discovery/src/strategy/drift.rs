@@ -64,7 +64,9 @@ pub(crate) fn instead_of_drift(context: &Context<'_>, standing: Standing) -> Res
         return Ok(standing);
     }
     let next = context.counted(next);
-    let entered = enter(context, &standing, next, rivals, Source::Catalogue, "in the place of a drift")?.entered();
+    // Free runs are compared by what the instruments of both are without the drift.
+    let counted = Standing { fit: context.counted_as(&standing.fit, &next), ..standing.clone() };
+    let entered = enter(context, &counted, next, rivals, Source::Catalogue, "in the place of a drift")?.entered();
     let Some(mut entered) = entered else { return Ok(standing) };
     if let Some(base) = steadied(context, &context.counted_as(&entered.base, &entered.fit))? {
         entered.base = Arc::new(base);

@@ -9,6 +9,7 @@ use cdpr::model_file::Model;
 
 use crate::filter::error::FitError;
 use crate::hypothesis::candidates::is_there;
+use crate::hypothesis::extension::same_law;
 use crate::journal::Outcome;
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
@@ -52,6 +53,7 @@ fn one_for_all(context: &Context<'_>, standing: Standing, law: &EffectSpec) -> S
     let one = &mut standing.accepted[strongest];
     one.delta_bic = explained;
     one.alternatives.clear();
+    one.divided = false;
     one.rivals.retain(|rival| rival.id != all.id);
     one.rivals.iter_mut().for_each(|rival| rival.cable = None);
     let mut number = 0..;
@@ -90,12 +92,6 @@ pub(crate) fn as_good(context: &Context<'_>, model: &Model, fitted: &Fitted) -> 
     let as_likely = next.holdout_score < fitted.holdout_score + context.policy.helps * EVIDENCE;
     let as_good = next.score <= fitted.score && as_likely;
     Ok(as_good.then_some(next))
-}
-
-/// Whether two effects are one law on two cables, at work at the same times.
-pub(crate) fn same_law(a: &EffectSpec, b: &EffectSpec) -> bool {
-    let on_its_own = |effect: &EffectSpec| EffectSpec { cable: None, values: Vec::new(), ..effect.clone() };
-    a.expression.is_none() && on_its_own(a) == on_its_own(b)
 }
 
 #[cfg(test)]

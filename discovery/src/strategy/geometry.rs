@@ -75,7 +75,7 @@ fn promised_gain(context: &Context<'_>, standing: &Standing) -> Result<Option<f6
     let gain = explained + needless - price;
     let forces = |randomness: &Randomness| randomness.force.hypot(randomness.winch);
     // Where forces at random are as small as they are looked for there are none.
-    let none = ladder(&fit.randomness).last().map_or(0.0, forces);
+    let none = forces(&fit.randomness.without_latents());
     let instead = forces(&size) <= none.max(policy.survey_leaves * forces(&fit.randomness));
     Ok((gain > EVIDENCE && instead).then_some(gain))
 }

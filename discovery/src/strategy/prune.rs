@@ -38,6 +38,8 @@ pub(crate) fn prune(context: &Context<'_>, mut standing: Standing) -> Result<Sta
                 journal.note(&effect, Outcome::Removed, change, "the model is as good without it");
                 standing.step_back(k, effect);
                 standing = standing.changed(without);
+                // The others were judged beside it.
+                judged.clear();
             }
             Ok(without) => {
                 let accepted = &mut standing.accepted[k];
@@ -81,7 +83,7 @@ fn without_unseen(context: &Context<'_>, mut standing: Standing) -> Result<Stand
             kept += 1;
             continue;
         };
-        context.journal.note(&effect, Outcome::Removed, explained, why_unseen(fit));
+        context.journal.note(&effect, Outcome::Removed, -explained, why_unseen(fit));
         if standing.accepted.len() == 1 {
             return Ok(standing.anew());
         }

@@ -125,9 +125,7 @@ impl<'a> Weighing<'a> {
             if base - best.score < EVIDENCE {
                 break;
             }
-            // The simpler of two good explanations first; once one is refused, the better one.
-            let parsimony = self.source == Source::Catalogue && refused.is_empty();
-            let chosen = if parsimony { simplest(library, &left, base, context.policy) } else { best };
+            let chosen = if refused.is_empty() { self.first(&left).unwrap_or(best) } else { best };
             let candidate = &library.candidates[chosen.candidate];
             refused.push((candidate.id, candidate.cable));
             let Some(effect) = chosen.effect(library) else { continue };
@@ -212,7 +210,7 @@ impl<'a> Weighing<'a> {
         if !remembers || gain < context.policy.promising * explained {
             return Ok(false);
         }
-        let Some(effect) = self.ranked.first().and_then(|best| best.effect(library)) else { return Ok(false) };
+        let Some(effect) = self.first(&self.ranked).and_then(|first| first.effect(library)) else { return Ok(false) };
         let fitted = &standing.fit;
         let mut model = fitted.train.model.clone();
         model.effects.push(effect.clone());
@@ -221,6 +219,16 @@ impl<'a> Weighing<'a> {
         let Some(next) = context.journal.tried(&effect, "in the place of instruments", next) else { return Ok(false) };
         let beside = with_instruments(context, &next, 0.0)?;
         Ok(beside.is_some_and(|beside| beside.score < better.score - EVIDENCE))
+    }
+
+    /// The candidate that is fitted first of those `ranked`: of laws of the catalogue the simpler one of two good explanations.
+    fn first<'b>(&self, ranked: &'b [Scored]) -> Option<&'b Scored> {
+        match self.source {
+            Source::Catalogue if !ranked.is_empty() => {
+                Some(simplest(self.library, ranked, self.base, self.context.policy))
+            }
+            _ => ranked.first(),
+        }
     }
 
     /// The candidates that were not refused yet, the best first.

@@ -37,9 +37,9 @@ pub(crate) fn settle(context: &Context<'_>, mut standing: Standing) -> Result<St
         }
     }
     let standing = settle_times(context, standing);
-    let several = standing.accepted.len();
+    let each = standing.laws();
     let standing = on_every_cable(context, standing);
-    Ok(if standing.accepted.len() < several { compare(context, standing, false).0 } else { standing })
+    Ok(if standing.laws() == each { standing } else { compare(context, standing, false).0 })
 }
 
 /// Compares every effect with its rivals, of which a better one may replace it; stops where that happened and several stand.
@@ -109,6 +109,8 @@ fn take_up(context: &Context<'_>, standing: Standing, k: usize, rivals: &mut Vec
     accepted.delta_bic += delta_bic;
     accepted.rivals.retain(|rival| rival.id != effect.id);
     accepted.rivals.push(old.clone());
+    // What is known on the beginnings alone was compared with the law that stood there.
+    rivals.retain(|rival| rival.whole.is_some());
     rivals
         .iter_mut()
         .for_each(|rival| (rival.delta_bic, rival.price) = (rival.delta_bic - delta_bic, rival.price - price));

@@ -8,7 +8,7 @@ use cdpr::model_file::Model;
 use crate::data::{Trial, Undone};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
-use crate::hypothesis::extension::{count_in_use, is_one_law};
+use crate::hypothesis::extension::{count_in_use, is_one_law, same_law};
 use crate::journal::Outcome;
 use crate::outcome::{Alternative, NullTest};
 use crate::strategy::context::Context;
@@ -114,7 +114,8 @@ impl Standing {
 
     /// The model as given in the place of all that was accepted.
     pub(crate) fn anew(&self) -> Self {
-        Self { fit: (*self.base).clone(), accepted: Vec::new(), ..self.clone() }
+        // What chance did was weighed beside what is no longer there.
+        Self { fit: (*self.base).clone(), accepted: Vec::new(), chance: None, ..self.clone() }
     }
 
     /// The same effects by another fit, which is not quite the same model: fits without one of them are no longer of this one.
@@ -142,8 +143,18 @@ impl Standing {
 
     /// How many laws were accepted; one that was divided among cables counts once.
     pub(crate) fn count(&self) -> usize {
-        let divided = self.accepted.iter().filter(|accepted| accepted.divided).count();
-        self.accepted.len() - divided.saturating_sub(1)
+        let effects = self.effects();
+        let found = &effects[effects.len() - self.accepted.len()..];
+        let mut divided: Vec<&EffectSpec> = Vec::new();
+        let mut others = 0;
+        for (law, accepted) in found.iter().zip(&self.accepted) {
+            if !accepted.divided {
+                others += 1;
+            } else if !divided.iter().any(|other| same_law(other, law)) {
+                divided.push(law);
+            }
+        }
+        others + divided.len()
     }
 
     /// The effects of the model that stands.
@@ -191,7 +202,7 @@ impl Standing {
             context.journal.note(effect, Outcome::Removed, accepted.delta_bic, reason);
         }
         self.accepted.clear();
-        Self { fit, ..self }
+        Self { fit, chance: None, ..self }
     }
 
     /// The model that stands without the effect that was accepted as number `k`, and that effect.
@@ -251,6 +262,21 @@ mod tests {
     }
 
     #[test]
+    fn a_law_that_was_divided_counts_once_and_two_count_twice() {
+        let evidence = evidence(&[], 91);
+        let (context, standing) = begun(&evidence, &Model::default());
+        let laws = ["winch_viscous_friction", "winch_force_gain"];
+        let of_two = |cable| laws.map(|id| (effect(id, Some(cable), &[1e-3]), Vec::new()));
+        let found = (1..=4).flat_map(of_two).collect();
+        let mut standing = with(&context, standing, found);
+        assert_eq!(standing.count(), 8);
+        standing.accepted.iter_mut().for_each(|accepted| accepted.divided = true);
+        assert_eq!(standing.count(), 2);
+        standing.accepted[0].divided = false;
+        assert_eq!(standing.count(), 3);
+    }
+
+    #[test]
     fn what_is_given_up_is_noted_and_a_change_forgets_fits_without() {
         let evidence = evidence(&[], 91);
         let (context, standing) = begun(&evidence, &Model::default());
@@ -263,8 +289,12 @@ mod tests {
         assert!(changed.accepted[0].without.is_none() && changed.accepted[0].formed_among.is_none());
         let (model, effect) = changed.without(&context, 0);
         assert_eq!((model.effects.len(), effect.cable), (0, Some(2)));
-        let anew = changed.anew();
-        assert!(anew.accepted.is_empty() && anew.effects().is_empty());
+        let weighed = Standing {
+            chance: Some(NullTest { shifts: 99, found: 20.0, as_strong: 0, over_threshold: 0, largest: 9.0 }),
+            ..changed.clone()
+        };
+        let anew = weighed.anew();
+        assert!(anew.accepted.is_empty() && anew.effects().is_empty() && anew.chance.is_none());
         let base = (*changed.base).clone();
         let given_up = changed.give_up(&context, "something else explains more", base);
         assert!(given_up.accepted.is_empty() && given_up.effects().is_empty());
