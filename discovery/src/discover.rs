@@ -23,6 +23,7 @@ use crate::report;
 use crate::strategy::context::{Context, Progress};
 use crate::strategy::fitted::Evidence;
 use crate::strategy::geometry::{few_errors_would_do, survey_gains};
+use crate::strategy::lost_forces::without_lost_forces;
 use crate::strategy::policy::POLICY;
 use crate::strategy::search::search;
 use crate::strategy::standing::Standing;
@@ -93,6 +94,10 @@ pub fn discover(
     progress("checking the data against the model", 0.01);
     let (model, before) = readable(model, &mut ready, may_correct).map_err(DiscoverError::Data)?;
     let model = &*model;
+    if let Some((evidence, remark)) = without_lost_forces(&ready.evidence, model) {
+        ready.evidence = evidence;
+        ready.remarks.push(remark);
+    }
     let survey = may_correct.then(|| survey_errors(model, &ready.evidence.train)).filter(|errors| !errors.is_empty());
     let mut discovery = examine(model, survey, model.effects.len(), ready, begun, progress)?;
     discovery.survey = both(before, discovery.survey);

@@ -8,6 +8,7 @@ pub(crate) mod counts;
 pub(crate) mod device;
 pub(crate) mod held;
 pub(crate) mod line;
+pub(crate) mod lost_forces;
 mod map;
 mod read;
 mod ready;

@@ -6,7 +6,7 @@ use crate::hypothesis::extension::{at_work_like, value_of};
 use crate::hypothesis::friction::{coulomb_contained, stribeck_containing};
 
 /// The law `id` where it contains the law `standing`, from where it can show that it is more: Stribeck friction contains
-/// Coulomb friction with the same turn, an umbilical linear drag.
+/// Coulomb friction with the same turn and viscous friction, an umbilical linear drag.
 pub(crate) fn containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
     umbilical_containing(id, standing).or_else(|| stribeck_containing(id, standing))
 }
@@ -64,6 +64,15 @@ mod tests {
         assert!(containing("winch_stribeck_friction", &algebraic).is_none());
         assert!(containing("pulley_capstan_loss", &coulomb).is_none());
         assert!(containing("winch_coulomb_friction", &wider).is_none());
+    }
+
+    /// Viscous friction of one winch of eight was "either viscous or Stribeck friction", of 0.02 N where it does not turn.
+    #[test]
+    fn stribeck_friction_contains_viscous_friction() {
+        let viscous = effect("winch_viscous_friction", &[300.0]);
+        let wider = containing("winch_stribeck_friction", &viscous).unwrap();
+        assert_eq!((wider.values[3], wider.cable), (300.0, Some(2)));
+        assert!(wider.values[0] > 0.0 && wider.values[1] > wider.values[0] && wider.values[1] < 10.0);
     }
 
     #[test]

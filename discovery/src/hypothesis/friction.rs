@@ -8,6 +8,7 @@ use cdpr::model_file::Model;
 use crate::hypothesis::candidates::is_there;
 use crate::hypothesis::extension::{at_work_like, extended_like, value_of, with};
 
+const VISCOUS: &str = "winch_viscous_friction";
 const COULOMB: &str = "winch_coulomb_friction";
 const STRIBECK: &str = "winch_stribeck_friction";
 const CAPSTAN: &str = "pulley_capstan_loss";
@@ -165,14 +166,25 @@ pub(crate) fn on_all_winches(tension: f64) -> impl Iterator<Item = EffectSpec> {
     own_level.into_iter().chain(rivals.into_iter().flatten().filter(|law| law.id == CAPSTAN))
 }
 
-/// Stribeck friction from where it can show that it is more than the Coulomb friction that stands, with the same turn.
+/// Stribeck friction from where it can show that it is more than the law that stands: Coulomb friction with the same turn, or viscous
+/// friction.
 pub(crate) fn stribeck_containing(id: &str, standing: &EffectSpec) -> Option<EffectSpec> {
-    let plain = ["tail", "algebraic"].iter().all(|shape| value_of(standing, shape) == Some(0.0));
-    if id != STRIBECK || standing.id != COULOMB || !plain {
+    if id != STRIBECK {
         return None;
     }
-    let (force, transition) = (value_of(standing, "force")?, value_of(standing, "transition_speed")?);
-    let law = EffectSpec::new(id, standing.cable, &[force, 1.05 * force, 0.1, 0.0, transition]).ok()?;
+    let speed = 0.1;
+    let [force, viscous, transition] = match standing.id.as_str() {
+        COULOMB if ["tail", "algebraic"].iter().all(|shape| value_of(standing, shape) == Some(0.0)) => {
+            [value_of(standing, "force")?, 0.0, value_of(standing, "transition_speed")?]
+        }
+        // Dry friction of a twentieth of what damping is at that speed.
+        VISCOUS => {
+            let coefficient = value_of(standing, "coefficient")?;
+            [0.05 * speed * coefficient, coefficient, 0.0]
+        }
+        _ => return None,
+    };
+    let law = EffectSpec::new(id, standing.cable, &[force, 1.05 * force, speed, viscous, transition]).ok()?;
     Some(extended_like(&law, standing))
 }
 

@@ -18,6 +18,7 @@ pub(crate) mod form;
 pub(crate) mod geometry;
 pub(crate) mod instruments;
 pub(crate) mod late_winches;
+pub(crate) mod lost_forces;
 pub(crate) mod one_friction;
 pub(crate) mod onset;
 pub(crate) mod other_optimum;
