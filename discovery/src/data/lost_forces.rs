@@ -7,8 +7,11 @@ use super::clean::median;
 
 /// Rows before and rows after that tell what a force is around a row: more than half of each must be right.
 const AROUND: usize = 10;
-/// How many times as far as forces usually are from the median around them (robust standard deviation) a lost one is.
+/// How many times as far as forces usually are from the median around them (robust standard deviation) a lost one is, and as those right before
+/// and after it.
 const BEYOND: f64 = 10.0;
+/// The least that is usual, as a share of what the force is: of one that hardly changes every change would be unusual.
+const LEAST: f64 = 1e-3;
 
 /// A trial with straight lines in the place of forces that jump away and back, and in how many rows each winch's did.
 pub(crate) fn with_forces_between(trial: &Trial) -> (Trial, Vec<usize>) {
@@ -19,15 +22,11 @@ pub(crate) fn with_forces_between(trial: &Trial) -> (Trial, Vec<usize>) {
         let count = lost.iter().filter(|lost| **lost).count();
         let known: Vec<usize> = (0..force.len()).filter(|k| !lost[*k]).collect();
         for (k, inputs) in out.inputs.iter_mut().enumerate().filter(|(k, _)| lost[*k]) {
+            // Those near the ends are known.
             let next = known.partition_point(|known| *known < k);
-            inputs.winch_force[winch] = match (next.checked_sub(1).map(|at| known[at]), known.get(next).copied()) {
-                (Some(a), Some(b)) => {
-                    let share = (trial.time[k] - trial.time[a]) / (trial.time[b] - trial.time[a]);
-                    force[a] + share * (force[b] - force[a])
-                }
-                (Some(only), None) | (None, Some(only)) => force[only],
-                (None, None) => force[k],
-            };
+            let (a, b) = (known[next - 1], known[next]);
+            let share = (trial.time[k] - trial.time[a]) / (trial.time[b] - trial.time[a]);
+            inputs.winch_force[winch] = force[a] + share * (force[b] - force[a]);
         }
         count
     });
@@ -77,8 +76,7 @@ fn off_from_around(force: &[f64]) -> Vec<f64> {
 fn away(force: &[f64], off: &[f64]) -> Vec<bool> {
     let around = |k: usize| k.saturating_sub(AROUND)..(k + AROUND + 1).min(force.len());
     let usual = 1.4826 * median(off.to_vec());
-    // Of a force that hardly changes every change would be unusual.
-    let least = 1e-3 * median(force.iter().map(|force| force.abs()).collect());
+    let least = LEAST * median(force.iter().map(|force| force.abs()).collect());
     let limit = |k: usize| BEYOND * usual.max(least).max(1.4826 * median(off[around(k)].to_vec()));
     let inside = |k: usize| k >= AROUND && k + AROUND < force.len();
     (0..force.len()).map(|k| inside(k) && off[k] > limit(k)).collect()
