@@ -13,6 +13,8 @@ use crate::check::check;
 use crate::data::bursts::remove_bursts;
 use crate::data::clean::remove_outliers;
 use crate::data::held::{Held, leave_out_held};
+use crate::data::holes::{cut_at_holes, with_rows_between};
+use crate::data::wraps::unwrap;
 use crate::data::{Trial, Undone, make_ready};
 use crate::filter::error::FitError;
 use crate::filter::estimate::noise_of_data;
@@ -94,6 +96,7 @@ pub fn discover(
     progress("checking the data against the model", 0.01);
     let (model, before) = readable(model, &mut ready, may_correct).map_err(DiscoverError::Data)?;
     let model = &*model;
+    ready.cut_at_holes();
     if let Some((evidence, remark)) = without_lost_forces(&ready.evidence, model) {
         ready.evidence = evidence;
         ready.remarks.push(remark);
@@ -164,6 +167,39 @@ pub(crate) struct Ready {
 }
 
 impl Ready {
+    /// Has each recording end where its winch forces are not known, and another one begin behind that; where single rows are missing the
+    /// forces are in between. With remarks.
+    fn cut_at_holes(&mut self) {
+        let (mut lengths, mut between) = (Vec::new(), 0);
+        for trials in [&mut self.evidence.train, &mut self.evidence.holdout] {
+            let cut = |trial: &Trial| {
+                let (filled, rows) = with_rows_between(trial);
+                let (parts, of_trial) = cut_at_holes(&filled);
+                between += rows;
+                lengths.extend(of_trial);
+                parts
+            };
+            *trials = trials.iter().flat_map(cut).collect();
+        }
+        if between > 0 {
+            self.remarks.push(format!(
+                "{between} row{} missing between others: the forces there are taken to go straight from the row before to the one behind.",
+                if between == 1 { " is" } else { "s are" }
+            ));
+        }
+        let longest = lengths.iter().copied().fold(0.0, f64::max);
+        if lengths.is_empty() {
+            return;
+        }
+        self.remarks.push(format!(
+            "At {} place{} rows are missing or the log of the winch forces stood still, for {:.2} s at most: what the forces did there is not \
+             known. Each recording counts as several, with that left out.",
+            lengths.len(),
+            if lengths.len() == 1 { "" } else { "s" },
+            longest
+        ));
+    }
+
     /// What the same search begins again with: the recordings, its steps so far and what it begins again with, a phrase.
     fn again(&self, evidence: Evidence, mut steps: Vec<Entry>, with: &str) -> Self {
         steps.push(Entry::restarted(with));
@@ -179,6 +215,13 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
         return Err("no training data; expected one recording or more".to_owned());
     }
     let mut remarks = make_ready(&mut train, &mut holdout, HORIZON)?;
+    let turns: usize = train.iter_mut().chain(&mut holdout).map(unwrap).sum();
+    if turns > 0 {
+        let places = if turns == 1 { "place" } else { "places" };
+        remarks.push(format!(
+            "At {turns} {places} phi jumps by a turn, as an angle does that is shown within one: it is taken to go on."
+        ));
+    }
     remarks.extend(without_held(train.iter_mut().chain(&mut holdout)));
     let outliers =
         train.iter_mut().chain(&mut holdout).map(|trial| remove_bursts(trial) + remove_outliers(trial)).sum();

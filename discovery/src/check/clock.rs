@@ -1,4 +1,4 @@
-//! Clocks that were set during a recording, and rows that are missing.
+//! Clocks that were set during a recording.
 
 use crate::data::Trial;
 use crate::data::clean::noise_by_differences;
@@ -10,12 +10,12 @@ const BEFORE: usize = 5;
 /// Multiples of the noise, and of what a step may be off, by which a channel must move to tell.
 const TOLD: f64 = 10.0;
 
-/// Looks for jumps of the clock. Returns a remark on missing rows.
-pub(super) fn check(trial: &Trial) -> Result<Option<String>, String> {
+/// Looks for jumps of the clock.
+pub(super) fn check(trial: &Trial) -> Result<(), String> {
     let usual = trial.interval();
-    let jumps: Vec<usize> = (1..trial.len()).filter(|k| trial.time[*k] - trial.time[k - 1] > JUMP * usual).collect();
-    if let Some(k) = jumps.iter().find(|k| was_set(trial, **k, usual)) {
-        let [before, after] = [trial.time[k - 1], trial.time[*k]];
+    let jumps = |k: &usize| trial.time[*k] - trial.time[k - 1] > JUMP * usual;
+    if let Some(k) = (1..trial.len()).filter(jumps).find(|k| was_set(trial, *k, usual)) {
+        let [before, after] = [trial.time[k - 1], trial.time[k]];
         return Err(format!(
             "the clock jumps by {:.3} s at {before:.3} s (sample {}), while the platform goes on as in one step of {usual} s. \
              Cut the recording there into two.",
@@ -23,15 +23,7 @@ pub(super) fn check(trial: &Trial) -> Result<Option<String>, String> {
             k + 1
         ));
     }
-    let missing: f64 = jumps.iter().map(|k| trial.time[*k] - trial.time[k - 1]).sum();
-    Ok((missing > 1.0).then(|| {
-        format!(
-            "{}: rows are missing for {missing:.1} s in all, the first at {:.1} s; inputs are taken as held there. A recording cut \
-             at such places is safer.",
-            trial.name,
-            trial.time[jumps[0] - 1]
-        )
-    }))
+    Ok(())
 }
 
 /// Whether all channels are at sample `k` where they would be after one step, and one that moves would be far from there after

@@ -47,12 +47,9 @@ pub(crate) fn check<'a>(model: &Model, trials: impl Iterator<Item = &'a Trial>) 
     let Ok(examined) = Examined::new(model) else { return Ok(Vec::new()) };
     let (mut remarks, mut errors) = (Vec::new(), Vec::new());
     for trial in trials {
-        match clock::check(trial) {
-            Ok(more) => remarks.extend(more),
-            Err(message) => {
-                errors.push(format!("{}: {message}", trial.name));
-                continue;
-            }
+        if let Err(message) = clock::check(trial) {
+            errors.push(format!("{}: {message}", trial.name));
+            continue;
         }
         remarks.extend(computed_pose(model, trial).map(|seen| format!("{}: {seen}", trial.name)));
         errors.extend(readings(&examined, trial).into_iter().map(|message| format!("{}: {message}", trial.name)));

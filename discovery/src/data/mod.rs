@@ -7,6 +7,7 @@ pub(crate) mod clock;
 pub(crate) mod counts;
 pub(crate) mod device;
 pub(crate) mod held;
+pub(crate) mod holes;
 pub(crate) mod line;
 pub(crate) mod lost_forces;
 mod map;
@@ -20,6 +21,7 @@ mod trial;
 pub(crate) mod turns;
 mod undone;
 mod units;
+pub(crate) mod wraps;
 
 use std::path::PathBuf;
 
