@@ -170,6 +170,7 @@ pub(crate) fn write_results(discovery: &Discovery, mut about: About, out: &Path)
     let place = |name: &str| out.join(name);
     let model_toml = discovery.model.to_toml();
     let found = match (discovery.verdict, &discovery.survey[..]) {
+        (Verdict::NoMissingEffect, _) if !discovery.not_shown.is_empty() => "the model without what does not show",
         (Verdict::NoMissingEffect, []) => "the model, nothing added",
         (Verdict::NoMissingEffect, _) => "the model, its geometry corrected",
         _ => "the model with what was found",
@@ -218,6 +219,9 @@ fn summary(discovery: &Discovery, report: &Report, json: &Path) -> String {
     line("verdict", words.badge);
     for found in &discovery.effects {
         line(if found.named { "effect" } else { "candidate" }, &found_text(found));
+        if let Some(given) = &found.given {
+            line("  as given", &sized(given, &write::parameters(given, &[])));
+        }
         for twin in found.alternatives.iter().filter(|a| a.indistinguishable) {
             let sizes = write::parameters(&twin.effect, &[]);
             line("  or", &format!("{}  (ΔBIC {})", sized(&twin.effect, &sizes), signed(twin.delta_bic)));

@@ -60,6 +60,7 @@ fn sample(verdict: Verdict) -> Report {
         title: "spring campaign, platform at 20 kN pretension".to_owned(),
         verdict,
         effects: vec![friction()],
+        not_shown: vec![],
         located: located(),
         terms: vec![],
         gap,
@@ -142,6 +143,7 @@ fn friction() -> Effect {
             parameter("force", 118.4, Some(1.3), "N"),
             parameter("transition_speed", 0.0123, Some(0.0008), "m/s"),
         ],
+        given: vec![],
         delta_bic: -812.4,
         holdout_gap_without: Some(38.2),
         alternatives: vec![

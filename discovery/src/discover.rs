@@ -34,6 +34,7 @@ use crate::strategy::undoing::with_laws;
 use crate::verdict::POLICY as VERDICT;
 use crate::verdict::conclude::{About, conclude};
 use crate::weigh::criterion::EVIDENCE;
+use crate::write::in_place;
 
 /// Why there is no verdict.
 #[derive(Debug, thiserror::Error)]
@@ -164,6 +165,10 @@ pub(crate) struct Ready {
     laws: Option<Box<Standing>>,
     /// The steps of the searches before this one.
     steps: Vec<Entry>,
+    /// Effects of the model as given that were taken out, for their numbers are off.
+    taken_out: Vec<EffectSpec>,
+    /// Whether the numbers of those that it has are not asked for.
+    as_given: bool,
 }
 
 impl Ready {
@@ -203,9 +208,7 @@ impl Ready {
     /// What the same search begins again with: the recordings, its steps so far and what it begins again with, a phrase.
     fn again(&self, evidence: Evidence, mut steps: Vec<Entry>, with: &str) -> Self {
         steps.push(Entry::restarted(with));
-        let Self { holdout_source, outliers, remarks, .. } = self;
-        let (holdout_source, remarks) = (holdout_source.clone(), remarks.clone());
-        Self { evidence, holdout_source, outliers: *outliers, remarks, laws: None, steps }
+        Self { evidence, laws: None, steps, ..self.clone() }
     }
 }
 
@@ -234,7 +237,8 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
     let all: Vec<Trial> = train.iter().chain(&holdout).cloned().collect();
     let noise = noise_of_data(&all);
     let evidence = Evidence::new(train, holdout, noise);
-    Ok(Ready { evidence, holdout_source, outliers, remarks, laws: None, steps: Vec::new() })
+    let (steps, taken_out) = (Vec::new(), Vec::new());
+    Ok(Ready { evidence, holdout_source, outliers, remarks, laws: None, steps, taken_out, as_given: false })
 }
 
 /// Takes readings that were shown again as not measured; returns a remark on each device that did so.
@@ -272,6 +276,7 @@ pub(crate) fn examine(
     let (mut context, base) = Context::begin(evidence, model, free_from..model.effects.len(), progress)?;
     context.journal.begins_with(steps);
     context.geometry_may_be_off = survey.is_some();
+    context.given_may_be_off = !ready.as_given;
     let standing = Standing::new(&context, base);
     let standing = match laws {
         Some(laws) => with_laws(&context, standing, &laws)?,
@@ -279,6 +284,27 @@ pub(crate) fn examine(
     };
     let standing = search(&context, standing)?;
     let steps = || context.journal.entries();
+    if let Some(at) = standing.given_is_off {
+        let mut without = model.clone();
+        let effect = without.effects.remove(at);
+        let name = in_place(&effect);
+        progress("finding an effect of the model anew", 0.02);
+        let with = format!("without the {name} of the model as given, whose numbers are off");
+        let mut again = ready.again(evidence.clone(), steps(), &with);
+        again.taken_out.push(effect);
+        let why = match examine(&without, survey.clone(), free_from - 1, again, begun, progress) {
+            Ok(found) if found.criterion < standing.fit.score - EVIDENCE => return Ok(found),
+            Ok(_) => "does not explain more".to_owned(),
+            Err(error) => format!("fails ({error})"),
+        };
+        let mut as_given = ready.again(evidence.clone(), steps(), "with the effects of the model as they are given");
+        as_given.as_given = true;
+        as_given.remarks.push(format!(
+            "Other numbers of the {name} that the model has seem to explain more than any other effect, but a search for them {why}: it was \
+             taken as given."
+        ));
+        return examine(model, survey, free_from, as_given, begun, progress);
+    }
     if standing.undone_in_vain
         && let Some(recorded) = evidence.as_recorded.as_deref()
     {
@@ -374,8 +400,8 @@ pub(crate) fn examine(
     }
     let standing = refine_terms(&context, terms(&context, standing)?)?;
     let few_errors = few_errors_would_do(&context, &standing);
-    let Ready { holdout_source, outliers, remarks, .. } = &ready;
-    let about = About { holdout_source: holdout_source.clone(), outliers: *outliers, remarks: remarks.clone(), begun };
+    let Ready { holdout_source, outliers, remarks, taken_out, .. } = ready.clone();
+    let about = About { holdout_source, outliers, remarks, taken_out, begun };
     Ok(Discovery { few_errors, ..conclude(context, standing, about)? })
 }
 

@@ -43,6 +43,8 @@ pub struct Located {
 pub struct Found {
     /// The effect with its estimated parameters.
     pub effect: EffectSpec,
+    /// The same as the model as given has it, with other numbers; `None` where it lacks it.
+    pub given: Option<EffectSpec>,
     /// Whether it may be called what is missing: its size is known, its shape is that of its law, and it takes away a part
     /// of the gap that can be seen. Others are candidates: in the model, and no causes.
     pub named: bool,
@@ -388,6 +390,8 @@ pub struct Discovery {
     pub(crate) few_errors: bool,
     /// Catalogue effects found, the most important first.
     pub effects: Vec<Found>,
+    /// Effects that the model as given has and `model` does not: the data show nothing of them.
+    pub not_shown: Vec<EffectSpec>,
     /// Terms outside the catalogue (`expression` effects).
     pub terms: Vec<Found>,
     /// Where the model as given disagrees.

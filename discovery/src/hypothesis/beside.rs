@@ -5,16 +5,18 @@
 //! Hinkley, Theoretical Statistics, 1974, chapter 9): where it is much like one of them, by itself it seems to explain as much
 //! less as they are alike.
 
+use std::ops::Range;
+
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
 use crate::hypothesis::candidates::{Known, Library};
 use crate::hypothesis::parameter::{free_parameters, parameter_step};
 
-/// Sets the free parameters of a model's effects from index `first` on beside the candidates of a library. Of none is anything
+/// Sets the parameters of a model's effects of these numbers beside the candidates of a library. Of none is anything
 /// known beforehand; numbers in a text do not move.
-pub(crate) fn set_found_beside(library: &mut Library, model: &Model, first: usize) {
-    for free in free_parameters(model, first) {
+pub(crate) fn set_found_beside(library: &mut Library, model: &Model, effects: Range<usize>) {
+    for free in free_parameters(model, effects.start).into_iter().filter(|free| free.effect < effects.end) {
         let effect = &model.effects[free.effect];
         let step = parameter_step(model, free);
         let possible = |step: &f64| {
@@ -96,7 +98,7 @@ mod tests {
         let (fit, both) = (fitted_with(&[effect(drag, None, &[50.0])]), fitted_with(&hidden));
         let explains = |first: usize| {
             let mut library = catalogue(&fit.model, &Situation::of(&trials));
-            set_found_beside(&mut library, &fit.model, first);
+            set_found_beside(&mut library, &fit.model, first..fit.model.effects.len());
             let signatures = Signatures::new(library);
             let levels = levels(&fit, &trials, &signatures, std::slice::from_ref(&fit.randomness));
             let library = &signatures.library;

@@ -19,6 +19,8 @@ pub struct Report {
     pub effects: Vec<Effect>,
     /// Where, when and depending on what the model disagrees, the largest share first.
     pub located: Vec<Located>,
+    /// Effects of the model as given of which the data show nothing, each with its place: they were taken out.
+    pub not_shown: Vec<String>,
     /// Terms outside the catalogue that were added as expressions.
     pub terms: Vec<Term>,
     /// The error of the model without and with what was found.
@@ -106,6 +108,8 @@ pub struct Effect {
     pub equation: String,
     /// Its parameters, the one that tells its size first.
     pub parameters: Vec<Parameter>,
+    /// Those of it in the model as given, where that has it with other numbers; else none.
+    pub given: Vec<Parameter>,
     /// Bayesian information criterion with the effect minus without it; negative where the effect is supported.
     pub delta_bic: f64,
     /// Gap on held-out data (see [`Gap`]) with everything found *except* this effect; compare `gap.holdout.after`.

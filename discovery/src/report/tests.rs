@@ -33,6 +33,7 @@ fn report() -> Report {
         title: "test bench".to_owned(),
         verdict: Verdict::Named,
         effects: vec![effect("winch_coulomb_friction", "Coulomb friction", "winch[3]")],
+        not_shown: vec![],
         located: vec![Located {
             place: "winch[3]".to_owned(),
             share_of_gap: 0.83,
@@ -112,6 +113,7 @@ fn effect(id: &str, label: &str, place: &str) -> Effect {
             standard_error: Some(1.9),
             unit: "N".to_owned(),
         }],
+        given: vec![],
         delta_bic: -812.4,
         holdout_gap_without: Some(39.5),
         alternatives: vec![],
@@ -178,6 +180,46 @@ fn named_says_what_where_how_large_how_sure_and_the_gap() {
     ] {
         assert!(text.contains(part), "`{part}` is not in: {text}");
     }
+}
+
+/// An effect that the model has with another size, by itself and beside one that it lacks; and one of which nothing shows.
+#[test]
+fn what_the_model_has_with_other_numbers_is_not_called_missing() {
+    let mut report = report();
+    report.effects[0].given =
+        vec![Parameter { value: 120.0, standard_error: None, ..report.effects[0].parameters[0].clone() }];
+    let (headline, text) = top(&report);
+    assert_eq!(headline, "Coulomb friction on winch 3 is not as the model has it.");
+    assert!(text.contains("Its size: force 251.2 ± 1.9 N; the model as given has force 120.0 N."), "{text}");
+    let partly = Report { verdict: Verdict::PartlyNamed, ..report.clone() };
+    let all =
+        "Coulomb friction on winch 3 is not as the model has it, but that is not all: more than the noise is left.";
+    assert_eq!(top(&partly).0, all);
+    report.effects.push(effect("platform_quadratic_drag", "quadratic drag", "platform"));
+    assert_eq!(
+        top(&report).0,
+        "Quadratic drag on the platform is missing from the model. Coulomb friction on winch 3 is not as the model has it."
+    );
+    let partly = Report { verdict: Verdict::PartlyNamed, ..report.clone() };
+    assert!(top(&partly).0.starts_with(
+        "Coulomb friction on winch 3 is not as the model has it; quadratic drag on the platform is missing"
+    ));
+    let nothing = Report {
+        verdict: Verdict::NoMissingEffect,
+        effects: vec![],
+        not_shown: vec!["capstan loss in cable 2".to_owned()],
+        gap: Gap {
+            train: BeforeAfter { before: 9.0, after: 1.0 },
+            holdout: Some(BeforeAfter { before: 9.0, after: 1.0 }),
+            ..report.gap.clone()
+        },
+        ..report
+    };
+    let headline = top(&nothing).0;
+    assert!(
+        headline.ends_with("Capstan loss in cable 2 does not show in these data, though the model has it."),
+        "{headline}"
+    );
 }
 
 #[test]

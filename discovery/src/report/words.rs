@@ -63,7 +63,11 @@ pub fn summary(report: &Report) -> Summary {
 const NO_FORCE: f64 = 0.1;
 
 fn headline(report: &Report) -> String {
-    let found = of_laws(report);
+    let mut found = of_laws(report);
+    if !report.not_shown.is_empty() {
+        let (what, does) = (join(&report.not_shown, "and"), if report.not_shown.len() == 1 { "does" } else { "do" });
+        found = format!("{found} {} {does} not show in these data, though the model has it.", capital(&what));
+    }
     match report.verdict {
         Verdict::NoMissingEffect => found,
         _ if report.corrected => format!("{found} Its geometry was off as well."),
@@ -71,8 +75,21 @@ fn headline(report: &Report) -> String {
     }
 }
 
+/// That effects which the model has are there with other numbers.
+fn other_numbers(report: &Report) -> Option<String> {
+    let changed = of_all(report.effects.iter().filter(|e| e.named && !e.given.is_empty()), &effect_phrase);
+    let (are, it) = if changed.len() == 1 { ("is", "it") } else { ("are", "them") };
+    (!changed.is_empty()).then(|| capital(&format!("{} {are} not as the model has {it}", join(&changed, "and"))))
+}
+
 fn of_laws(report: &Report) -> String {
-    let named = of_all(report.effects.iter().filter(|e| e.named), &effect_phrase);
+    let lacks = |e: &&Effect| e.named && e.given.is_empty();
+    let named = of_all(report.effects.iter().filter(lacks), &effect_phrase);
+    let changed = other_numbers(report);
+    let and_changed = |missing: String| match &changed {
+        Some(changed) => format!("{missing} {changed}."),
+        None => missing,
+    };
     match report.verdict {
         Verdict::NoMissingEffect if report.at_rest => {
             "These data cannot tell whether anything is missing: the machine hardly moves in them.".to_owned()
@@ -89,10 +106,11 @@ fn of_laws(report: &Report) -> String {
             significant(report.remainder.force, 2)
         ),
         Verdict::NoMissingEffect => "No missing effect was found that the data support.".to_owned(),
-        Verdict::Named => missing(&named),
+        Verdict::Named if named.is_empty() => and_changed(String::new()).trim_start().to_owned(),
+        Verdict::Named => and_changed(missing(&named)),
         Verdict::Ambiguous => ambiguous(report),
-        Verdict::PartlyNamed => partly_named(report),
-        Verdict::Unnamed => unnamed(report, &named),
+        Verdict::PartlyNamed => partly_named(report, changed),
+        Verdict::Unnamed => and_changed(unnamed(report, &named)),
     }
 }
 
@@ -124,16 +142,15 @@ fn is_are(count: usize) -> &'static str {
 }
 
 /// What was found with a name, and that it is not all.
-fn partly_named(report: &Report) -> String {
+fn partly_named(report: &Report, changed: Option<String>) -> String {
     let either = |e: &Effect| {
         if twins(e).next().is_some() { format!("either {}", choices(e)) } else { effect_phrase(e) }
     };
-    let all = of_all(report.effects.iter().filter(|e| e.named), &either);
-    capital(&format!(
-        "{} {} missing from the model, but that is not all: more than the noise is left.",
-        join(&all, "and"),
-        is_are(all.len())
-    ))
+    let all = of_all(report.effects.iter().filter(|e| e.named && e.given.is_empty()), &either);
+    let missing =
+        (!all.is_empty()).then(|| format!("{} {} missing from the model", join(&all, "and"), is_are(all.len())));
+    let found: Vec<String> = [changed, missing].into_iter().flatten().collect();
+    capital(&format!("{}, but that is not all: more than the noise is left.", found.join("; ")))
 }
 
 fn missing(named: &[String]) -> String {
@@ -220,7 +237,10 @@ fn candidates(report: &Report) -> Option<String> {
 }
 
 fn size(effect: &Effect, several: bool) -> String {
-    let own = parameters(&effect.parameters);
+    let mut own = parameters(&effect.parameters);
+    if !effect.given.is_empty() {
+        own = format!("{own}; the model as given has {}", parameters(&effect.given));
+    }
     if twins(effect).next().is_some() {
         let mut sizes = vec![format!("as {}, {own}", effect.label)];
         sizes.extend(twins(effect).map(|a| format!("as {}, {}", a.label, parameters(&a.parameters))));

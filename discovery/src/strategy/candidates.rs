@@ -36,7 +36,7 @@ pub(crate) fn signatures(
     set_beside(&mut library, &fit.model, context.free_from..context.given);
     // Whether a term goes with the held-out data is foreseen by its signature alone.
     if source == Source::Catalogue {
-        set_found_beside(&mut library, &fit.model, context.given);
+        set_found_beside(&mut library, &fit.model, context.given..fit.model.effects.len());
     }
     Arc::new(Signatures::new(library))
 }

@@ -32,6 +32,8 @@ pub(crate) struct Context<'a> {
     pub(crate) given: usize,
     /// Whether errors of the survey may be added.
     pub(crate) geometry_may_be_off: bool,
+    /// Whether effects of the model as given may have other numbers.
+    pub(crate) given_may_be_off: bool,
     /// Random parts with the model as given.
     pub(crate) base_randomness: Randomness,
     /// Horizons that the growth of errors allows.
@@ -70,6 +72,7 @@ impl<'a> Context<'a> {
             free_from: survey.start,
             given: survey.end,
             geometry_may_be_off: false,
+            given_may_be_off: false,
             base_randomness: train.randomness.clone(),
             reaches: Reaches::of(&holdout, held, noise, &verdict::POLICY),
             beginning: (policy.turns * turning_time(trials, noise)).min(policy.longest_beginning),

@@ -43,7 +43,7 @@ pub(crate) fn on_each_cable(context: &Context<'_>, mut standing: Standing, share
 }
 
 /// Whether it is a law that a cable has, on all of them.
-fn is_of_all(law: &EffectSpec) -> bool {
+pub(crate) fn is_of_all(law: &EffectSpec) -> bool {
     law.cable.is_none() && law.info().is_ok_and(|info| info.scope == Scope::EachCable)
 }
 

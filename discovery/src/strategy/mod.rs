@@ -16,6 +16,7 @@ pub(crate) mod fitting;
 pub(crate) mod fixture;
 pub(crate) mod form;
 pub(crate) mod geometry;
+pub(crate) mod given_sizes;
 pub(crate) mod instruments;
 pub(crate) mod late_winches;
 pub(crate) mod lost_forces;

@@ -84,7 +84,7 @@ fn acts_wherever(law: &EffectSpec, other: &EffectSpec) -> bool {
 }
 
 /// Whether two effects are laws of friction at one winch, at work at the same times.
-fn at_one_winch(a: &EffectSpec, b: &EffectSpec) -> bool {
+pub(crate) fn at_one_winch(a: &EffectSpec, b: &EffectSpec) -> bool {
     let one_place = a.cable == b.cable || a.cable.is_none() || b.cable.is_none();
     is_friction(a) && is_friction(b) && one_place && (a.from, a.until) == (b.from, b.until)
 }

@@ -293,8 +293,7 @@ impl<'a> Weighing<'a> {
 pub(crate) type Proposed = (Vec<EffectSpec>, Vec<Vec<EffectSpec>>);
 
 /// What the best candidate promises to gain along a fit (fall of the criterion).
-pub(crate) fn best_gain(context: &Context<'_>, fitted: &Fitted, signatures: &Signatures) -> f64 {
-    let fit = &fitted.train;
+pub(crate) fn best_gain(context: &Context<'_>, fit: &Fit, signatures: &Signatures) -> f64 {
     let (base, ranked) = ranked(fit, &context.evidence.train, signatures, &ladder(&fit.randomness), context.penalty);
     gain(base, &ranked)
 }

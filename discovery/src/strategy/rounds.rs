@@ -7,6 +7,7 @@ use crate::strategy::each_cable::on_each_cable;
 use crate::strategy::every_cable::on_every_cable;
 use crate::strategy::form::form_if;
 use crate::strategy::geometry::{instead_of_drifts, survey_gains};
+use crate::strategy::given_sizes::given_before_more;
 use crate::strategy::instruments::{beside_instruments, better_instruments};
 use crate::strategy::one_friction::one_friction;
 use crate::strategy::onset::onset;
@@ -29,7 +30,7 @@ pub(crate) fn undo_before_more(
     signatures: &Signatures,
 ) -> Result<Standing, FitError> {
     let fitted = standing.fit.clone();
-    let effect = || best_gain(context, &fitted, signatures);
+    let effect = || best_gain(context, &fitted.train, signatures);
     let instruments = |gain| Ok(better_instruments(context, &fitted, gain)?.is_some());
     undoing(context, standing, &Others { effect: &effect, instruments: &instruments })
 }
@@ -48,13 +49,13 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
         }
         let score = standing.fit.score;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
-        standing = undo_before_more(context, standing, &signatures)?;
+        standing = given_before_more(context, undo_before_more(context, standing, &signatures)?, &signatures)?;
         if standing.begins_anew() {
             return Ok(standing);
         }
         if standing.count() >= context.policy.several_laws
             && let Some(gain) = survey_gains(context, &standing)?
-            && gain > best_gain(context, &standing.fit, &signatures)
+            && gain > best_gain(context, &standing.fit.train, &signatures)
         {
             let Some(better) = better_instruments(context, &standing.fit, gain)? else {
                 match fewer_with_one_more(context, &standing)? {

@@ -8,6 +8,7 @@ use crate::strategy::elasticity::elasticity;
 use crate::strategy::evident_delay::evident_delay;
 use crate::strategy::form::{form, form_if, settle_extensions};
 use crate::strategy::geometry::instead_of_drifts;
+use crate::strategy::given_sizes::given_before_more;
 use crate::strategy::instruments::{
     beside_instruments, better_instruments, evident_wander, instruments_anew, instruments_instead,
     with_any_error_of_forces, without_idle_instruments,
@@ -119,7 +120,7 @@ fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standin
     let policy = context.policy;
     let signatures = loop {
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
-        standing = undo_before_more(context, standing, &signatures)?;
+        standing = given_before_more(context, undo_before_more(context, standing, &signatures)?, &signatures)?;
         if standing.begins_anew() {
             return Ok(standing);
         }

@@ -77,6 +77,8 @@ pub(crate) struct Standing {
     pub(crate) taken_up_beside: Option<Vec<Law>>,
     /// Whether errors of the survey promise to explain what the laws so far leave.
     pub(crate) geometry_is_off: bool,
+    /// The number of a given effect of which other numbers promise to explain more than what might be added.
+    pub(crate) given_is_off: Option<usize>,
     /// What recording was found to do and has not been undone.
     pub(crate) to_undo: Option<Undone>,
     /// Whether beside the laws so far the data go as well with winch forces as they were recorded as with a recorder's lateness undone.
@@ -102,6 +104,7 @@ impl Standing {
             chosen: None,
             taken_up_beside: None,
             geometry_is_off: false,
+            given_is_off: None,
             to_undo: None,
             undone_in_vain: false,
         }
@@ -178,9 +181,14 @@ impl Standing {
     }
 
     /// Whether the search ends here, to begin again on another ground: with what recording did undone, or no longer undone, or with the forces
-    /// to be expected in the place of those recorded, or with errors of the survey free beside every law.
+    /// to be expected in the place of those recorded, or with errors of the survey free beside every law, or without an effect that the model
+    /// as given has.
     pub(crate) fn begins_anew(&self) -> bool {
-        self.to_undo.is_some() || self.undone_in_vain || self.white_force_error() || self.geometry_is_off
+        self.given_is_off.is_some()
+            || self.to_undo.is_some()
+            || self.undone_in_vain
+            || self.white_force_error()
+            || self.geometry_is_off
     }
 
     /// Has the beginnings of the trials start shortly before the last of the new effects begins: before that they show

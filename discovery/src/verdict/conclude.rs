@@ -8,7 +8,7 @@ use cdpr::effect::{DependsOn, EffectSpec, Place, SpecError};
 
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
-use crate::hypothesis::parameter::free_values;
+use crate::hypothesis::parameter::{free_parameters, free_values};
 use crate::hypothesis::term;
 use crate::instruments;
 use crate::journal::Written;
@@ -16,9 +16,11 @@ use crate::outcome::{
     BeforeAfter, Discovery, Estimated, Found, HORIZON, HORIZONS, HorizonGap, Located, Onset, Stability, SurveyError,
     Verdict, at_rest,
 };
-use crate::report::{channel_words, phrase, printed};
+use crate::report::{channel_words, printed};
+use crate::strategy::begin::{begun_by_data, held_by_data};
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
+use crate::strategy::given_sizes::{not_found_again, stands_for};
 use crate::strategy::instruments::beside_those_of;
 use crate::strategy::onset::time_errors;
 use crate::strategy::other_optimum::{Other, hardly_told};
@@ -32,8 +34,10 @@ use crate::verdict::one_clock::one_clock;
 use crate::verdict::stability::stability;
 use crate::verdict::verify;
 use crate::verdict::{self, Disturbance, EffectFacts, Facts, HorizonFacts, Judgement, POLICY, widened};
+use crate::weigh::criterion::EVIDENCE;
 use crate::weigh::lost::lost;
-use crate::write::{errors, in_numbers, label, place};
+use crate::weigh::refine::refine_free;
+use crate::write::{errors, in_numbers, in_place};
 
 /// What is to be said of a search beside what it found.
 pub(crate) struct About {
@@ -41,6 +45,8 @@ pub(crate) struct About {
     pub(crate) holdout_source: String,
     pub(crate) outliers: usize,
     pub(crate) remarks: Vec<String>,
+    /// Effects that were taken out of the model as given.
+    pub(crate) taken_out: Vec<EffectSpec>,
     pub(crate) begun: Instant,
 }
 
@@ -52,6 +58,8 @@ struct Explained {
     located: Vec<Located>,
     /// Of the effects, in their order.
     facts: Vec<EffectFacts>,
+    /// Effects of the model as given that were found to be as they are there, with what is known of each.
+    as_given: Vec<Found>,
 }
 
 /// The outcome of a search that has ended.
@@ -61,7 +69,8 @@ struct Explained {
 pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -> Result<Discovery, FitError> {
     (context.progress)("verifying on held-out data", 0.92);
     let evidence = context.evidence;
-    let About { holdout_source, outliers, mut remarks, begun } = about;
+    let About { holdout_source, outliers, mut remarks, taken_out, begun } = about;
+    let standing = beside_as_given(&context, standing, &taken_out)?;
     let (standing, horizons) = better_than_given(&context, standing);
     let (standing, horizons) = beside_what_was_found(&context, standing, horizons)?;
     let Standing { fit: fitted, base, .. } = &standing;
@@ -70,8 +79,9 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     let horizon_facts = HorizonFacts::all(&horizons);
     let standard_errors = widened(&fitted.train, &evidence.train, &by_samples, &with_more_than_noise(&horizon_facts));
     let surveyed = surveyed(&context, fitted, &standard_errors);
-    let Explained { mut effects, terms, mut located, facts } =
-        explained(&context, &standing, &by_block, [&by_samples, &standard_errors])?;
+    let Explained { mut effects, terms, mut located, facts, as_given } =
+        explained(&context, &standing, &taken_out, &by_block, [&by_samples, &standard_errors])?;
+    remarks.extend(as_given.iter().map(found_again));
     let whiteness = verify::whiteness(&fitted.train, &evidence.train, &fitted.train.randomness.noise);
     let coloured = whiteness
         .iter()
@@ -88,7 +98,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         chance: standing.chance,
     };
     let Judgement { verdict, reasons, named } = verdict::judge(&facts, &POLICY);
-    let phrases: Vec<String> = effects.iter().map(in_words).collect();
+    let phrases: Vec<String> = effects.iter().map(|found| in_place(&found.effect)).collect();
     remarks.extend(reasons.iter().map(|reason| verdict::sentence(reason, &phrases)));
     let remaining = HORIZONS.map(|h| {
         let (fit, trials) = (&fitted.holdout, &evidence.holdout);
@@ -100,6 +110,9 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         remarks.push(verdict::left_over(&remaining));
     }
     effects.iter_mut().zip(named).for_each(|(found, named)| found.named = named);
+    let not_shown: Vec<EffectSpec> =
+        not_found_again(&taken_out, &fitted.train.model.effects).into_iter().cloned().collect();
+    remarks.extend(not_shown.iter().map(as_given_only));
     effects.sort_by(|a: &Found, b: &Found| a.delta_bic.total_cmp(&b.delta_bic));
     located.sort_by(|a, b| b.share.total_cmp(&a.share));
     for found in effects.iter().chain(&terms) {
@@ -159,6 +172,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         few_errors: false,
         model: fitted.train.model.clone(),
         effects,
+        not_shown,
         terms,
         located,
         horizons,
@@ -181,6 +195,26 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         remarks,
         seconds: begun.elapsed().as_secs_f64(),
     })
+}
+
+/// What stands, beside the model as given: with the effects that were taken out of it to be found anew.
+fn beside_as_given(context: &Context<'_>, standing: Standing, taken_out: &[EffectSpec]) -> Result<Standing, FitError> {
+    if taken_out.is_empty() {
+        return Ok(standing);
+    }
+    let (evidence, base) = (context.evidence, &standing.base);
+    let mut model = base.train.model.clone();
+    model.effects.extend_from_slice(taken_out);
+    let mut train = begun_by_data(evidence, &model, &context.journal)?;
+    let mut survey = free_parameters(&model, context.free_from);
+    survey.retain(|free| free.effect < context.given);
+    if !survey.is_empty() {
+        let ended = refine_free(&mut train, &evidence.train, &survey, context.policy.rounds, None)?;
+        context.journal.stuck(&train.model.effects, ended);
+    }
+    let holdout = held_by_data(evidence, &train, &context.journal)?;
+    let base = Arc::new(context.finish(train, holdout, base.instruments.clone()));
+    Ok(Standing { base, ..standing })
 }
 
 /// What was found, or the model as given where that is as good over every horizon of held-out data, or where chance may have
@@ -279,6 +313,7 @@ fn surveyed(context: &Context<'_>, fitted: &Fitted, standard_errors: &[(Column, 
 fn explained(
     context: &Context<'_>,
     standing: &Standing,
+    taken_out: &[EffectSpec],
     by_block: &ByBlock,
     [by_samples, standard_errors]: [&[(Column, f64)]; 2],
 ) -> Result<Explained, FitError> {
@@ -291,14 +326,23 @@ fn explained(
     let mut out = Explained::default();
     let found = standing.found(context).iter().zip(accepted).enumerate();
     for (((k, (effect, accepted)), times), stability) in found.zip(times).zip(stability) {
-        let without = without(context, standing, k);
+        let as_given = taken_out.iter().find(|given| stands_for(effect, given));
+        let without = match as_given {
+            Some(given) => before_its_change(context, standing, k, given).map(Cow::Owned),
+            None => without(context, standing, k),
+        };
         let without = without.as_deref();
+        let delta_bic = match (as_given, without) {
+            (Some(_), Some(without)) => fitted.score - without.score,
+            _ => accepted.delta_bic,
+        };
         let depends_on = effect.depends_on().map_err(unknown)?;
         let one_by_one = |place: &Place| place.one_by_one(fitted.train.model.parameters.cables());
         let places: Vec<Place> = effect.places().map_err(unknown)?.iter().flat_map(one_by_one).collect();
         let when = without.map(|without| verify::when(&fitted.train, &without.train, trials)).unwrap_or_default();
         let share = accepted.delta_bic.abs() / total.max(1e-9) / places.len() as f64;
-        for place in &places {
+        let confirmed = as_given.is_some() && delta_bic > -EVIDENCE;
+        for place in places.iter().filter(|_| !confirmed) {
             add_place(&mut out.located, place, share, &when, &depends_on);
         }
         let mut alternatives = accepted.alternatives.clone();
@@ -312,17 +356,20 @@ fn explained(
         let mut found = Found {
             standard_error: errors_of(by_samples, effect, context.at(k)),
             named: false,
-            delta_bic: accepted.delta_bic,
+            delta_bic,
             holdout_gap_without: without.map(|without| without.gap[0] * context.reaches.main.attainable),
             alternatives,
             null_test: accepted.null_test,
             stability,
             onset: onset(effect, times),
             effect: effect.clone(),
+            given: as_given.cloned(),
         };
         let standard_error = errors_of(standard_errors, effect, context.at(k));
         if effect.expression.is_some() {
             out.terms.push(Found { standard_error, ..found });
+        } else if confirmed {
+            out.as_given.push(Found { standard_error, ..found });
         } else {
             // Without what cannot be done without, nothing would be explained.
             let share = without.map_or(1.0, |without| fitted.takes_away(without));
@@ -346,6 +393,15 @@ fn without<'a>(context: &Context<'_>, standing: &'a Standing, k: usize) -> Optio
     context.journal.tried(&effect, "what the others do without it", without).map(Cow::Owned)
 }
 
+/// The model with everything that was found and effect number `k`, which the model as `given` has, with the numbers that it has there.
+fn before_its_change(context: &Context<'_>, standing: &Standing, k: usize, given: &EffectSpec) -> Option<Fitted> {
+    let mut model = standing.fit.train.model.clone();
+    let effect = &mut model.effects[context.at(k)];
+    *effect = EffectSpec { cable: effect.cable, ..given.clone() };
+    let before = context.fit_without(&model, &standing.fit, 1);
+    context.journal.tried(given, "what the others do beside it as given", before)
+}
+
 /// What is said where the data are of a machine at rest.
 const AT_REST: &str = "The machine hardly moves in these recordings: they show no friction and no drag of any size that it may \
                        have, so they neither find such a law nor clear the machine of it. Record it moving.";
@@ -354,11 +410,6 @@ const AT_REST: &str = "The machine hardly moves in these recordings: they show n
 fn onset(effect: &EffectSpec, [from, until]: [Option<f64>; 2]) -> Onset {
     let estimated = |time: Option<f64>, standard_error| Some(Estimated { value: time?, standard_error });
     Onset { from: estimated(effect.from, from), until: estimated(effect.until, until) }
-}
-
-/// An effect and its place.
-fn in_words(found: &Found) -> String {
-    phrase(&label(&found.effect), &place(&found.effect)).replace('\u{a0}', " ")
 }
 
 /// Whether `other` is another law than what was found, and is not reported beside it; or the same one with other numbers than
@@ -380,7 +431,7 @@ fn with_the_other(found: &Found, other: &Other) -> Vec<Option<f64>> {
 
 /// That another law, or other numbers, explain as much as what was found.
 fn as_well(found: &Found, other: &EffectSpec) -> String {
-    let what = in_words(found);
+    let what = in_place(&found.effect);
     if found.effect.id == other.id {
         return format!(
             "The {what} may as well have {}: these data do not tell the two apart beyond doubt. Recordings with the cable at other \
@@ -393,8 +444,26 @@ fn as_well(found: &Found, other: &EffectSpec) -> String {
     let tell = separate_by.map_or(String::new(), |alike| format!(" To tell: {}.", alike.separate_by));
     format!(
         "The {what} may stand for another law, which explains as much: {} ({}).{tell}",
-        phrase(&label(other), &place(other)).replace('\u{a0}', " "),
+        in_place(other),
         in_numbers(other, &[])
+    )
+}
+
+/// That an effect of the model as given was taken out and found to be as it is there.
+fn found_again(found: &Found) -> String {
+    format!(
+        "The {} that the model as given has was looked for anew and is as it has it: {}.",
+        in_place(&found.effect),
+        in_numbers(&found.effect, &found.standard_error)
+    )
+}
+
+/// That an effect of the model as given is not in what was found.
+fn as_given_only(given: &EffectSpec) -> String {
+    format!(
+        "The model as given has {} ({}). These data do not show it: it was taken out.",
+        in_place(given),
+        in_numbers(given, &[])
     )
 }
 
@@ -402,7 +471,7 @@ fn as_well(found: &Found, other: &EffectSpec) -> String {
 fn varying(found: &Found, stability: &Stability) -> String {
     let what = match &found.effect.expression {
         Some(expression) => format!("term {}", printed(expression, &errors(found))),
-        None => in_words(found),
+        None => in_place(&found.effect),
     };
     format!(
         "The {what} is not the same throughout: its size differs from block to block by {:.0} % beyond its error. The law is not \

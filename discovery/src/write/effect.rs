@@ -41,7 +41,7 @@ struct ParameterEntry {
 }
 
 #[derive(Serialize)]
-pub(super) struct SurveyEntry<'a> {
+pub(super) struct GivenEntry<'a> {
     id: &'a str,
     cable: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,6 +59,9 @@ pub(super) struct EffectEntry<'a> {
     #[serde(rename = "where")]
     place: String,
     parameters: BTreeMap<&'static str, ParameterEntry>,
+    /// Those of the model as given, where that has it with other numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    given: Option<BTreeMap<&'static str, ParameterEntry>>,
     /// Where it begins or ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     onset: Option<OnsetEntry>,
@@ -168,6 +171,7 @@ pub(super) fn effect<'a>(found: &'a Found, trials: &[Compared]) -> EffectEntry<'
         channel: found.effect.channel.as_deref(),
         place: key_of(&found.effect),
         parameters: parameters(&found.effect, &found.standard_error),
+        given: found.given.as_ref().map(|given| parameters(given, &[])),
         onset: onset(found.onset),
         named: found.named,
         delta_bic: found.delta_bic,
@@ -179,12 +183,21 @@ pub(super) fn effect<'a>(found: &'a Found, trials: &[Compared]) -> EffectEntry<'
     }
 }
 
-pub(super) fn survey(error: &SurveyError) -> SurveyEntry<'_> {
-    SurveyEntry {
-        id: &error.effect.id,
-        cable: error.effect.cable,
-        channel: error.effect.channel.as_deref(),
-        parameters: parameters(&error.effect, &error.standard_error),
+pub(super) fn survey(error: &SurveyError) -> GivenEntry<'_> {
+    in_numbers(&error.effect, &error.standard_error)
+}
+
+/// An effect of the model as given.
+pub(super) fn given(effect: &EffectSpec) -> GivenEntry<'_> {
+    in_numbers(effect, &[])
+}
+
+fn in_numbers<'a>(effect: &'a EffectSpec, standard_error: &[Option<f64>]) -> GivenEntry<'a> {
+    GivenEntry {
+        id: &effect.id,
+        cable: effect.cable,
+        channel: effect.channel.as_deref(),
+        parameters: parameters(effect, standard_error),
     }
 }
 

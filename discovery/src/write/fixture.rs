@@ -27,6 +27,7 @@ pub(crate) fn friction() -> Found {
     Found {
         named: true,
         effect: spec("winch_coulomb_friction", &[FORCE, SPEED]),
+        given: None,
         standard_error: vec![Some(1.9), None],
         onset: Onset::default(),
         delta_bic: -812.4,
@@ -72,6 +73,7 @@ pub(super) fn term(target: &str, expression: &str) -> Found {
     Found {
         named: true,
         effect: EffectSpec::expression(target, expression).unwrap(),
+        given: None,
         standard_error: vec![Some(0.6)],
         onset: Onset::default(),
         delta_bic: -52.0,
@@ -115,6 +117,7 @@ pub(super) fn discovery() -> Discovery {
         survey: Vec::new(),
         few_errors: false,
         effects: vec![friction()],
+        not_shown: Vec::new(),
         terms: Vec::new(),
         located: vec![Located {
             place: Place::Winch(Some(3)),

@@ -13,7 +13,8 @@ use crate::outcome::{ChannelInstrument, Compared, Discovery, Found, Instruments,
 
 use super::detection::{LimitEntry, cannot_tell, limit};
 use super::effect::{
-    EffectEntry, EstimatedEntry, NullTestEntry, SurveyEntry, TermEntry, effect, key, key_of, null_test, survey, term,
+    EffectEntry, EstimatedEntry, GivenEntry, NullTestEntry, TermEntry, effect, given, key, key_of, null_test, survey,
+    term,
 };
 use super::trials::{all_channels, training_trials};
 
@@ -26,9 +27,11 @@ struct Document<'a> {
     effects: Vec<EffectEntry<'a>>,
     /// Effects of the model that explain a part and carry no name: no causes.
     candidates: Vec<EffectEntry<'a>>,
+    /// Effects of the model as given of which the data show nothing: they were taken out.
+    not_shown: Vec<GivenEntry<'a>>,
     terms: Vec<TermEntry<'a>>,
     /// Errors of the geometry that were found together with these; none where the geometry as given does.
-    calibration: Vec<SurveyEntry<'a>>,
+    calibration: Vec<GivenEntry<'a>>,
     gap: GapEntry<'a>,
     remaining: Vec<RemainingEntry>,
     remainder: RemainderEntry,
@@ -219,6 +222,7 @@ pub fn discovery_json<'a>(discovery: &'a Discovery) -> Result<String, serde_json
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
         effects: entries(effects),
         candidates: entries(candidates),
+        not_shown: discovery.not_shown.iter().map(given).collect(),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
         calibration: discovery.survey.iter().map(survey).collect(),
         gap: gap(discovery),

@@ -71,6 +71,11 @@ pub fn place(spec: &EffectSpec) -> String {
     }
 }
 
+/// An effect and its place, in the middle of a sentence: `Coulomb friction on winch 3`.
+pub(crate) fn in_place(spec: &EffectSpec) -> String {
+    report::phrase(&label(spec), &place(spec)).replace('\u{a0}', " ")
+}
+
 /// The law of an effect with the numbers found, in the shape that is in use: `F = 180 tanh(l̇/0.02)`.
 #[must_use]
 pub fn law(spec: &EffectSpec) -> String {

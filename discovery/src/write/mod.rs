@@ -14,8 +14,8 @@ mod table;
 mod trials;
 
 pub use json::discovery_json;
-pub(crate) use label::in_numbers;
 pub use label::{errors, label, law, parameters, place, sizes};
+pub(crate) use label::{in_numbers, in_place};
 pub use report::{About, report};
 pub use table::{COLUMNS, gap_csv};
 

@@ -14,7 +14,7 @@ use crate::report::{
 use crate::verdict::POLICY;
 
 use super::detection::rows;
-use super::label::{errors, label, law, parameters, place, sizes};
+use super::label::{errors, in_place, label, law, parameters, place, sizes};
 use super::series::trial;
 use super::signature::signatures;
 use super::trials::{all_channels, training_trials};
@@ -53,6 +53,7 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
             Verdict::Unnamed => report::Verdict::Unnamed,
         },
         effects: discovery.effects.iter().map(|found| effect(found, &discovery.trials)).collect(),
+        not_shown: discovery.not_shown.iter().map(in_place).collect(),
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
         gap: Gap { holdout_source: shortened(&discovery.holdout_source, &discovery.trials, &names), ..gap(discovery) },
@@ -106,12 +107,15 @@ fn short_names(trials: &[Compared]) -> Vec<String> {
     if different.len() == names.len() { names } else { trials.iter().map(|t| t.trial.name.clone()).collect() }
 }
 
-/// The text with the trials' names in place of their paths.
+/// The text with the trials' names in place of their paths, and without the folder of those of which it names the whole.
 fn shortened(text: &str, trials: &[Compared], names: &[String]) -> String {
-    let mut pairs: Vec<(&str, &String)> = trials.iter().map(|t| t.trial.name.as_str()).zip(names).collect();
+    let mut pairs: Vec<(&str, &str)> =
+        trials.iter().map(|t| t.trial.name.as_str()).zip(names.iter().map(String::as_str)).collect();
+    pairs.extend(pairs.clone().into_iter().filter_map(|(name, short)| Some((name.strip_suffix(short)?, ""))));
     // The longest first: one name may be part of another.
     pairs.sort_by_key(|(name, _)| std::cmp::Reverse(name.len()));
-    pairs.iter().fold(text.to_owned(), |text, (name, short)| text.replace(name, short))
+    let named = pairs.into_iter().filter(|(name, _)| !name.is_empty());
+    named.fold(text.to_owned(), |text, (name, short)| text.replace(name, short))
 }
 
 /// Measurements that are there.
@@ -182,6 +186,7 @@ fn effect(found: &Found, trials: &[Compared]) -> report::Effect {
         named: found.named,
         equation: law(&found.effect),
         parameters: sizes(found),
+        given: found.given.iter().flat_map(|given| parameters(given, &[])).collect(),
         delta_bic: found.delta_bic,
         holdout_gap_without: found.holdout_gap_without,
         alternatives: found.alternatives.iter().map(alternative).collect(),

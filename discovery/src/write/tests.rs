@@ -309,6 +309,31 @@ fn a_part_cut_off_a_trial_keeps_its_name_short() {
 }
 
 #[test]
+fn parts_of_a_trial_with_a_hole_are_called_after_it() {
+    let mut cut = discovery();
+    cut.trials[0].trial.name = "runs/check.csv, 0.0 s to 12.5 s".to_owned();
+    cut.holdout_source = "the trial runs/check.csv".to_owned();
+    let report = report(&cut, &About::default());
+    assert_eq!(report.trials[0].name, "check.csv, 0.0 s to 12.5 s");
+    assert_eq!(report.gap.holdout_source, "the trial check.csv");
+}
+
+#[test]
+fn what_the_model_as_given_has_stands_beside_what_was_found() {
+    let mut known = discovery();
+    let given = EffectSpec { values: vec![120.0, SPEED], ..friction().effect };
+    (known.effects[0].given, known.not_shown) = (Some(given.clone()), vec![given.clone()]);
+    let json = json(&known);
+    assert_eq!(json["effects"][0]["given"]["force"]["value"], 120.0);
+    assert_eq!((&json["not_shown"][0]["id"], &json["not_shown"][0]["cable"]), (&given.id.into(), &3.into()));
+    let report = report(&known, &About::default());
+    assert_eq!(report.effects[0].given[0].value, 120.0);
+    assert_eq!(report.not_shown, ["Coulomb friction on winch 3"]);
+    let plain = self::json(&discovery());
+    assert!(plain["effects"][0].get("given").is_none() && plain["not_shown"].as_array().is_some_and(Vec::is_empty));
+}
+
+#[test]
 fn friction_is_drawn_against_the_winch_speed() {
     let discovery = discovery();
     let report = report(&discovery, &About::default());
