@@ -10,8 +10,11 @@ use super::{FEWEST, Trial};
 
 /// How many times as long as nearly all steps of a recording one is that lacks rows.
 const LONG: f64 = 3.0;
-/// By how much longer than usual (median) a step is that lacks a row or two, as a share: stamps jitter by less.
+/// By how much longer than usual (median) a step is at least that lacks a row or two, as a share.
 const LACKS: f64 = 0.5;
+/// How many times as far beyond the usual one as 99 of 100 steps are below it at most: stamps that jitter make steps shorter as well, and rows
+/// that are missing do not.
+const BEYOND_JITTER: f64 = 1.5;
 /// How many times as far from the row before as from halfway between its neighbours forces are (medians) that change evenly. What is held, or
 /// jumps, is as far from either.
 const EVENLY: f64 = 3.0;
@@ -63,13 +66,15 @@ pub(crate) fn with_rows_between(trial: &Trial) -> (Trial, usize) {
     if !regular || !changes_evenly(trial) {
         return (trial.clone(), 0);
     }
+    let jitter = (interval - at(1.0 - USUAL)) / interval;
+    let shortest = (1.0 + LACKS.max(BEYOND_JITTER * jitter)) * interval;
     let longest = LONG * usual(steps.clone());
     let mut out = Trial { time: Vec::new(), inputs: Vec::new(), measured: Vec::new(), ..trial.clone() };
     for k in 0..trial.len() {
         out.time.push(trial.time[k]);
         out.inputs.push(trial.inputs[k]);
         out.measured.push(trial.measured[k].clone());
-        let lacks = |step: &&f64| **step > (1.0 + LACKS) * interval && **step <= longest;
+        let lacks = |step: &&f64| **step > shortest && **step <= longest;
         let Some(step) = steps.get(k).filter(lacks) else { continue };
         let rows = (step / interval).round().max(1.0) as usize;
         for row in 1..rows {
@@ -158,7 +163,7 @@ fn still(trial: &Trial, longest: f64) -> Vec<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::recording::record;
+    use super::super::recording::{noise, record};
     use super::*;
 
     fn rows(trial: &Trial) -> Vec<f64> {
@@ -219,6 +224,15 @@ mod tests {
         for trial in [held, jumps] {
             assert_eq!(with_rows_between(&gaps(&trial)).1, 0);
         }
+        // Stamps that jitter by a fifth of a step.
+        let mut jitters = whole.clone();
+        let interval = whole.interval();
+        jitters
+            .time
+            .iter_mut()
+            .zip(noise(whole.len(), 7))
+            .for_each(|(time, white)| *time += 0.2 * interval * white.clamp(-2.4, 2.4));
+        assert_eq!(with_rows_between(&jitters).1, 0);
         // Readings by the event, as far from each other as chance has it.
         let mut chance = gaps(&whole);
         for (k, time) in chance.time.iter_mut().enumerate() {
