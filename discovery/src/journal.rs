@@ -80,6 +80,9 @@ pub(crate) struct Journal {
     /// The last laws by which the data were as likely, and no more, as with the drifts of instruments that stood, and by how much (criterion
     /// with them minus without).
     as_likely: Mutex<Option<(Vec<EffectSpec>, f64)>>,
+    /// The law that the held-out data contradict and that explains the most of the training data, if that is most of what is left there, and
+    /// by how much (criterion with it minus without).
+    only_trained: Mutex<Option<(EffectSpec, f64)>>,
     /// What a reader should know of the way that the search went, a sentence each.
     remarks: Mutex<Vec<String>>,
     /// The names of all candidates weighed so far.
@@ -109,6 +112,19 @@ impl Journal {
     /// What was refused so, with the fall of the criterion by it then.
     pub(crate) fn doubted(&self) -> Vec<(EffectSpec, f64)> {
         locked(&self.doubted).clone()
+    }
+
+    /// That an effect explains most of what is left in the training data, and the held-out data contradict it.
+    pub(crate) fn contradicted(&self, effect: &EffectSpec, delta_bic: f64) {
+        let mut most = locked(&self.only_trained);
+        if most.as_ref().is_none_or(|(_, most)| delta_bic < *most) {
+            *most = Some((effect.clone(), delta_bic));
+        }
+    }
+
+    /// The one of which that was said that explains the most.
+    pub(crate) fn only_trained(&self) -> Option<EffectSpec> {
+        locked(&self.only_trained).as_ref().map(|(effect, _)| effect.clone())
     }
 
     /// That these laws together are as likely as drifts of instruments that stand, by so much.

@@ -392,6 +392,8 @@ pub struct Discovery {
     pub effects: Vec<Found>,
     /// Effects that the model as given has and `model` does not: the data show nothing of them.
     pub not_shown: Vec<EffectSpec>,
+    /// What is to be said where nothing explains the gap, but something changed between training and held-out data: a sentence.
+    pub changed: Option<String>,
     /// Terms outside the catalogue (`expression` effects).
     pub terms: Vec<Found>,
     /// Where the model as given disagrees.

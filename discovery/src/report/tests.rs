@@ -34,6 +34,7 @@ fn report() -> Report {
         verdict: Verdict::Named,
         effects: vec![effect("winch_coulomb_friction", "Coulomb friction", "winch[3]")],
         not_shown: vec![],
+        changed: None,
         located: vec![Located {
             place: "winch[3]".to_owned(),
             share_of_gap: 0.83,
@@ -251,6 +252,15 @@ fn a_law_on_several_winches_is_named_once() {
         headline,
         "Two effects are missing from the model: Coulomb friction on winches 1 and 3 and quadratic drag on the platform."
     );
+}
+
+#[test]
+fn what_changed_between_the_recordings_is_the_headline_where_nothing_explains_the_gap() {
+    let said = "The data that were fitted show drag, and those that were held out contradict it.".to_owned();
+    let nothing = Report { verdict: Verdict::Unnamed, effects: vec![], changed: Some(said.clone()), ..report() };
+    assert_eq!(top(&nothing).0, said);
+    let found = Report { verdict: Verdict::Named, changed: None, ..report() };
+    assert_ne!(top(&found).0, said);
 }
 
 #[test]

@@ -124,6 +124,7 @@ fn unnamed(report: &Report, named: &[String]) -> String {
     let unknown = join(&places, "and");
     let (are, so_are) = (is_are(named.len()), is_are(places.len()));
     match (named, unknown.as_str()) {
+        ([], _) if report.changed.is_some() => report.changed.clone().unwrap_or_default(),
         ([], "") => "Something is missing from the model that nothing tried explains.".to_owned(),
         ([], what) => capital(&format!("{what} {so_are} missing from the model, of a kind outside the catalogue.")),
         (named, "") => capital(&format!(

@@ -274,6 +274,11 @@ impl<'a> Weighing<'a> {
         let next = context.verified(trained, fitted);
         let next = context.journal.tried(effect, "it does not go with the held-out data", next)?;
         if !next.helps(fitted, context.policy) {
+            let contradicted = next.holdout_score > fitted.holdout_score + EVIDENCE;
+            if contradicted && context.explained(fitted, &next) > context.policy.most {
+                let refined = next.train.model.effects.last().unwrap_or(effect);
+                context.journal.contradicted(refined, next.score - fitted.score);
+            }
             return refuse(next.score - fitted.score, "it does not predict the held-out data better");
         }
         Some(next)
@@ -466,6 +471,23 @@ mod tests {
         };
         let [effect] = &found.fit.train.model.effects[..] else { panic!("{:?}", found.fit.train.model.effects) };
         assert_eq!((effect.id.as_str(), effect.cable), ("cable_stiffness", Some(2)));
+    }
+
+    #[test]
+    fn a_law_of_the_training_data_that_held_out_data_contradict_is_kept_in_mind() {
+        let drag = EffectSpec::new("platform_linear_drag", None, &[60.0]).expect("an effect");
+        for mended in [true, false] {
+            let of_training = evidence(std::slice::from_ref(&drag), 83);
+            let holdout = if mended { evidence(&[], 85).holdout } else { of_training.holdout.clone() };
+            let evidence = Evidence { holdout, ..of_training };
+            let (context, standing) = begun(&evidence, &Model::default());
+            let signatures = signatures(&context, &standing, &standing.fit, Source::Catalogue);
+            let found = round(&context, standing, &signatures, Source::Catalogue, 1).expect("a round");
+            assert_eq!(matches!(found, Round::Found(_)), !mended);
+            let law = context.journal.only_trained();
+            assert_eq!(law.as_ref().map(|law| law.id.as_str()), mended.then_some("platform_linear_drag"));
+            assert!(law.is_none_or(|law| (law.values[0] - 60.0).abs() < 6.0));
+        }
     }
 
     /// On logs of a real robot a gain of -92 % came first, then a limit that left a constant force, and friction not at all.

@@ -27,6 +27,7 @@ use crate::strategy::other_optimum::{Other, hardly_told};
 use crate::strategy::standing::Standing;
 use crate::verdict::alike::likeness;
 use crate::verdict::by_block::{ByBlock, Column};
+use crate::verdict::changed::changed;
 use crate::verdict::detection::detection_limits;
 use crate::verdict::doubted::doubted;
 use crate::verdict::drifts::not_told_from_drifts;
@@ -88,6 +89,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         .filter(|w| w.statistic > w.limit)
         .map(|w| channel_words(&w.channel.name()).replace('\u{a0}', " "))
         .collect();
+    let only_trained = context.journal.only_trained().filter(|_| effects.is_empty() && terms.is_empty());
     let facts = Facts {
         horizons: horizon_facts,
         coloured,
@@ -95,9 +97,12 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         unrecorded: fitted.train.randomness.expected.map_or(0.0, |expected| expected.unrecorded),
         effects: facts,
         terms: terms.len(),
+        contradicted: only_trained.is_some(),
         chance: standing.chance,
     };
     let Judgement { verdict, reasons, named } = verdict::judge(&facts, &POLICY);
+    let nothing_explains = verdict == Verdict::Unnamed && effects.is_empty() && terms.is_empty();
+    let changed = changed(only_trained.as_ref(), &horizons).filter(|_| nothing_explains);
     let phrases: Vec<String> = effects.iter().map(|found| in_place(&found.effect)).collect();
     remarks.extend(reasons.iter().map(|reason| verdict::sentence(reason, &phrases)));
     let remaining = HORIZONS.map(|h| {
@@ -173,6 +178,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         model: fitted.train.model.clone(),
         effects,
         not_shown,
+        changed,
         terms,
         located,
         horizons,

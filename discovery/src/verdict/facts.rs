@@ -164,6 +164,8 @@ pub(crate) struct Facts {
     /// Share of the winch forces' variance that acts at random and was not recorded.
     pub(crate) unrecorded: f64,
     pub(crate) effects: Vec<EffectFacts>,
+    /// Whether the held-out data contradict a law that explains most of what is left in the training data.
+    pub(crate) contradicted: bool,
     /// Terms outside the catalogue.
     pub(crate) terms: usize,
     /// What chance did in the last weighing, after which nothing more was taken up.

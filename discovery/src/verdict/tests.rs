@@ -44,6 +44,7 @@ fn facts(gaps: [(f64, f64); 3], effects: &[EffectFacts]) -> Facts {
         disturbance: NOTHING,
         unrecorded: 0.0,
         effects: effects.to_vec(),
+        contradicted: false,
         terms: 0,
         chance: None,
     }
@@ -61,6 +62,12 @@ fn verdict(facts: &Facts) -> Verdict {
 const FOUND: [(f64, f64); 3] = [(10.0, 1.01), (205.0, 1.0), (3310.0, 1.11)];
 /// Gaps of a model that does nothing wrong.
 const NOISE: [(f64, f64); 3] = [(1.0, 1.0), (1.01, 1.01), (1.1, 1.1)];
+
+/// Friction of the training data that was mended before the held-out data.
+#[test]
+fn a_law_that_held_out_data_contradict_is_not_nothing() {
+    assert_eq!(verdict(&Facts { contradicted: true, ..facts(NOISE, &[]) }), Verdict::Unnamed);
+}
 
 #[test]
 fn what_leaves_only_noise_is_named_and_what_is_only_noise_is_nothing() {

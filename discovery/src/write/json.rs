@@ -29,6 +29,8 @@ struct Document<'a> {
     candidates: Vec<EffectEntry<'a>>,
     /// Effects of the model as given of which the data show nothing: they were taken out.
     not_shown: Vec<GivenEntry<'a>>,
+    /// What changed between training and held-out data, where nothing explains the gap.
+    changed: Option<&'a str>,
     terms: Vec<TermEntry<'a>>,
     /// Errors of the geometry that were found together with these; none where the geometry as given does.
     calibration: Vec<GivenEntry<'a>>,
@@ -223,6 +225,7 @@ pub fn discovery_json<'a>(discovery: &'a Discovery) -> Result<String, serde_json
         effects: entries(effects),
         candidates: entries(candidates),
         not_shown: discovery.not_shown.iter().map(given).collect(),
+        changed: discovery.changed.as_deref(),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
         calibration: discovery.survey.iter().map(survey).collect(),
         gap: gap(discovery),
