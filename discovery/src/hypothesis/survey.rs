@@ -104,6 +104,11 @@ pub(crate) fn survey_errors(model: &Model, trials: &[Trial]) -> Vec<EffectSpec> 
 
 const LENGTH_BIAS: &str = "length_sensor_bias";
 
+/// Whether an effect is an error of the survey.
+pub(crate) fn is_of_survey(effect: &EffectSpec) -> bool {
+    ["anchor_offset", "attachment_offset", LENGTH_BIAS].contains(&effect.id.as_str())
+}
+
 /// Whether an error of the survey is one of what a length counts from.
 pub(crate) fn is_zero(error: &EffectSpec) -> bool {
     error.id == LENGTH_BIAS

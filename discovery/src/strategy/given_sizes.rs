@@ -13,7 +13,7 @@ use crate::filter::estimate::Fit;
 use crate::hypothesis::beside::set_found_beside;
 use crate::hypothesis::candidates::catalogue;
 use crate::hypothesis::parameter::free_parameters;
-use crate::hypothesis::survey::set_beside;
+use crate::hypothesis::survey::{is_of_survey, set_beside};
 use crate::strategy::candidates::situation;
 use crate::strategy::context::Context;
 use crate::strategy::each_cable::is_of_all;
@@ -63,8 +63,9 @@ fn most_promising(
         return Ok(None);
     }
     let mut most: Option<OtherNumbers> = None;
-    // Numbers of a formula in the model are not found anew.
-    for at in given.filter(|at| standing.effects()[*at].expression.is_none()) {
+    // Numbers of a formula in the model are not found anew, and errors of the survey are a question of their own, with all others free.
+    let asked = |at: &usize| standing.effects()[*at].expression.is_none() && !is_of_survey(&standing.effects()[*at]);
+    for at in given.filter(asked) {
         let next = OtherNumbers::of(context, standing, at)?;
         if most.as_ref().is_none_or(|most| next.gain > most.gain) {
             most = Some(next);
@@ -183,6 +184,17 @@ mod tests {
             let asked = given_before_more(&context, standing, &signatures).expect("an answer");
             assert_eq!((asked.given_is_off, asked.begins_anew()), (off, off.is_some()), "{hidden:?}");
         }
+    }
+
+    /// A length of a real log that counted from another zero than the model says was taken out, for errors of the survey took its place.
+    #[test]
+    fn errors_of_the_survey_are_not_asked_for_other_numbers() {
+        let zero = |size: f64| effect("length_sensor_bias", Some(2), &[size]);
+        let evidence = evidence(&[zero(0.05)], 87);
+        let (mut context, standing) = begun(&evidence, &Model { effects: vec![zero(0.02)], ..Model::default() });
+        context.given_may_be_off = true;
+        let signatures = signatures(&context, &standing, &standing.fit, Source::Catalogue);
+        assert_eq!(most_promising(&context, &standing, &signatures).expect("an answer"), None);
     }
 
     /// Coulomb friction that turns its sign in another way than the model has it was left to Stribeck friction beside it.
