@@ -89,6 +89,9 @@ pub(crate) struct Journal {
     weighed: Mutex<HashSet<String>>,
 }
 
+/// Why a law is refused that makes the training data likelier and not those held out.
+pub(crate) const NOT_HELD_OUT: &str = "it does not predict the held-out data better";
+
 /// What a journal has in the end.
 pub(crate) struct Written {
     pub(crate) entries: Vec<Entry>,
@@ -196,6 +199,20 @@ impl Journal {
         }
     }
 
+    /// The law that would make the training data the likeliest of all that were refused because of the held-out data, and by how much
+    /// (criterion with it minus without); and how many laws could not be tried.
+    pub(crate) fn refused_and_failed(&self) -> (Option<(EffectSpec, f64)>, usize) {
+        self.locked(|entries| {
+            let refused =
+                entries.iter().filter(|entry| entry.outcome == Outcome::Refused && entry.reason == NOT_HELD_OUT);
+            let likeliest = refused.filter_map(|entry| Some((entry.effect.clone()?, entry.delta_bic?)));
+            let failed = entries.iter().filter(|entry| entry.outcome == Outcome::Failed);
+            let laws: HashSet<_> =
+                failed.filter_map(|entry| entry.effect.as_ref()).map(|law| (law.id.clone(), law.cable)).collect();
+            (likeliest.min_by(|a, b| a.1.total_cmp(&b.1)), laws.len())
+        })
+    }
+
     /// What a reader is to know, once.
     pub(crate) fn remark(&self, remark: String) {
         let mut remarks = locked(&self.remarks);
@@ -278,6 +295,21 @@ mod tests {
         let [entry] = &journal.written().entries[..] else { panic!("one entry") };
         assert_eq!((entry.outcome, entry.delta_bic, &entry.effect), (Outcome::Failed, None, &Some(drag(2.0))));
         assert_eq!(entry.reason, format!("on held-out data: {text}"));
+    }
+
+    #[test]
+    fn what_held_out_data_refused_and_what_could_not_be_tried_are_known_in_the_end() {
+        let journal = Journal::default();
+        assert_eq!(journal.refused_and_failed(), (None, 0));
+        for (value, delta_bic, why) in
+            [(1.0, -20.0, NOT_HELD_OUT), (2.0, -90.0, NOT_HELD_OUT), (3.0, -900.0, "it acts on the noise")]
+        {
+            journal.note(&drag(value), Outcome::Refused, delta_bic, why);
+        }
+        for _ in 0..2 {
+            journal.failed(&drag(4.0), "it cannot be fitted", &FitError::Model("no cables".to_owned()));
+        }
+        assert_eq!(journal.refused_and_failed(), (Some((drag(2.0), -90.0)), 1));
     }
 
     #[test]

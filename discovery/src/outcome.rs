@@ -305,7 +305,16 @@ impl Instruments {
         let force = self.winch_force.iter();
         let force = force.map(|size| format!("The recorded winch forces have a white error of {} N.", with(size, 1.0)));
         let stamps = self.stamps.iter().map(|size| format!("The time stamps jitter by {} ms.", with(size, 1e3)));
-        clocks.chain(late_forces).chain(smoothed).chain(slow_clock).chain(force).chain(stamps).collect()
+        let drifts = self.channels.iter().filter_map(|c| {
+            let (scale, unit) = c.channel.small_unit();
+            let name = report::channel_words(&c.channel.name()).replace('\u{a0}', " ");
+            Some(format!("{name} {} {unit}", with(c.drift.as_ref()?, scale)))
+        });
+        let drifts: Vec<String> = drifts.collect();
+        let drifts = (!drifts.is_empty()).then(|| {
+            format!("Measurements drift over a recording, or count from another zero in each: {}.", drifts.join(", "))
+        });
+        clocks.chain(drifts).chain(late_forces).chain(smoothed).chain(slow_clock).chain(force).chain(stamps).collect()
     }
 }
 
@@ -477,5 +486,28 @@ mod tests {
                 "The time stamps jitter by 0.1110 ± 0.0045 ms."
             ]
         );
+    }
+
+    /// An encoder that slipped by 3 cm was taken for a drift, and nobody told.
+    #[test]
+    fn drifts_are_said_each_with_its_size() {
+        let drifting = |channel: Channel, size: f64| ChannelInstrument {
+            channel,
+            white: 1e-3,
+            coloured: None,
+            time_constant: None,
+            drift: (size > 0.0).then_some(Estimated { value: size, standard_error: Some(0.05 * size) }),
+            delay: None,
+            resolution: None,
+        };
+        let of = |sizes: [f64; 2]| {
+            let channels =
+                vec![drifting(Channel::Pose(2), sizes[0]), drifting(Channel::UnstretchedLength(1), sizes[1])];
+            Instruments { channels, ..Instruments::default() }.remarks()
+        };
+        assert_eq!(of([0.0, 0.0]), Vec::<String>::new());
+        let said = "Measurements drift over a recording, or count from another zero in each: \
+                    rotation φ 2.00 ± 0.10 mrad, unstretched length 2 14.00 ± 0.70 mm.";
+        assert_eq!(of([2e-3, 14e-3]), [said]);
     }
 }

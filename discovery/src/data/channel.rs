@@ -45,6 +45,15 @@ impl Channel {
         self.signal().unit()
     }
 
+    /// The unit in which its errors are told, and how many of that one of its unit is.
+    pub(crate) fn small_unit(self) -> (f64, &'static str) {
+        match self {
+            Self::Pose(2) => (1e3, "mrad"),
+            Self::Tension(_) => (1.0, "N"),
+            Self::Pose(_) | Self::CableLength(_) | Self::UnstretchedLength(_) => (1e3, "mm"),
+        }
+    }
+
     /// Smallest noise assumed (in its unit), so that data without noise do not make the filter singular.
     pub(crate) fn noise_floor(self) -> f64 {
         match self {

@@ -12,7 +12,7 @@ use crate::hypothesis::correction::leaves_enough;
 use crate::hypothesis::facts::facts;
 use crate::hypothesis::friction::{is_friction, on_all_winches};
 use crate::hypothesis::stream::normals;
-use crate::journal::Outcome;
+use crate::journal::{NOT_HELD_OUT, Outcome};
 use crate::model::sizes::{Sizes, usual_force};
 use crate::strategy::context::Context;
 use crate::strategy::entrance::{Entry, enter};
@@ -275,11 +275,13 @@ impl<'a> Weighing<'a> {
         let next = context.journal.tried(effect, "it does not go with the held-out data", next)?;
         if !next.helps(fitted, context.policy) {
             let contradicted = next.holdout_score > fitted.holdout_score + EVIDENCE;
-            if contradicted && context.explained(fitted, &next) > context.policy.most {
+            // Along a trajectory that has not settled nothing has a likelihood.
+            let told = fitted.train.has_settled() && next.train.has_settled() && context.misses_while_training(fitted);
+            if contradicted && told && context.explained(fitted, &next) > context.policy.most {
                 let refined = next.train.model.effects.last().unwrap_or(effect);
                 context.journal.contradicted(refined, next.score - fitted.score);
             }
-            return refuse(next.score - fitted.score, "it does not predict the held-out data better");
+            return refuse(next.score - fitted.score, NOT_HELD_OUT);
         }
         Some(next)
     }

@@ -16,7 +16,7 @@ use crate::outcome::{
     BeforeAfter, Discovery, Estimated, Found, HORIZON, HORIZONS, HorizonGap, Located, Onset, Stability, SurveyError,
     Verdict, at_rest,
 };
-use crate::report::{channel_words, printed};
+use crate::report::{channel_words, printed, significant};
 use crate::strategy::begin::{begun_by_data, held_by_data};
 use crate::strategy::context::Context;
 use crate::strategy::fitted::Fitted;
@@ -103,6 +103,11 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     let Judgement { verdict, reasons, named } = verdict::judge(&facts, &POLICY);
     let nothing_explains = verdict == Verdict::Unnamed && effects.is_empty() && terms.is_empty();
     let changed = changed(only_trained.as_ref(), &horizons).filter(|_| nothing_explains);
+    if nothing_explains {
+        let (refused, failed) = context.journal.refused_and_failed();
+        remarks.extend(refused.filter(|_| changed.is_none()).map(|(law, delta_bic)| refused_law(&law, delta_bic)));
+        remarks.extend((failed > 0).then(|| could_not_be_tried(failed)));
+    }
     let phrases: Vec<String> = effects.iter().map(|found| in_place(&found.effect)).collect();
     remarks.extend(reasons.iter().map(|reason| verdict::sentence(reason, &phrases)));
     let remaining = HORIZONS.map(|h| {
@@ -452,6 +457,25 @@ fn as_well(found: &Found, other: &EffectSpec) -> String {
         "The {what} may stand for another law, which explains as much: {} ({}).{tell}",
         in_place(other),
         in_numbers(other, &[])
+    )
+}
+
+/// What would explain the most and was refused because of the held-out data.
+fn refused_law(law: &EffectSpec, delta_bic: f64) -> String {
+    format!(
+        "What makes the fitted data the likeliest is {} ({}; ΔBIC {}), but it does not predict the held-out data better: it may act in some of the \
+         recordings only, or stand for something else.",
+        in_place(law),
+        in_numbers(law, &[]),
+        significant(delta_bic, 3)
+    )
+}
+
+/// That so many laws could not be fitted.
+fn could_not_be_tried(laws: usize) -> String {
+    let laws = if laws == 1 { "One law".to_owned() } else { format!("{laws} laws") };
+    format!(
+        "{laws} could not be fitted, for the model with them cannot be simulated along the data: what is missing may be among them (journal)."
     )
 }
 

@@ -39,6 +39,8 @@ pub(crate) enum Reason {
     NotHeldOut { effect: usize },
     /// An effect that chance explains as well in so many control runs.
     Chance { effect: usize, runs: usize, of: usize },
+    /// Free runs miss by a tenth of the noise or less over a horizon (s), which they cannot.
+    BelowNoise { horizon: f64 },
     /// Free runs longer than so (s) say nothing: an error of their start grows too fast.
     Growth { horizon: f64 },
 }
@@ -91,6 +93,10 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
             carries
         })
         .collect();
+    let below = telling.iter().find(|h| h.after() < policy.least);
+    if let Some(below) = below {
+        reasons.push(Reason::BelowNoise { horizon: below.reach.horizon });
+    }
     let driven = facts.unrecorded <= policy.unrecorded;
     if !driven {
         reasons.push(Reason::Unrecorded { share: facts.unrecorded });
@@ -101,7 +107,7 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
     }
     let verdict = if nothing_found {
         match worst {
-            _ if facts.contradicted => Verdict::Unnamed,
+            _ if facts.contradicted || below.is_some() => Verdict::Unnamed,
             _ if at_noise && !driven => Verdict::Unnamed,
             _ if at_noise => Verdict::NoMissingEffect,
             Some(_) if small && facts.disturbance.any => {
@@ -136,7 +142,7 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
             });
         }
         match () {
-            () if little || !named.contains(&true) => Verdict::Unnamed,
+            () if little || below.is_some() || !named.contains(&true) => Verdict::Unnamed,
             () if !at_noise || !white || !driven || named.contains(&false) => Verdict::PartlyNamed,
             () if facts.effects.iter().any(|e| e.has_twin) => Verdict::Ambiguous,
             () => Verdict::Named,

@@ -6,6 +6,9 @@ pub(crate) struct Policy {
     /// Gap, in multiples of what a faultless model would leave, up to which what is left is noise: the noise itself is
     /// known to some tens of per cent where sensors are not quite white.
     pub(crate) at_noise: f64,
+    /// The same below which a free run says nothing: it misses by the noise at least, so what it was expected to miss by is wrong, as along a
+    /// trajectory that has run away.
+    pub(crate) least: f64,
     /// The same up to which nothing is left to explain, where it decides whether more is looked for.
     pub(crate) nothing_left: f64,
     /// Gap of a faultless model, in multiples of the noise, up to which a free run says something: beyond it the run shows
@@ -50,6 +53,7 @@ pub(crate) struct Policy {
 /// The thresholds in use.
 pub(crate) const POLICY: Policy = Policy {
     at_noise: 1.5,
+    least: 0.1,
     nothing_left: 1.1,
     farthest: 3.0,
     explained: 0.5,

@@ -63,6 +63,17 @@ const FOUND: [(f64, f64); 3] = [(10.0, 1.01), (205.0, 1.0), (3310.0, 1.11)];
 /// Gaps of a model that does nothing wrong.
 const NOISE: [(f64, f64); 3] = [(1.0, 1.0), (1.01, 1.01), (1.1, 1.1)];
 
+/// A point robot whose model had no trajectory near the data: "nothing is missing" at a gap of 2e-15.
+#[test]
+fn what_misses_by_less_than_the_noise_is_no_all_clear() {
+    let none = [(2e-15, 2e-15), (2e-15, 2e-15), (1.0, 1.0)];
+    let judged = judged(&facts(none, &[]));
+    assert_eq!((judged.verdict, judged.reasons), (Verdict::Unnamed, vec![Reason::BelowNoise { horizon: 1.0 }]));
+    assert_eq!(verdict(&facts(none, &[SURE])), Verdict::Unnamed);
+    let small = 2.0 * POLICY.least;
+    assert_eq!(verdict(&facts([(small, small), (small, small), (1.0, 1.0)], &[])), Verdict::NoMissingEffect);
+}
+
 /// Friction of the training data that was mended before the held-out data.
 #[test]
 fn a_law_that_held_out_data_contradict_is_not_nothing() {

@@ -38,6 +38,10 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
              innovations are white, and no candidate explains more of it than chance.",
             short(*force)
         ),
+        Reason::BelowNoise { horizon } => format!(
+            "Over {horizon} s free runs miss by less than a tenth of the noise, which is not possible: what they were expected to miss by is wrong, \
+             for the model has no trajectory near the data. No verdict goes by that."
+        ),
         Reason::ForceLeft { force } => format!(
             "The data need a force at random of about {} N that was not recorded, and no free run tells what that leaves.",
             short(*force)
