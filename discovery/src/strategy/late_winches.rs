@@ -21,7 +21,7 @@ use crate::strategy::standing::{Accepted, Standing};
 use crate::weigh::criterion::told_apart_from;
 
 /// Laws of forces that come late on all winches alike.
-const LATE: [&str; 2] = ["winch_delay", "winch_lag"];
+pub(crate) const LATE: [&str; 2] = ["winch_delay", "winch_lag"];
 
 /// What stands, with a dead time of all winches in the place of what the pose, by a law that was found, and all other devices, by their
 /// clocks, are late by.

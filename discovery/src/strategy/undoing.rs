@@ -2,15 +2,19 @@
 
 use std::sync::Arc;
 
+use cdpr::model_file::Model;
+
 use crate::data::{Trial, Undone};
 use crate::filter::error::FitError;
 use crate::filter::estimate::Fit;
 use crate::instruments::Sizing;
 use crate::instruments::undoing::{Did, errors};
+use crate::journal::Outcome;
 use crate::report;
 use crate::strategy::context::{Context, share};
-use crate::strategy::fitted::Fitted;
+use crate::strategy::fitted::{Fitted, Trained};
 use crate::strategy::instruments::beside_those_of;
+use crate::strategy::late_winches::LATE;
 use crate::strategy::standing::{Accepted, Standing};
 use crate::verdict::{POLICY as VERDICT, share_taken};
 use crate::weigh::criterion::{EVIDENCE, told_apart_from};
@@ -107,18 +111,32 @@ pub(crate) fn what_recording_does(
 /// Friction that has not its form yet looks like late forces, and once it has, a dead time of the winches takes back what was undone.
 pub(crate) fn undone_in_vain(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
     let Some(recorded) = &context.evidence.as_recorded else { return Ok(standing) };
-    let (fit, trials) = (&standing.fit, &context.evidence.train);
+    let (fit, trials) = (standing.fit.clone(), &context.evidence.train);
     let recorder = Undone::recorder(trials);
     let [error, ..] = errors(&fit.train, trials, context.free_from);
     let for_sure = error.is_some_and(|error| (recorder.delay / error).powi(2) >= context.policy.certain);
+    let undoing_costs = context.penalty.of_parameters(recorder.moments());
+    let as_recorded = |model: &Model| -> Result<Option<Trained>, FitError> {
+        let trained = context.train(model, &fit.train, &recorded.train, context.policy.rounds, None);
+        let what = "Beside the laws that were found, winch forces as they were recorded do not go with the data";
+        let trained = context.journal.or_remark(what, trained)?;
+        Ok(trained.filter(|trained| trained.score <= fit.score + undoing_costs))
+    };
+    // What takes it back is far from what it is with forces as recorded, none, and is asked to be, however certain the lateness is.
+    if let Some(k) = standing.found(context).iter().position(|law| LATE.contains(&law.id.as_str())) {
+        let (model, law) = standing.without(context, k);
+        if let Some(trained) = as_recorded(&model)? {
+            context.journal.note(&law, Outcome::Removed, trained.score - fit.score, "it took back what was undone");
+            let next = Fitted { train: trained.fit, score: trained.score, ..fit.clone() };
+            let mut standing = standing.changed(next);
+            standing.accepted.remove(k);
+            return Ok(Standing { undone_in_vain: true, ..standing });
+        }
+    }
     if standing.accepted.is_empty() || for_sure {
         return Ok(standing);
     }
-    let as_recorded = context.train(&fit.train.model, &fit.train, &recorded.train, context.policy.rounds, None);
-    let what = "Beside the laws that were found, winch forces as they were recorded do not go with the data";
-    let as_recorded = context.journal.or_remark(what, as_recorded)?;
-    let undoing_costs = context.penalty.of_parameters(recorder.moments());
-    let undone_in_vain = as_recorded.is_some_and(|as_recorded| as_recorded.score <= fit.score + undoing_costs);
+    let undone_in_vain = as_recorded(&fit.train.model)?.is_some();
     Ok(Standing { undone_in_vain, ..standing })
 }
 
@@ -159,7 +177,6 @@ fn held_out(context: &Context<'_>, fitted: &Fitted, did: &Did) -> Result<Option<
 #[cfg(test)]
 mod tests {
     use cdpr::effect::EffectSpec;
-    use cdpr::model_file::Model;
 
     use super::*;
     use crate::data::Recorder;
@@ -168,6 +185,7 @@ mod tests {
     use crate::strategy::candidates::signatures;
     use crate::strategy::fitted::Evidence;
     use crate::strategy::fixture::{begun, names, with};
+    use crate::strategy::policy::{POLICY, Policy};
     use crate::strategy::rounds::undo_before_more;
     use crate::strategy::settle::settle;
     use crate::weigh::signatures::Source;
@@ -213,7 +231,9 @@ mod tests {
     fn a_lateness_that_a_law_takes_back_was_undone_in_vain() {
         let friction = EffectSpec::new("winch_coulomb_friction", None, &[100.0, 0.01]).expect("an effect");
         let dead_time = |time: f64| EffectSpec::new("winch_delay", None, &[time]).expect("an effect");
-        for late in [0, 2] {
+        // Also where its error says that it is certain.
+        static CERTAIN: Policy = Policy { certain: 0.0, ..POLICY };
+        for (late, policy) in [(0, &POLICY), (0, &CERTAIN), (2, &POLICY)] {
             let [first, second, held] = [31, 32, 33].map(|seed| {
                 let mut trial = record(std::slice::from_ref(&friction), 40.0, seed);
                 let inputs = trial.inputs.clone();
@@ -225,12 +245,15 @@ mod tests {
             let noise = noise_of_data(&train);
             let recorder = Recorder { delay: undone, variance: 0.0 };
             let evidence = Evidence::new(train, holdout, noise).before(Undone::Forces(recorder));
-            let (context, standing) = begun(&evidence, &Model::default());
+            let (mut context, standing) = begun(&evidence, &Model::default());
+            context.policy = policy;
             let mut laws = vec![(friction.clone(), Vec::new())];
             laws.extend((late == 0).then(|| (dead_time(undone), Vec::new())));
             let standing = with(&context, standing, laws);
             let standing = undone_in_vain(&context, standing).expect("a fit");
             assert_eq!((standing.undone_in_vain, standing.begins_anew()), (late == 0, late == 0));
+            // What took it back is gone.
+            assert_eq!(names(&context, &standing), [("winch_coulomb_friction".to_owned(), None)]);
             if late > 0 {
                 continue;
             }
