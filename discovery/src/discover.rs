@@ -175,12 +175,13 @@ impl Ready {
     /// Has each recording end where its winch forces are not known, and another one begin behind that; where single rows are missing the
     /// forces are in between. With remarks.
     fn cut_at_holes(&mut self) {
-        let (mut lengths, mut between) = (Vec::new(), 0);
+        let (mut lengths, mut between, mut left_out) = (Vec::new(), 0, 0);
         for trials in [&mut self.evidence.train, &mut self.evidence.holdout] {
             let cut = |trial: &Trial| {
                 let (filled, rows) = with_rows_between(trial);
                 let (parts, of_trial) = cut_at_holes(&filled);
                 between += rows;
+                left_out += filled.len() - parts.iter().map(Trial::len).sum::<usize>();
                 lengths.extend(of_trial);
                 parts
             };
@@ -196,12 +197,15 @@ impl Ready {
         if lengths.is_empty() {
             return;
         }
+        let places = if lengths.len() == 1 { "place" } else { "places" };
+        let without = match left_out {
+            0 => String::new(),
+            rows => format!("; {rows} rows there, or between two such places near each other, are left out"),
+        };
         self.remarks.push(format!(
-            "At {} place{} rows are missing or the log of the winch forces stood still, for {:.2} s at most: what the forces did there is not \
-             known. Each recording counts as several, with that left out.",
-            lengths.len(),
-            if lengths.len() == 1 { "" } else { "s" },
-            longest
+            "At {} {places} rows are missing or the log of the winch forces stood still, for {longest:.2} s at most: what the forces did there is \
+             not known. Each recording counts as several{without}.",
+            lengths.len()
         ));
     }
 

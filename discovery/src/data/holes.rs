@@ -25,14 +25,15 @@ const USUAL: f64 = 0.99;
 const MOVES: f64 = 6.0;
 
 /// A recording without the stretches in which its winch forces are not known, as recordings of its parts, and how long (s) those are.
-/// Parts of too few samples are left out; a recording of which no part has enough stays as it is.
+/// Parts of too few samples are left out as well; a recording of which no part has enough stays as it is.
 pub(crate) fn cut_at_holes(trial: &Trial) -> (Vec<Trial>, Vec<f64>) {
     let holes = holes(trial);
     let mut known = Vec::new();
     let mut from = 0;
     for hole in &holes {
-        known.push(from..hole.start);
-        from = hole.end;
+        known.push(from..hole.start.max(from));
+        // Rows may be missing where the log stands still.
+        from = from.max(hole.end);
     }
     known.push(from..trial.len());
     let parts: Vec<Trial> =
@@ -166,10 +167,6 @@ mod tests {
     use super::super::recording::{noise, record};
     use super::*;
 
-    fn rows(trial: &Trial) -> Vec<f64> {
-        trial.time.clone()
-    }
-
     /// The recording without these samples.
     fn without(trial: &Trial, lost: Range<usize>) -> Trial {
         let mut out = trial.part(0..lost.start, trial.name.clone());
@@ -186,7 +183,7 @@ mod tests {
         let trial = without(&without(&whole, 250..290), 100..105);
         let (parts, lengths) = cut_at_holes(&trial);
         let expected = [0..100, 105..250, 290..whole.len()].map(|part| whole.time[part].to_vec());
-        assert_eq!(parts.iter().map(rows).collect::<Vec<_>>(), expected);
+        assert_eq!(parts.iter().map(|part| part.time.clone()).collect::<Vec<_>>(), expected);
         let interval = whole.interval();
         assert!((lengths[0] - 6.0 * interval).abs() < 1e-9 && (lengths[1] - 41.0 * interval).abs() < 1e-9);
         assert!(parts[1].name.ends_with(&format!(", {:.1} s to {:.1} s", whole.time[105], whole.time[249])));
@@ -264,9 +261,18 @@ mod tests {
         for trial in [all, forces] {
             let (parts, lengths) = cut_at_holes(&trial);
             let expected = [0..150, 190..whole.len()].map(|part| whole.time[part].to_vec());
-            assert_eq!(parts.iter().map(rows).collect::<Vec<_>>(), expected);
+            assert_eq!(parts.iter().map(|part| part.time.clone()).collect::<Vec<_>>(), expected);
             assert_eq!(lengths.len(), 1);
         }
+        // With rows missing while it stands still.
+        let mut both = whole.clone();
+        for k in 150..190 {
+            both.inputs[k] = both.inputs[149];
+        }
+        let (parts, lengths) = cut_at_holes(&without(&both, 160..170));
+        let expected = [0..150, 190..whole.len()].map(|part| whole.time[part].to_vec());
+        assert_eq!(parts.iter().map(|part| part.time.clone()).collect::<Vec<_>>(), expected);
+        assert_eq!(lengths.len(), 2);
         // At rest until a controller begins, and commands that are held as long as they are.
         let [mut rest, mut held] = [0; 2].map(|_| whole.clone());
         for k in 0..150 {

@@ -184,6 +184,7 @@ pub(crate) fn stribeck_containing(id: &str, standing: &EffectSpec) -> Option<Eff
         }
         _ => return None,
     };
+    // Of numbers that no such law can have there is none.
     let law = EffectSpec::new(id, standing.cable, &[force, 1.05 * force, speed, viscous, transition]).ok()?;
     Some(extended_like(&law, standing))
 }

@@ -65,8 +65,9 @@ const NO_FORCE: f64 = 0.1;
 fn headline(report: &Report) -> String {
     let mut found = of_laws(report);
     if !report.not_shown.is_empty() {
-        let (what, does) = (join(&report.not_shown, "and"), if report.not_shown.len() == 1 { "does" } else { "do" });
-        found = format!("{found} {} {does} not show in these data, though the model has it.", capital(&what));
+        let (does, it) = if report.not_shown.len() == 1 { ("does", "it") } else { ("do", "them") };
+        let what = capital(&join(&report.not_shown, "and"));
+        found = format!("{found} {what} {does} not show in these data, though the model has {it}.");
     }
     match report.verdict {
         Verdict::NoMissingEffect => found,
@@ -78,7 +79,7 @@ fn headline(report: &Report) -> String {
 /// That effects which the model has are there with other numbers.
 fn other_numbers(report: &Report) -> Option<String> {
     let changed = of_all(report.effects.iter().filter(|e| e.named && !e.given.is_empty()), &effect_phrase);
-    let (are, it) = if changed.len() == 1 { ("is", "it") } else { ("are", "them") };
+    let (are, it) = (is_are(changed.len()), if changed.len() == 1 { "it" } else { "them" });
     (!changed.is_empty()).then(|| capital(&format!("{} {are} not as the model has {it}", join(&changed, "and"))))
 }
 
@@ -86,9 +87,9 @@ fn of_laws(report: &Report) -> String {
     let lacks = |e: &&Effect| e.named && e.given.is_empty();
     let named = of_all(report.effects.iter().filter(lacks), &effect_phrase);
     let changed = other_numbers(report);
-    let and_changed = |missing: String| match &changed {
-        Some(changed) => format!("{missing} {changed}."),
-        None => missing,
+    let and_changed = |missing: Option<String>| {
+        let changed = changed.iter().map(|changed| format!("{changed}."));
+        missing.into_iter().chain(changed).collect::<Vec<_>>().join(" ")
     };
     match report.verdict {
         Verdict::NoMissingEffect if report.at_rest => {
@@ -106,11 +107,10 @@ fn of_laws(report: &Report) -> String {
             significant(report.remainder.force, 2)
         ),
         Verdict::NoMissingEffect => "No missing effect was found that the data support.".to_owned(),
-        Verdict::Named if named.is_empty() => and_changed(String::new()).trim_start().to_owned(),
-        Verdict::Named => and_changed(missing(&named)),
+        Verdict::Named => and_changed((!named.is_empty()).then(|| missing(&named))),
         Verdict::Ambiguous => ambiguous(report),
         Verdict::PartlyNamed => partly_named(report, changed),
-        Verdict::Unnamed => and_changed(unnamed(report, &named)),
+        Verdict::Unnamed => and_changed(Some(unnamed(report, &named))),
     }
 }
 

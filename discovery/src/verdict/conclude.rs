@@ -471,12 +471,10 @@ fn refused_law(law: &EffectSpec, delta_bic: f64) -> String {
     )
 }
 
-/// That so many laws could not be fitted.
+/// That so many laws could not be tried, or not in full.
 fn could_not_be_tried(laws: usize) -> String {
     let laws = if laws == 1 { "One law".to_owned() } else { format!("{laws} laws") };
-    format!(
-        "{laws} could not be fitted, for the model with them cannot be simulated along the data: what is missing may be among them (journal)."
-    )
+    format!("{laws} could not be tried, or not in full (journal): what is missing may be among them.")
 }
 
 /// That an effect of the model as given was taken out and found to be as it is there.
