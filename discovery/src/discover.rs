@@ -12,6 +12,7 @@ use crate::calibrate::{Corrected, correct_before_search, leave_out_computed_pose
 use crate::check::check;
 use crate::data::bursts::remove_bursts;
 use crate::data::clean::remove_outliers;
+use crate::data::filtered::{Filtered, thin_filtered};
 use crate::data::held::{Held, leave_out_held};
 use crate::data::holes::{cut_at_holes, with_rows_between};
 use crate::data::wraps::unwrap;
@@ -230,6 +231,7 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
         ));
     }
     remarks.extend(without_held(train.iter_mut().chain(&mut holdout)));
+    remarks.extend(without_filtered(&mut train.iter_mut().chain(&mut holdout).collect::<Vec<_>>()));
     let outliers =
         train.iter_mut().chain(&mut holdout).map(|trial| remove_bursts(trial) + remove_outliers(trial)).sum();
     let holdout_source = if holdout.is_empty() {
@@ -261,6 +263,18 @@ fn without_held<'a>(trials: impl Iterator<Item = &'a mut Trial>) -> Vec<String> 
         )
     };
     by_device.into_iter().map(remark).collect()
+}
+
+/// Takes readings that were filtered before they were written as often as they tell something new; returns a remark on each device.
+fn without_filtered(trials: &mut [&mut Trial]) -> Vec<String> {
+    let remark = |Filtered { device, cutoff, every }: Filtered| {
+        format!(
+            "The {} has no noise above {cutoff:.2} Hz: it was low-pass filtered before it was written. One reading of {every} is used, for those \
+             between tell nothing new. Readings as they were measured would tell more.",
+            device.name()
+        )
+    };
+    thin_filtered(trials).into_iter().map(remark).collect()
 }
 
 /// Finds out what `model` is missing, from recordings that are ready. Its effects from `free_from` on are errors of the

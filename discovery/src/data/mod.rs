@@ -6,6 +6,7 @@ pub(crate) mod clean;
 pub(crate) mod clock;
 pub(crate) mod counts;
 pub(crate) mod device;
+pub(crate) mod filtered;
 pub(crate) mod held;
 pub(crate) mod holes;
 pub(crate) mod line;

@@ -1,0 +1,245 @@
+//! Readings that were low-pass filtered before they were written. Their noise ends far below half of the sampling rate, so rows next to each
+//! other repeat it: differences find next to none, and whoever takes it for that finds all models wrong. They are taken as often as they
+//! tell something new: with a sampling rate of twice the filter's cutoff what is left of the noise is white.
+
+use std::collections::BTreeSet;
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex64;
+
+use super::clean::white_noise;
+use super::device::Device;
+use super::{Channel, Trial};
+
+/// How much more noise differences find in every second reading where a filter left next to none in all of them. Noise that remembers makes
+/// it √2 at most (a random walk), noise summed twice √8.
+const STEEP: f64 = 2.0;
+/// Share of the density below the cutoff that is left in the upper third of the frequencies: of white noise all of it.
+const LEFT: f64 = 0.01;
+/// How far the density is from its median, as a factor, over the octave below the cutoff. How a platform answers forces falls by 16 in one.
+const FLAT: f64 = 4.0;
+/// Share of the variance of a channel that its noise is at most: what is larger is motion.
+const NOISE: f64 = 0.1;
+/// Bins of the spectrum that the octave below the cutoff has at least.
+const FEWEST_BINS: usize = 4;
+/// Most readings of a stretch of which a spectrum is taken.
+const LONGEST: usize = 512;
+/// Least readings of one.
+const SHORTEST: usize = 64;
+/// Stretches, half over one another, in a recording that has them all of its own.
+const STRETCHES: usize = 7;
+
+/// Readings of one device that were filtered, and are taken less often.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Filtered {
+    pub(crate) device: Device,
+    /// Above it (Hz) there is no noise.
+    pub(crate) cutoff: f64,
+    /// One reading of so many is left.
+    pub(crate) every: usize,
+}
+
+/// Makes gaps of the readings of each device that repeat the noise of others, where most of its channels are such.
+pub(crate) fn thin_filtered(trials: &mut [&mut Trial]) -> Vec<Filtered> {
+    let of_device = |device: Device| {
+        let channels = trials.iter().flat_map(|trial| trial.channels.clone());
+        let channels: BTreeSet<Channel> = channels.filter(|channel| Device::of(*channel) == device).collect();
+        let series = |channel: Channel| {
+            let of_trial = |trial: &&mut Trial| {
+                let j = trial.channels.iter().position(|c| *c == channel)?;
+                let known = (0..trial.len()).filter(|k| trial.measured[*k][j].is_finite());
+                Some(known.map(|k| (trial.time[k], trial.measured[k][j])).unzip())
+            };
+            trials.iter().filter_map(of_trial).collect::<Vec<Series>>()
+        };
+        let found: Vec<(f64, usize)> = channels.iter().filter_map(|channel| cutoff(&series(*channel))).collect();
+        let (cutoff, every) = found.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (2 * found.len() > channels.len()).then_some(Filtered { device, cutoff, every })
+    };
+    let filtered: Vec<Filtered> = Device::ALL.into_iter().filter_map(of_device).collect();
+    for Filtered { device, every, .. } in &filtered {
+        for trial in trials.iter_mut() {
+            let of_device = |j: &usize| Device::of(trial.channels[*j]) == *device;
+            for j in (0..trial.channels.len()).filter(of_device).collect::<Vec<_>>() {
+                let known = (0..trial.len()).filter(|k| trial.measured[*k][j].is_finite());
+                let between: Vec<usize> = known.enumerate().filter(|(at, _)| at % every != 0).map(|(_, k)| k).collect();
+                between.into_iter().for_each(|k| trial.measured[k][j] = f64::NAN);
+            }
+        }
+    }
+    filtered
+}
+
+/// Times and readings of a channel in one recording.
+type Series = (Vec<f64>, Vec<f64>);
+
+/// The frequency (Hz) above which a channel has no noise, and how many readings to go on by; none where it has some up to half of the
+/// sampling rate, or motion is all it has.
+fn cutoff(recordings: &[Series]) -> Option<(f64, usize)> {
+    let by_differences = |stride: usize| -> f64 {
+        let of = |(times, values): &Series| {
+            let every = |series: &[f64]| series.iter().copied().step_by(stride).collect::<Vec<f64>>();
+            white_noise(&every(times), &every(values))
+        };
+        recordings.iter().map(of).filter(|noise| noise.is_finite()).sum()
+    };
+    if by_differences(2) < STEEP * by_differences(1) {
+        return None;
+    }
+    let (times, _) = recordings.iter().max_by_key(|(times, _)| times.len())?;
+    let length = LONGEST.min(2 * times.len() / (STRETCHES + 1)) / 2 * 2;
+    if length < SHORTEST {
+        return None;
+    }
+    let density = density(recordings, length);
+    let half = density.len();
+    let octave = |last: usize| &density[last / 2..=last];
+    let flat = |last: &usize| {
+        let level = middle(octave(*last));
+        octave(*last).iter().all(|density| *density < FLAT * level && FLAT * *density > level)
+    };
+    let last = (2 * FEWEST_BINS..half).rev().find(flat)?;
+    let level = middle(octave(last));
+    let variance: f64 = density.iter().sum();
+    if middle(&density[2 * half / 3..]) > LEFT * level || level * last as f64 > NOISE * variance {
+        return None;
+    }
+    // Where half of it is left.
+    let at = (2..=last).rev().find(|k| density[k - 1] + density[*k] > level)?;
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle_step = steps.len() / 2;
+    let interval = *steps.select_nth_unstable_by(middle_step, f64::total_cmp).1;
+    Some((at as f64 / (length as f64 * interval), half.div_ceil(at)))
+}
+
+fn middle(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    let at = values.len() / 2;
+    *values.select_nth_unstable_by(at, f64::total_cmp).1
+}
+
+/// Density of the variance of a channel over frequency, from one bin to half of the sampling rate, by its readings in stretches of so many
+/// that lie half over one another, each less a straight line and faded in and out (P. D. Welch, IEEE Transactions on Audio and
+/// Electroacoustics 15, 1967).
+fn density(recordings: &[Series], length: usize) -> Vec<f64> {
+    let fft = FftPlanner::new().plan_fft_forward(length);
+    let window = |k: usize| (std::f64::consts::PI * (k as f64 + 0.5) / length as f64).sin().powi(2);
+    let mut sum = vec![0.0; length / 2 + 1];
+    for (_, values) in recordings {
+        for from in (0..(values.len() + 1).saturating_sub(length)).step_by(length / 2) {
+            let stretch = &values[from..from + length];
+            let centre = 0.5 * (length as f64 - 1.0);
+            let mean = stretch.iter().sum::<f64>() / length as f64;
+            let (mut rise, mut run) = (0.0, 0.0);
+            for (k, value) in stretch.iter().enumerate() {
+                rise += (k as f64 - centre) * (value - mean);
+                run += (k as f64 - centre).powi(2);
+            }
+            let line = |k: usize| mean + rise / run * (k as f64 - centre);
+            let mut waves: Vec<Complex64> = stretch
+                .iter()
+                .enumerate()
+                .map(|(k, value)| Complex64::new(window(k) * (value - line(k)), 0.0))
+                .collect();
+            fft.process(&mut waves);
+            sum.iter_mut().zip(&waves).for_each(|(sum, wave)| *sum += wave.norm_sqr());
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::super::recording::{Bench, noise, record, record_on};
+    use super::*;
+
+    /// Forth and back through a filter of second order (S. Butterworth 1930) with this cutoff, as a share of half the sampling rate.
+    fn forth_and_back(values: &mut [f64], cutoff: f64) {
+        let w = (0.5 * std::f64::consts::PI * cutoff).tan();
+        let (b, a1) =
+            (w * w / (1.0 + w * 2.0_f64.sqrt() + w * w), 2.0 * (w * w - 1.0) / (1.0 + w * 2.0_f64.sqrt() + w * w));
+        let a2 = (1.0 - w * 2.0_f64.sqrt() + w * w) / (1.0 + w * 2.0_f64.sqrt() + w * w);
+        for _ in 0..2 {
+            let start = values[0];
+            let (mut x, mut y) = ([start; 2], [start; 2]);
+            for value in values.iter_mut() {
+                let out = b * (*value + 2.0 * x[0] + x[1]) - a1 * y[0] - a2 * y[1];
+                (x, y) = ([*value, x[0]], [out, y[0]]);
+                *value = out;
+            }
+            values.reverse();
+        }
+    }
+
+    fn filter_columns(trial: &mut Trial, columns: std::ops::Range<usize>, cutoff: f64) {
+        for j in columns {
+            let mut column: Vec<f64> = trial.measured.iter().map(|row| row[j]).collect();
+            forth_and_back(&mut column, cutoff);
+            trial.measured.iter_mut().zip(column).for_each(|(row, value)| row[j] = value);
+        }
+    }
+
+    /// The noise of what is left is as large as it is below the cutoff, and white.
+    #[test]
+    fn filtered_readings_are_taken_as_often_as_they_tell_something_new() {
+        for cutoff in [0.2, 0.3, 0.4] {
+            let mut bench = Bench::large();
+            bench.noise = [2e-2, 2e-2, 5e-4, 2e-3];
+            let mut trial = record_on(&bench, &[], 200.0, 4);
+            filter_columns(&mut trial, 0..3, cutoff);
+            let before = white_noise_of(&trial, 0);
+            let found = thin_filtered(&mut [&mut trial]);
+            let [Filtered { device: Device::Pose, cutoff: at, every }] = found[..] else {
+                panic!("{cutoff}: {found:?}")
+            };
+            assert!((0.6..1.4).contains(&(at / (5.0 * cutoff))), "{cutoff}: {at} Hz");
+            assert!((0.7..1.6).contains(&(every as f64 * cutoff)), "{cutoff}: {every}");
+            let left = white_noise_of(&trial, 0);
+            let kept = 2e-2 * cutoff.sqrt();
+            assert!((0.6..1.5).contains(&(left / kept)) && before < 0.3 * kept, "{cutoff}: {before}, {left} of {kept}");
+            assert!(trial.measured.iter().all(|row| row[3].is_finite()));
+        }
+    }
+
+    fn white_noise_of(trial: &Trial, j: usize) -> f64 {
+        super::super::clean::noise_by_differences(trial, j)
+    }
+
+    /// White noise, noise that remembers, counts, and readings without any noise, of robots that swing slowly and fast.
+    #[test]
+    fn other_readings_are_left_as_they_are() {
+        let large = record(&[], 100.0, 4);
+        let laboratory = record_on(&Bench::laboratory(), &[], 20.0, 4);
+        let mut bench = Bench::laboratory();
+        bench.noise = [0.0; 4];
+        let exact = record_on(&bench, &[], 20.0, 4);
+        let [mut remembers, mut counts] = [0; 2].map(|_| large.clone());
+        let mut error = 0.0;
+        for (row, white) in remembers.measured.iter_mut().zip(noise(large.len(), 5)) {
+            error = 0.98 * error + 0.01 * white;
+            row.iter_mut().for_each(|value| *value += error);
+        }
+        for row in &mut counts.measured {
+            row.iter_mut().for_each(|value| *value = (*value / 0.02).round() * 0.02);
+        }
+        // Waves as strong at all frequencies up to one, as a machine that follows such a path without noise.
+        let mut waves = exact.clone();
+        for (k, row) in waves.measured.iter_mut().enumerate() {
+            let wave = |w: usize| (TAU * 0.05 * w as f64 * k as f64 * 0.01 + (w * w) as f64).sin();
+            row[..3].fill((1..=60).map(wave).sum());
+        }
+        for (name, trial) in [
+            ("white", large),
+            ("laboratory", laboratory),
+            ("exact", exact),
+            ("remembers", remembers),
+            ("counts", counts),
+            ("waves", waves),
+        ] {
+            let mut thinned = trial.clone();
+            assert_eq!(thin_filtered(&mut [&mut thinned]), [], "{name}");
+        }
+    }
+}
