@@ -240,6 +240,8 @@ pub struct ChannelInstrument {
     pub time_constant: Option<Estimated>,
     /// Standard deviation of its drift over the recordings.
     pub drift: Option<Estimated>,
+    /// Standard deviation of what it counts from, from recording to recording.
+    pub origin: Option<Estimated>,
     /// How late it is against the recorded inputs (s).
     pub delay: Option<Estimated>,
     /// Its resolution: the step of which all readings are multiples.
@@ -305,16 +307,30 @@ impl Instruments {
         let force = self.winch_force.iter();
         let force = force.map(|size| format!("The recorded winch forces have a white error of {} N.", with(size, 1.0)));
         let stamps = self.stamps.iter().map(|size| format!("The time stamps jitter by {} ms.", with(size, 1e3)));
-        let drifts = self.channels.iter().filter_map(|c| {
-            let (scale, unit) = c.channel.small_unit();
-            let name = report::channel_words(&c.channel.name()).replace('\u{a0}', " ");
-            Some(format!("{name} {} {unit}", with(c.drift.as_ref()?, scale)))
+        let of_channels = |what: &str, size: fn(&ChannelInstrument) -> Option<&Estimated>| {
+            let of_channel = |c: &ChannelInstrument| {
+                let (scale, unit) = c.channel.small_unit();
+                let name = report::channel_words(&c.channel.name()).replace('\u{a0}', " ");
+                Some(format!("{name} {} {unit}", with(size(c)?, scale)))
+            };
+            let sizes: Vec<String> = self.channels.iter().filter_map(of_channel).collect();
+            (!sizes.is_empty()).then(|| format!("{what}: {}.", sizes.join(", ")))
+        };
+        let drifts = of_channels("Measurements drift over a recording, or count from another zero in each", |c| {
+            c.drift.as_ref()
         });
-        let drifts: Vec<String> = drifts.collect();
-        let drifts = (!drifts.is_empty()).then(|| {
-            format!("Measurements drift over a recording, or count from another zero in each: {}.", drifts.join(", "))
+        let origins = of_channels("Measurements count from another zero in each recording (standard deviation)", |c| {
+            c.origin.as_ref()
         });
-        clocks.chain(drifts).chain(late_forces).chain(smoothed).chain(slow_clock).chain(force).chain(stamps).collect()
+        clocks
+            .chain(drifts)
+            .chain(origins)
+            .chain(late_forces)
+            .chain(smoothed)
+            .chain(slow_clock)
+            .chain(force)
+            .chain(stamps)
+            .collect()
     }
 }
 
@@ -497,6 +513,7 @@ mod tests {
             coloured: None,
             time_constant: None,
             drift: (size > 0.0).then_some(Estimated { value: size, standard_error: Some(0.05 * size) }),
+            origin: (size < 0.0).then_some(Estimated { value: -size, standard_error: None }),
             delay: None,
             resolution: None,
         };
@@ -509,5 +526,7 @@ mod tests {
         let said = "Measurements drift over a recording, or count from another zero in each: \
                     rotation φ 2.00 ± 0.10 mrad, unstretched length 2 14.00 ± 0.70 mm.";
         assert_eq!(of([2e-3, 14e-3]), [said]);
+        let said = "Measurements count from another zero in each recording (standard deviation): unstretched length 2 14.00 mm.";
+        assert_eq!(of([0.0, -14e-3]), [said]);
     }
 }

@@ -3,6 +3,7 @@
 use cdpr::dynamics::Inputs;
 
 use super::{Channel, Undone};
+use crate::outcome::HORIZON;
 
 /// One recording: samples at strictly increasing times, inputs held between samples.
 #[derive(Clone, Debug)]
@@ -86,12 +87,13 @@ impl Trial {
         steps.get(steps.len() / 2).copied().unwrap_or(0.0)
     }
 
-    /// Samples at which a free run over `horizon` (s) begins anew: the first after one horizon, at most a fifth of
-    /// the trial, so that there is a window before it.
+    /// Samples at which a free run over `horizon` (s) begins anew: the first after one horizon, and after [`HORIZON`] where that is longer, so
+    /// that the filter knows the state by then, but after a fifth of the trial at most. A second after its start it was off by ten times as
+    /// much as it thought where friction turned its sign meanwhile.
     pub(crate) fn restarts(&self, horizon: f64) -> Vec<usize> {
         let start = self.time[0];
         let duration = self.time[self.len() - 1] - start;
-        let mut next = start + horizon.min(0.2 * duration);
+        let mut next = start + horizon.max(HORIZON).min(0.2 * duration);
         let mut out = Vec::new();
         for (k, time) in self.time.iter().enumerate() {
             if *time >= next {

@@ -212,7 +212,7 @@ impl<'a> Bench<'a> {
                 channel,
                 deviation: *deviation,
                 time: time.unwrap_or(duration),
-                drift: time.is_none(),
+                drift: time.is_none_or(f64::is_infinite),
             }));
         }
         let first = first_randomness(model, std::slice::from_ref(trial), &noise).without_latents();

@@ -110,6 +110,7 @@ struct ChannelOf {
     coloured: Option<Size>,
     time_constant: Option<Size>,
     drift: Option<Size>,
+    origin: Option<Size>,
 }
 
 impl Law {
@@ -203,7 +204,10 @@ fn instruments(given: &Instruments, limits: &Limits, cables: usize) -> Result<Ve
         let of = |size: &Option<Size>, time: Option<f64>| size.as_ref().map(|size| (size.value, time));
         let memories = known.map_or(Vec::new(), |c| {
             let time = c.time_constant.as_ref().map(|size| size.value);
-            [of(&c.coloured, time), of(&c.drift, None)].into_iter().flatten().collect()
+            [of(&c.coloured, time), of(&c.drift, None), of(&c.origin, Some(f64::INFINITY))]
+                .into_iter()
+                .flatten()
+                .collect()
         });
         out.push(Instrument { channel, white, memories });
     }

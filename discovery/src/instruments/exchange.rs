@@ -98,7 +98,10 @@ impl Sizing<'_> {
     /// `fit` at the sizes of `at` on the trajectory that belongs to them, which no longer bends to what the instruments did; none
     /// where it is not as likely there as asked for, or there is none: what latent forces carried, as those of a law that is missing,
     /// lets the model go where its linear one does not tell.
+    ///
+    /// Of drifts and origins those stand that are not the same in all recordings.
     pub(super) fn followed(&self, mut fit: Fit, at: At, enough: f64) -> Result<Option<(Fit, At)>, FitError> {
+        let at = self.not_the_same_in_all(&fit, at);
         fit.randomness = at.randomness.clone();
         // One move does where the model is nearly linear.
         for moves in [1, FOLLOWING] {

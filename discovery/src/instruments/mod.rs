@@ -8,6 +8,7 @@ mod exchange;
 pub(crate) mod expected;
 pub(crate) mod latents;
 pub(crate) mod mismatch;
+mod origins;
 mod scoring;
 mod sizing;
 mod summary;

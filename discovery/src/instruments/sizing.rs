@@ -25,6 +25,7 @@ use crate::weigh::refine::refine_free;
 pub(super) enum Kind {
     Colour(Device),
     Drift(Device),
+    Origin(Device),
     Late(Device),
     Input,
     Jitter,
@@ -328,6 +329,7 @@ impl<'a> Sizing<'a> {
             let channels = self.without_memory(randomness, device, drift).len();
             if channels > 0 && randomness.memory.len() + channels <= MOST_MEMORIES {
                 kinds.push(if drift { Kind::Drift(device) } else { Kind::Colour(device) });
+                kinds.extend((drift && self.trials.len() > 1).then_some(Kind::Origin(device)));
             }
         }
         kinds.extend((randomness.input == 0.0).then_some(Kind::Input));
@@ -349,6 +351,7 @@ impl<'a> Sizing<'a> {
                 times.flat_map(|time| RATIOS.map(|ratio| remembering(device, ratio, time, false))).collect()
             }
             Kind::Drift(device) => DRIFTS.map(|ratio| remembering(device, ratio, self.duration, true)).to_vec(),
+            Kind::Origin(device) => DRIFTS.map(|ratio| remembering(device, ratio, f64::INFINITY, true)).to_vec(),
             Kind::Input => {
                 // An error is all that a recording has where the force hardly moves, or the force itself shakes there: between these
                 // nothing leads from one to the other.
@@ -434,7 +437,7 @@ impl<'a> Sizing<'a> {
             Kind::Colour(device) => {
                 vec![Size::Memories { device, drift: false }, Size::Times(device), Size::White(device)]
             }
-            Kind::Drift(device) => vec![Size::Memories { device, drift: true }],
+            Kind::Drift(device) | Kind::Origin(device) => vec![Size::Memories { device, drift: true }],
             Kind::Input => vec![Size::Input],
             Kind::Jitter => vec![Size::Jitter],
             Kind::Late(_) => vec![],

@@ -9,6 +9,7 @@ use crate::data::device::Device;
 use crate::data::{Recorder, Trial, Undone};
 use crate::filter::estimate::Fit;
 use crate::filter::kalman::Randomness;
+use crate::model::randomness::Memory;
 use crate::outcome::{ChannelInstrument, Estimated, Instruments};
 use crate::weigh::criterion::Penalty;
 
@@ -53,8 +54,12 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: 
         Device::ALL.into_iter().filter(|d| sizing.channels(*d).iter().any(|at| randomness.late[*at] != 0.0)).collect();
     let error_of = |clock: usize| delay_errors.get(clock).copied().filter(|error| error.is_finite());
     let channel = |at: usize| {
-        let memory = |drift: bool| randomness.memory.iter().position(|m| m.channel == at && m.drift == drift);
-        let coloured = memory(false).map(|m| {
+        let memory =
+            |is: fn(&Memory) -> bool| randomness.memory.iter().position(|memory| memory.channel == at && is(memory));
+        let lasting = |is: fn(&Memory) -> bool| {
+            memory(is).map(|m| sizing.sized(fit, randomness.memory[m].deviation, Size::Memory(m)))
+        };
+        let coloured = memory(|memory| !memory.drift).map(|m| {
             let sizes = [Size::Memory(m), Size::Time(m), Size::WhiteOf(at)];
             let covariance = sizing.covariance(fit, &sizes);
             let of = |value: f64, variance: fn(&DMatrix<f64>) -> f64| Estimated {
@@ -74,7 +79,8 @@ pub(crate) fn summary(fit: &Fit, trials: &[Trial], noise: &[f64], delay_errors: 
             white: randomness.noise[at],
             coloured: coloured.map(|c| c[0]),
             time_constant: coloured.map(|c| c[1]),
-            drift: memory(true).map(|m| sizing.sized(fit, randomness.memory[m].deviation, Size::Memory(m))),
+            drift: lasting(|memory| memory.drift && !memory.is_origin()),
+            origin: lasting(Memory::is_origin),
             delay,
             resolution: resolution(trials, sizing.all[at], randomness.noise[at]),
         }

@@ -105,6 +105,33 @@ fn noise_with_memory_that_is_smaller_than_the_white_noise_is_found() {
     }
 }
 
+/// Encoders that were set to zero anew before each recording drift within none: creep of all cables stood for them.
+#[test]
+fn lengths_that_count_from_another_zero_in_each_recording_do_not_drift() {
+    let zeros = [[0.04, -0.03, 0.02, -0.05], [-0.02, 0.05, -0.04, 0.01]];
+    let trials = recordings(|t, trial| {
+        let zeros = zeros[t as usize];
+        trial
+            .measured
+            .iter_mut()
+            .for_each(|row| row[3..].iter_mut().zip(zeros).for_each(|(length, zero)| *length += zero));
+    });
+    let fit = taken_up(&trials).expect("an instrument");
+    let memory = &fit.randomness.memory;
+    let lengths = |m: &Memory| Device::of(Channel::all(4)[m.channel]) == Device::UnstretchedLengths;
+    assert!(!memory.is_empty() && memory.iter().all(|m| m.is_origin() && lengths(m)), "{memory:?}");
+    assert!(memory.iter().all(|m| (0.01..0.1).contains(&m.deviation)), "{memory:?}");
+    assert!(!fit.randomness.has_latents(), "{:?}", fit.randomness);
+}
+
+/// A bias of 40 mm that a length has in all recordings was such a zero or a drift, and no law.
+#[test]
+fn what_is_the_same_in_all_recordings_is_no_zero_of_each() {
+    let trials = recordings(|_, trial| trial.measured.iter_mut().for_each(|row| row[4] += 0.04));
+    let memory = taken_up(&trials).map_or(Vec::new(), |fit| fit.randomness.memory);
+    assert!(!memory.iter().any(|memory| memory.drift), "{memory:?}");
+}
+
 /// Lengths that drift explain more by themselves than a pose that does, and than noise of the lengths with memory; the two together
 /// explain most.
 #[test]

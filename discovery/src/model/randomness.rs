@@ -22,7 +22,7 @@ pub(crate) const MOST_MEMORIES: usize = ROOM - WRENCH - (1 + PARTS) * MAX_CABLES
 pub(crate) const ROOM: usize = 64;
 
 /// Noise with memory on one channel: first order (Gauss and Markov), stationary. Where its time constant is as long as the
-/// recordings it is a drift.
+/// recordings it is a drift; where that is endless, an origin that each recording has of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Memory {
     /// Place of the channel in [`Randomness::noise`].
@@ -31,8 +31,15 @@ pub(crate) struct Memory {
     pub(crate) deviation: f64,
     /// Time constant (s).
     pub(crate) time: f64,
-    /// Whether it is a drift: its time constant is the length of the recordings.
+    /// Whether it is a drift: its time constant is the length of the recordings, or endless.
     pub(crate) drift: bool,
+}
+
+impl Memory {
+    /// Whether it is an origin that each recording has of its own, and stays as it is there.
+    pub(crate) fn is_origin(&self) -> bool {
+        self.drift && self.time.is_infinite()
+    }
 }
 
 /// Parts of what is left of the error of a recorded force.
@@ -155,6 +162,13 @@ impl Randomness {
         let mut held = self.clone();
         held.memory.iter_mut().filter(|memory| memory.drift).for_each(|memory| memory.time = f64::INFINITY);
         held
+    }
+
+    /// The same where it is known from what each recording counts.
+    pub(crate) fn with_origins_known(&self) -> Self {
+        let mut known = self.clone();
+        known.memory.iter_mut().filter(|memory| memory.is_origin()).for_each(|memory| memory.deviation = 0.0);
+        known
     }
 
     /// Whether an instrument drifts.

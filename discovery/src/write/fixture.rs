@@ -199,6 +199,7 @@ fn instrument(channel: Channel) -> ChannelInstrument {
         coloured: sized(3.0 * NOISE),
         time_constant: sized(0.4),
         drift: None,
+        origin: None,
         delay: None,
         resolution: None,
     }

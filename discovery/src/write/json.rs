@@ -74,6 +74,8 @@ struct InstrumentEntry {
     coloured: Option<EstimatedEntry>,
     time_constant: Option<EstimatedEntry>,
     drift: Option<EstimatedEntry>,
+    /// From recording to recording.
+    origin: Option<EstimatedEntry>,
     /// Against the recorded inputs.
     delay: Option<EstimatedEntry>,
     resolution: Option<f64>,
@@ -85,6 +87,7 @@ fn instruments(instruments: &Instruments) -> InstrumentsEntry {
         coloured: c.coloured.map(Into::into),
         time_constant: c.time_constant.map(Into::into),
         drift: c.drift.map(Into::into),
+        origin: c.origin.map(Into::into),
         delay: c.delay.map(Into::into),
         resolution: c.resolution,
     };

@@ -156,6 +156,7 @@ fn instruments(instruments: &Instruments) -> Vec<report::Instrument> {
             ("noise with memory of", unit, &c.coloured),
             ("its time constant,", "s", &c.time_constant),
             ("drift of", unit, &c.drift),
+            ("origin from recording to recording of", unit, &c.origin),
             ("resolution of", unit, &count),
         ];
         for (what, unit, size) in sizes {

@@ -353,10 +353,11 @@ fn run<const N: usize, const W: usize, const FUSED: bool>(
 }
 
 /// How far simulations that run freely from what the filter knows are from the measurements where the model is right: sum
-/// of squares and count by channel. They begin anew at each of the samples `restarts`. How a drift changes
-/// from there on is known.
+/// of squares and count by channel. They begin anew at each of the samples `restarts`. From what a recording counts is known, and how a drift
+/// changes from there on.
 pub(crate) fn spread(linear: &LinearTrial, randomness: &Randomness, restarts: &[usize]) -> Vec<(f64, usize)> {
-    let known = covariances(linear, randomness, restarts.iter().copied());
+    let randomness = randomness.with_origins_known();
+    let known = covariances(linear, &randomness, restarts.iter().copied());
     let held = randomness.with_drifts_held();
     by_width!(linear, held, spread_in, linear, &held, &known, restarts)
 }
