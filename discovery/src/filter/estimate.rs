@@ -387,6 +387,15 @@ impl Fit {
         }
     }
 
+    /// The same fit of one of its trials.
+    pub(crate) fn of_one(&self, trials: &[Trial], at: usize) -> Result<Self, FitError> {
+        let (first, trajectories) = (vec![self.first[at].clone()], vec![self.trajectories[at].clone()]);
+        let pace = vec![self.pace[at]];
+        let mut one = Self { first, trajectories, pace, linear: Linear::Given(Arc::default()), ..self.clone() };
+        one.linearise(&trials[at..=at])?;
+        Ok(one)
+    }
+
     /// The same fit on parts of its trials.
     pub(crate) fn part(&self, trials: &[Trial], parts: &[Trial]) -> Result<Self, FitError> {
         let mut of_parts = Self { linear: Linear::Given(Arc::default()), ..self.clone() };

@@ -27,7 +27,8 @@ use crate::strategy::other_optimum::{Other, hardly_told};
 use crate::strategy::standing::Standing;
 use crate::verdict::alike::likeness;
 use crate::verdict::by_block::{ByBlock, Column};
-use crate::verdict::changed::changed;
+use crate::verdict::by_recording::by_recording;
+use crate::verdict::changed;
 use crate::verdict::detection::detection_limits;
 use crate::verdict::doubted::doubted;
 use crate::verdict::drifts::not_told_from_drifts;
@@ -90,6 +91,8 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         .map(|w| channel_words(&w.channel.name()).replace('\u{a0}', " "))
         .collect();
     let only_trained = context.journal.only_trained().filter(|_| effects.is_empty() && terms.is_empty());
+    let recordings = if changed::more_is_left(&horizons) { by_recording(&context, fitted)? } else { Vec::new() };
+    let unlike = changed::unlike(&recordings);
     let facts = Facts {
         horizons: horizon_facts,
         coloured,
@@ -98,12 +101,16 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         effects: facts,
         terms: terms.len(),
         contradicted: only_trained.is_some(),
+        unlike: unlike.is_some(),
         chance: standing.chance,
     };
     let Judgement { verdict, reasons, named } = verdict::judge(&facts, &POLICY);
     let nothing_explains = verdict == Verdict::Unnamed && effects.is_empty() && terms.is_empty();
-    let changed = changed(only_trained.as_ref(), &horizons).filter(|_| nothing_explains);
-    if nothing_explains {
+    let mut changed = None;
+    if !nothing_explains {
+        remarks.extend(unlike);
+    } else {
+        changed = unlike.or_else(|| changed::changed(only_trained.as_ref(), &horizons));
         let (refused, failed) = context.journal.refused_and_failed();
         remarks.extend(refused.filter(|_| changed.is_none()).map(|(law, delta_bic)| refused_law(&law, delta_bic)));
         remarks.extend((failed > 0).then(|| could_not_be_tried(failed)));

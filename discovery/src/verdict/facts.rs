@@ -166,6 +166,8 @@ pub(crate) struct Facts {
     pub(crate) effects: Vec<EffectFacts>,
     /// Whether the held-out data contradict a law that explains most of what is left in the training data.
     pub(crate) contradicted: bool,
+    /// Whether the model misses some recordings and agrees with others that were fitted, each by itself.
+    pub(crate) unlike: bool,
     /// Terms outside the catalogue.
     pub(crate) terms: usize,
     /// What chance did in the last weighing, after which nothing more was taken up.

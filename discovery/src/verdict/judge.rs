@@ -107,7 +107,7 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
     }
     let verdict = if nothing_found {
         match worst {
-            _ if facts.contradicted || below.is_some() => Verdict::Unnamed,
+            _ if facts.contradicted || facts.unlike || below.is_some() => Verdict::Unnamed,
             _ if at_noise && !driven => Verdict::Unnamed,
             _ if at_noise => Verdict::NoMissingEffect,
             Some(_) if small && facts.disturbance.any => {

@@ -7,6 +7,7 @@
 
 pub(crate) mod alike;
 pub(crate) mod by_block;
+mod by_recording;
 pub(crate) mod changed;
 pub(crate) mod conclude;
 pub(crate) mod detection;

@@ -9,6 +9,8 @@ pub(crate) struct Policy {
     /// The same below which a free run says nothing: it misses by the noise at least, so what it was expected to miss by is wrong, as along a
     /// trajectory that has run away.
     pub(crate) least: f64,
+    /// The same from which on a recording is unlike others that are at the noise: twice that, for by chance one comes to half as much again.
+    pub(crate) unlike: f64,
     /// The same up to which nothing is left to explain, where it decides whether more is looked for.
     pub(crate) nothing_left: f64,
     /// Gap of a faultless model, in multiples of the noise, up to which a free run says something: beyond it the run shows
@@ -54,6 +56,7 @@ pub(crate) struct Policy {
 pub(crate) const POLICY: Policy = Policy {
     at_noise: 1.5,
     least: 0.1,
+    unlike: 3.0,
     nothing_left: 1.1,
     farthest: 3.0,
     explained: 0.5,

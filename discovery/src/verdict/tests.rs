@@ -45,6 +45,7 @@ fn facts(gaps: [(f64, f64); 3], effects: &[EffectFacts]) -> Facts {
         unrecorded: 0.0,
         effects: effects.to_vec(),
         contradicted: false,
+        unlike: false,
         terms: 0,
         chance: None,
     }
@@ -72,6 +73,15 @@ fn what_misses_by_less_than_the_noise_is_no_all_clear() {
     assert_eq!(verdict(&facts(none, &[SURE])), Verdict::Unnamed);
     let small = 2.0 * POLICY.least;
     assert_eq!(verdict(&facts([(small, small), (small, small), (1.0, 1.0)], &[])), Verdict::NoMissingEffect);
+}
+
+/// A payload in one of two recordings was a small force at random, and nothing was missing.
+#[test]
+fn a_recording_that_is_unlike_the_others_is_no_all_clear() {
+    let disturbance = Disturbance { any: true, force: 9.0, torque: 90.0, winch_force: 2e4, arm: 10.0 };
+    let left = Facts { disturbance, ..facts([(1.1, 1.1), (1.9, 1.9), (13.0, 13.0)], &[]) };
+    assert_eq!(verdict(&left), Verdict::NoMissingEffect);
+    assert_eq!(verdict(&Facts { unlike: true, ..left }), Verdict::Unnamed);
 }
 
 /// Friction of the training data that was mended before the held-out data.
