@@ -83,7 +83,9 @@ fn cutoff(recordings: &[Series]) -> Option<(f64, usize)> {
         };
         recordings.iter().map(of).filter(|noise| noise.is_finite()).sum()
     };
-    if by_differences(2) < STEEP * by_differences(1) {
+    let [all, every_second] = [1, 2].map(by_differences);
+    // Counts at rest have none at all.
+    if all == 0.0 || every_second < STEEP * all {
         return None;
     }
     let (times, _) = recordings.iter().max_by_key(|(times, _)| times.len())?;
@@ -230,8 +232,14 @@ mod tests {
             let wave = |w: usize| (TAU * 0.05 * w as f64 * k as f64 * 0.01 + (w * w) as f64).sin();
             row[..3].fill((1..=60).map(wave).sum());
         }
+        // A drive that counts, and rests for most of the time.
+        let mut rests = counts.clone();
+        let still = rests.measured[100].clone();
+        rests.measured.iter_mut().skip(100).step_by(2).for_each(|row| row.clone_from(&still));
+        rests.measured[100..800].iter_mut().for_each(|row| row.clone_from(&still));
         for (name, trial) in [
             ("white", large),
+            ("rests", rests),
             ("laboratory", laboratory),
             ("exact", exact),
             ("remembers", remembers),
