@@ -5,13 +5,15 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::terminal::tell;
+
 const PATIENCE: Duration = Duration::from_secs(2);
 const PARTS: u64 = 1000;
 /// Time from one line to the next where stderr is no terminal.
 const A_LINE_EACH: Duration = Duration::from_secs(30);
 
 /// Progress from 0 to 1, with the time so far: a search that turns back says nothing of the time to come. Nothing is drawn in
-/// the first two seconds; where stderr is no terminal there is a line each half a minute.
+/// the first two seconds; where stderr is no terminal a line is written at the first step after each half a minute.
 pub(crate) struct Progress {
     what: String,
     begun: Instant,
@@ -51,7 +53,7 @@ impl Progress {
     pub(crate) fn update(&mut self, share: f64) {
         if let Some(lines) = &mut self.lines {
             if let Some(line) = lines.line(&self.what, share, self.begun.elapsed()) {
-                eprintln!("{line}");
+                tell(&line);
             }
             return;
         }

@@ -231,9 +231,9 @@ pub(crate) fn prepare(mut train: Vec<Trial>, mut holdout: Vec<Trial>) -> Result<
         ));
     }
     remarks.extend(without_held(train.iter_mut().chain(&mut holdout)));
-    remarks.extend(without_filtered(&mut train.iter_mut().chain(&mut holdout).collect::<Vec<_>>()));
     let outliers =
         train.iter_mut().chain(&mut holdout).map(|trial| remove_bursts(trial) + remove_outliers(trial)).sum();
+    remarks.extend(without_filtered(&mut train.iter_mut().chain(&mut holdout).collect::<Vec<_>>()));
     let holdout_source = if holdout.is_empty() {
         hold_out(&mut train, &mut holdout)?
     } else {
@@ -267,14 +267,15 @@ fn without_held<'a>(trials: impl Iterator<Item = &'a mut Trial>) -> Vec<String> 
 
 /// Takes readings that were filtered before they were written as often as they tell something new; returns a remark on each device.
 fn without_filtered(trials: &mut [&mut Trial]) -> Vec<String> {
-    let remark = |Filtered { device, cutoff, every }: Filtered| {
+    let (filtered, apart) = thin_filtered(trials);
+    let remark = |Filtered { device, cutoff }: Filtered| {
         format!(
-            "The {} has no noise above {cutoff:.2} Hz: it was low-pass filtered before it was written. One reading of {every} is used, for those \
-             between tell nothing new. Readings as they were measured would tell more.",
+            "The {} has no noise above {cutoff:.2} Hz: it was low-pass filtered before it was written. One reading in {apart:.2} s is used, for \
+             those between tell nothing new. Readings as they were measured would tell more.",
             device.name()
         )
     };
-    thin_filtered(trials).into_iter().map(remark).collect()
+    filtered.into_iter().map(remark).collect()
 }
 
 /// Finds out what `model` is missing, from recordings that are ready. Its effects from `free_from` on are errors of the

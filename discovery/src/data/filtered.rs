@@ -20,6 +20,8 @@ const LEFT: f64 = 0.01;
 const FLAT: f64 = 4.0;
 /// Share of the variance of a channel that its noise is at most: what is larger is motion.
 const NOISE: f64 = 0.1;
+/// Share by which recordings that were sampled alike differ in their steps, and a stretch is longer than its steps.
+const SAME: f64 = 0.05;
 /// Bins of the spectrum that the octave below the cutoff has at least.
 const FEWEST_BINS: usize = 4;
 /// Most readings of a stretch of which a spectrum is taken.
@@ -29,18 +31,17 @@ const SHORTEST: usize = 64;
 /// Stretches, half over one another, in a recording that has them all of its own.
 const STRETCHES: usize = 7;
 
-/// Readings of one device that were filtered, and are taken less often.
+/// Readings of one device that were filtered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Filtered {
     pub(crate) device: Device,
     /// Above it (Hz) there is no noise.
     pub(crate) cutoff: f64,
-    /// One reading of so many is left.
-    pub(crate) every: usize,
 }
 
-/// Makes gaps of the readings of each device that repeat the noise of others, where most of its channels are such.
-pub(crate) fn thin_filtered(trials: &mut [&mut Trial]) -> Vec<Filtered> {
+/// Makes gaps of the readings of each device that repeat the noise of others, where most of its channels are such. Returns what was filtered,
+/// and the time (s) from one reading that is left to the next: the same for all, so that they stand in the same rows.
+pub(crate) fn thin_filtered(trials: &mut [&mut Trial]) -> (Vec<Filtered>, f64) {
     let of_device = |device: Device| {
         let channels = trials.iter().flat_map(|trial| trial.channels.clone());
         let channels: BTreeSet<Channel> = channels.filter(|channel| Device::of(*channel) == device).collect();
@@ -52,32 +53,49 @@ pub(crate) fn thin_filtered(trials: &mut [&mut Trial]) -> Vec<Filtered> {
             };
             trials.iter().filter_map(of_trial).collect::<Vec<Series>>()
         };
-        let found: Vec<(f64, usize)> = channels.iter().filter_map(|channel| cutoff(&series(*channel))).collect();
-        let (cutoff, every) = found.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (2 * found.len() > channels.len()).then_some(Filtered { device, cutoff, every })
+        let found: Vec<f64> = channels.iter().filter_map(|channel| cutoff(&series(*channel))).collect();
+        (2 * found.len() > channels.len()).then(|| Filtered { device, cutoff: middle(&found) })
     };
     let filtered: Vec<Filtered> = Device::ALL.into_iter().filter_map(of_device).collect();
-    for Filtered { device, every, .. } in &filtered {
+    let apart = filtered.iter().map(|filtered| 0.5 / filtered.cutoff).fold(0.0, f64::max);
+    for Filtered { device, .. } in &filtered {
         for trial in trials.iter_mut() {
-            let of_device = |j: &usize| Device::of(trial.channels[*j]) == *device;
-            for j in (0..trial.channels.len()).filter(of_device).collect::<Vec<_>>() {
-                let known = (0..trial.len()).filter(|k| trial.measured[*k][j].is_finite());
-                let between: Vec<usize> = known.enumerate().filter(|(at, _)| at % every != 0).map(|(_, k)| k).collect();
-                between.into_iter().for_each(|k| trial.measured[k][j] = f64::NAN);
-            }
+            thin(trial, *device, apart);
         }
     }
-    filtered
+    (filtered, apart)
+}
+
+/// Leaves of a device the readings of one row in each such time (s): of the first in which it has any.
+fn thin(trial: &mut Trial, device: Device, apart: f64) {
+    let of_device: Vec<usize> =
+        (0..trial.channels.len()).filter(|j| Device::of(trial.channels[*j]) == device).collect();
+    // Whole rows, so that they are as far from each other throughout where stamps do not jitter.
+    let interval = trial.interval();
+    let rows = (apart / interval).ceil();
+    let mut last = f64::NEG_INFINITY;
+    for (time, row) in trial.time.iter().zip(&mut trial.measured) {
+        let own = ((time - trial.time[0]) / (rows * interval) + 0.5 / rows).floor();
+        if own > last && of_device.iter().any(|j| row[*j].is_finite()) {
+            last = own;
+        } else {
+            of_device.iter().for_each(|j| row[*j] = f64::NAN);
+        }
+    }
 }
 
 /// Times and readings of a channel in one recording.
 type Series = (Vec<f64>, Vec<f64>);
 
-/// The frequency (Hz) above which a channel has no noise, and how many readings to go on by; none where it has some up to half of the
-/// sampling rate, or motion is all it has.
-fn cutoff(recordings: &[Series]) -> Option<(f64, usize)> {
+/// The frequency (Hz) above which a channel has no noise; none where it has some up to half of the sampling rate, or motion is all it has.
+fn cutoff(recordings: &[Series]) -> Option<f64> {
+    let (times, _) = recordings.iter().max_by_key(|(times, _)| times.len())?;
+    let interval = step(times)?;
+    // Those that were sampled alike.
+    let alike = |(times, _): &&Series| step(times).is_some_and(|own| (own / interval - 1.0).abs() < SAME);
+    let recordings: Vec<&Series> = recordings.iter().filter(alike).collect();
     let by_differences = |stride: usize| -> f64 {
-        let of = |(times, values): &Series| {
+        let of = |(times, values): &&Series| {
             let every = |series: &[f64]| series.iter().copied().step_by(stride).collect::<Vec<f64>>();
             white_noise(&every(times), &every(values))
         };
@@ -88,30 +106,32 @@ fn cutoff(recordings: &[Series]) -> Option<(f64, usize)> {
     if all == 0.0 || every_second < STEEP * all {
         return None;
     }
-    let (times, _) = recordings.iter().max_by_key(|(times, _)| times.len())?;
     let length = LONGEST.min(2 * times.len() / (STRETCHES + 1)) / 2 * 2;
     if length < SHORTEST {
         return None;
     }
-    let density = density(recordings, length);
-    let half = density.len();
-    let octave = |last: usize| &density[last / 2..=last];
-    let flat = |last: &usize| {
-        let level = middle(octave(*last));
-        octave(*last).iter().all(|density| *density < FLAT * level && FLAT * *density > level)
+    let density = density(&recordings, length, interval);
+    let (last, variance) = (density.len() - 1, density.iter().sum::<f64>());
+    let left = middle(&density[2 * density.len() / 3..]);
+    // The highest octave below a cutoff: what is flat above it may be the digits of a file.
+    let is_noise = |top: &usize| {
+        let octave = &density[top / 2..=*top];
+        let level = middle(octave);
+        octave.iter().all(|density| *density < FLAT * level && FLAT * *density > level)
+            && left <= LEFT * level
+            && level * *top as f64 <= NOISE * variance
     };
-    let last = (2 * FEWEST_BINS..half).rev().find(flat)?;
-    let level = middle(octave(last));
-    let variance: f64 = density.iter().sum();
-    if middle(&density[2 * half / 3..]) > LEFT * level || level * last as f64 > NOISE * variance {
-        return None;
-    }
+    let top = (2 * FEWEST_BINS..=last).rev().find(is_noise)?;
+    let level = middle(&density[top / 2..=top]);
     // Where half of it is left.
-    let at = (2..=last).rev().find(|k| density[k - 1] + density[*k] > level)?;
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let middle_step = steps.len() / 2;
-    let interval = *steps.select_nth_unstable_by(middle_step, f64::total_cmp).1;
-    Some((at as f64 / (length as f64 * interval), half.div_ceil(at)))
+    let at = (2..=top).rev().find(|k| density[k - 1] + density[*k] > level)?;
+    Some(at as f64 / (length as f64 * interval))
+}
+
+/// The usual time from one reading to the next (s).
+fn step(times: &[f64]) -> Option<f64> {
+    let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    (!steps.is_empty()).then(|| middle(&steps))
 }
 
 fn middle(values: &[f64]) -> f64 {
@@ -120,15 +140,19 @@ fn middle(values: &[f64]) -> f64 {
     *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
-/// Density of the variance of a channel over frequency, from one bin to half of the sampling rate, by its readings in stretches of so many
-/// that lie half over one another, each less a straight line and faded in and out (P. D. Welch, IEEE Transactions on Audio and
-/// Electroacoustics 15, 1967).
-fn density(recordings: &[Series], length: usize) -> Vec<f64> {
+/// Density of the variance of a channel over frequency, up to half of the sampling rate, by its readings in stretches of so many
+/// that lie half over one another and have none missing, each less a straight line and faded in and out (P. D. Welch, IEEE Transactions on
+/// Audio and Electroacoustics 15, 1967).
+fn density(recordings: &[&Series], length: usize, interval: f64) -> Vec<f64> {
     let fft = FftPlanner::new().plan_fft_forward(length);
     let window = |k: usize| (std::f64::consts::PI * (k as f64 + 0.5) / length as f64).sin().powi(2);
     let mut sum = vec![0.0; length / 2 + 1];
-    for (_, values) in recordings {
+    for (times, values) in recordings {
         for from in (0..(values.len() + 1).saturating_sub(length)).step_by(length / 2) {
+            let span = times[from + length - 1] - times[from];
+            if span > (1.0 + SAME) * (length - 1) as f64 * interval {
+                continue;
+            }
             let stretch = &values[from..from + length];
             let centre = 0.5 * (length as f64 - 1.0);
             let mean = stretch.iter().sum::<f64>() / length as f64;
@@ -138,11 +162,8 @@ fn density(recordings: &[Series], length: usize) -> Vec<f64> {
                 run += (k as f64 - centre).powi(2);
             }
             let line = |k: usize| mean + rise / run * (k as f64 - centre);
-            let mut waves: Vec<Complex64> = stretch
-                .iter()
-                .enumerate()
-                .map(|(k, value)| Complex64::new(window(k) * (value - line(k)), 0.0))
-                .collect();
+            let faded = |(k, value): (usize, &f64)| Complex64::new(window(k) * (value - line(k)), 0.0);
+            let mut waves: Vec<Complex64> = stretch.iter().enumerate().map(faded).collect();
             fft.process(&mut waves);
             sum.iter_mut().zip(&waves).for_each(|(sum, wave)| *sum += wave.norm_sqr());
         }
@@ -192,12 +213,15 @@ mod tests {
             let mut trial = record_on(&bench, &[], 200.0, 4);
             filter_columns(&mut trial, 0..3, cutoff);
             let before = white_noise_of(&trial, 0);
-            let found = thin_filtered(&mut [&mut trial]);
-            let [Filtered { device: Device::Pose, cutoff: at, every }] = found[..] else {
-                panic!("{cutoff}: {found:?}")
-            };
+            // A row that lacks one of its readings is as far from the others as each.
+            trial.measured[3][1] = f64::NAN;
+            let (found, apart) = thin_filtered(&mut [&mut trial]);
+            let [Filtered { device: Device::Pose, cutoff: at }] = found[..] else { panic!("{cutoff}: {found:?}") };
+            let every = (apart / trial.interval()).ceil();
+            let kept: Vec<usize> = (0..trial.len()).filter(|k| trial.measured[*k][0].is_finite()).collect();
+            assert!(kept.iter().enumerate().all(|(at, k)| *k == at * every as usize), "{kept:?}");
             assert!((0.6..1.4).contains(&(at / (5.0 * cutoff))), "{cutoff}: {at} Hz");
-            assert!((0.7..1.6).contains(&(every as f64 * cutoff)), "{cutoff}: {every}");
+            assert!((0.7..1.6).contains(&(every * cutoff)), "{cutoff}: {every}");
             let left = white_noise_of(&trial, 0);
             let kept = 2e-2 * cutoff.sqrt();
             assert!((0.6..1.5).contains(&(left / kept)) && before < 0.3 * kept, "{cutoff}: {before}, {left} of {kept}");
@@ -247,7 +271,7 @@ mod tests {
             ("waves", waves),
         ] {
             let mut thinned = trial.clone();
-            assert_eq!(thin_filtered(&mut [&mut thinned]), [], "{name}");
+            assert_eq!(thin_filtered(&mut [&mut thinned]).0, [], "{name}");
         }
     }
 }

@@ -83,22 +83,28 @@ pub(crate) fn wander_in_time(model: &Examined, trials: &[Trial]) -> Option<Wande
     wander(model, trials, Sums::of(model, trials).late().unwrap_or(0.0))
 }
 
-/// Rates of a signal with white noise, from as near neighbours as the noise allows; `NAN` where these are missing.
+/// Rates of a signal with white noise, from as near readings as the noise allows; `NAN` where these are missing.
 fn rates(time: &[f64], signal: &[f64], noise: f64) -> Vec<f64> {
+    // A slow sensor has its readings some rows apart.
+    let known: Vec<usize> = (0..time.len()).filter(|k| signal[*k].is_finite()).collect();
+    let mut rates = vec![f64::NAN; time.len()];
+    let (Some(first), Some(last)) = (known.first(), known.last()) else { return rates };
+    let span = time[*last] - time[*first];
     let over = |half: usize| -> Vec<f64> {
         let of = |k: usize| {
-            let (before, after) = (k.checked_sub(half)?, (k + half < time.len()).then_some(k + half)?);
+            let (before, after) = (known[k.checked_sub(half)?], *known.get(k + half)?);
             Some((signal[after] - signal[before]) / (time[after] - time[before]))
         };
-        (0..time.len()).map(|k| of(k).unwrap_or(f64::NAN)).collect()
+        (0..known.len()).map(|k| of(k).unwrap_or(f64::NAN)).collect()
     };
     let mut half = 1;
     loop {
-        let rates = over(half);
-        let known = || rates.iter().filter(|rate| rate.is_finite());
-        let square = known().map(|rate| rate * rate).sum::<f64>() / known().count() as f64;
-        let apart = 2.0 * half as f64 * (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
-        if 2.0 * (noise / apart).powi(2) < NOISE * square || 8 * half > time.len() {
+        let of_known = over(half);
+        let finite = || of_known.iter().filter(|rate| rate.is_finite());
+        let square = finite().map(|rate| rate * rate).sum::<f64>() / finite().count() as f64;
+        let apart = 2.0 * half as f64 * span / (known.len().max(2) - 1) as f64;
+        if 2.0 * (noise / apart).powi(2) < NOISE * square || 8 * half > known.len() {
+            known.iter().zip(of_known).for_each(|(k, rate)| rates[*k] = rate);
             return rates;
         }
         half *= 2;
@@ -134,6 +140,22 @@ mod tests {
         let found = late(&bench, &[], 0, 3).expect("late lengths");
         assert!((found + 0.03).abs() < 2e-3, "{found}");
         assert_eq!(late(&bench, &[], 0, 0), None);
+    }
+
+    /// A pose of which every third row has a reading had no rates at all.
+    #[test]
+    fn a_slow_pose_that_is_late_is_told_by_kinematics() {
+        let bench = Bench::laboratory();
+        let mut trial = record_on(&bench, &[], 20.0, 4);
+        let then = trial.measured.clone();
+        for k in 0..trial.len() {
+            for j in 0..3 {
+                trial.measured[k][j] = if k % 3 == 0 { then[k.saturating_sub(3)][j] } else { f64::NAN };
+            }
+        }
+        let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
+        let found = clock_offset(&Examined::new(&model).unwrap(), &[trial]).expect("a late pose");
+        assert!((found - 0.03).abs() < 3e-3, "{found}");
     }
 
     /// Friction of a stiff robot, whose clocks agree, and a late pose of a soft one, where a small force would do the same.

@@ -27,7 +27,11 @@ impl Sizing<'_> {
                 continue;
             }
             let without = less_memories(&best.randomness, &self.all, from, drift);
-            let starts = self.starts(taken, &without.bounded(), STEPS.1).into_iter().map(|start| self.at(&fit, start));
+            let mut starts = self.starts(taken, &without.clone().bounded(), STEPS.1);
+            if drift && self.trials.len() > 1 {
+                starts.extend(self.starts(Kind::Origin(to), &without.bounded(), STEPS.1));
+            }
+            let starts = starts.into_iter().map(|start| self.at(&fit, start));
             let Some(start) = starts.min_by(|a, b| a.value.total_cmp(&b.value)) else { continue };
             // What stands beside it may still bring the rest, so that its own sizes need not be the best.
             let next = self.likely_enough(&fit, &self.sizes(taken), start, best.value);
@@ -78,7 +82,11 @@ impl Sizing<'_> {
     /// `from` with what pays beside it along the same trajectory, the most first, but for one kind, as far as it may come to `enough`.
     fn grown(&self, fit: &Fit, mut from: At, but: Kind, enough: f64) -> At {
         loop {
-            let kinds = self.kinds(&from.randomness).into_iter().filter(|kind| *kind != but);
+            let is_it = |kind: &Kind| match (kind, but) {
+                (Kind::Origin(device), Kind::Drift(of)) => *device == of,
+                _ => *kind == but,
+            };
+            let kinds = self.kinds(&from.randomness).into_iter().filter(|kind| !is_it(kind));
             let starts = kinds.flat_map(|kind| {
                 self.starts(kind, &from.randomness, STEPS.0).into_iter().map(move |start| (kind, start))
             });

@@ -11,7 +11,11 @@ use crate::filter::path::LinearTrial;
 
 impl Sizing<'_> {
     /// `from` with those drifts and origins alone that are not as likely the same in all recordings, as a law that costs more than they do.
+    /// Of one recording nothing tells that.
     pub(super) fn not_the_same_in_all(&self, fit: &Fit, from: At) -> At {
+        if self.trials.len() < 2 {
+            return from;
+        }
         let memory = &from.randomness.memory;
         let (law, drift) = (self.penalty.of(1), self.penalty.of_parameters(1));
         let same = |at: &usize| self.with_common_origin(fit, &from.randomness, *at) + law < from.value + drift;

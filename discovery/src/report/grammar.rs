@@ -1,7 +1,7 @@
 //! Words put together.
 
 /// `a`, `a and b`, `a, b and c`.
-pub(super) fn join<S: AsRef<str>>(parts: &[S], word: &str) -> String {
+pub(crate) fn join<S: AsRef<str>>(parts: &[S], word: &str) -> String {
     match parts {
         [] => String::new(),
         [one] => one.as_ref().to_owned(),

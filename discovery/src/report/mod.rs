@@ -26,6 +26,7 @@ pub use check::{ReportError, check};
 pub use data::*;
 pub use formula::{printed, term};
 pub use gather::gather;
+pub(crate) use grammar::join;
 pub use limit::{not_excited, would_show};
 pub use number::{gap as gap_text, quantity, significant};
 pub(crate) use number::{plain, with_error};

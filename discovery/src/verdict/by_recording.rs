@@ -18,8 +18,8 @@ pub(crate) struct OfRecording {
     pub(crate) gap: f64,
 }
 
-/// How far free runs over the main horizon miss each recording, where the sizes of what is random are its own; those along which the model cannot
-/// be simulated so are left out, with a remark.
+/// How far free runs over the main horizon miss each recording, where the sizes of forces at random are its own; those along which the model cannot
+/// be simulated so are left out, with a remark, and those along which it does not settle.
 pub(crate) fn by_recording(context: &Context<'_>, fitted: &Fitted) -> Result<Vec<OfRecording>, FitError> {
     let evidence = context.evidence;
     let sets = [(&fitted.train, &evidence.train, false), (&fitted.holdout, &evidence.holdout, true)];
@@ -28,7 +28,7 @@ pub(crate) fn by_recording(context: &Context<'_>, fitted: &Fitted) -> Result<Vec
         for (at, trial) in trials.iter().enumerate() {
             let missed = fit.of_one(trials, at).and_then(|fit| missed(context, fit, trial, fitted));
             let left_out = format!("The model does not go with {} by itself", trial.name);
-            if let Some(gap) = context.journal.or_remark(&left_out, missed)? {
+            if let Some(gap) = context.journal.or_remark(&left_out, missed)?.flatten() {
                 out.push(OfRecording { name: trial.name.clone(), holdout, gap });
             }
         }
@@ -36,21 +36,29 @@ pub(crate) fn by_recording(context: &Context<'_>, fitted: &Fitted) -> Result<Vec
     Ok(out)
 }
 
-fn missed(context: &Context<'_>, mut fit: Fit, trial: &Trial, fitted: &Fitted) -> Result<f64, FitError> {
+fn missed(context: &Context<'_>, mut fit: Fit, trial: &Trial, fitted: &Fitted) -> Result<Option<f64>, FitError> {
     let (trials, horizon) = (std::slice::from_ref(trial), context.reaches.main.horizon);
     // What the trajectory took for forces at random it gives back.
+    let mut stays = false;
     for _ in 0..2 {
-        fit.fit_randomness(trials, &context.evidence.noise, true);
-        fit.settle(trials, context.policy.held_out_moves)?;
+        // What the instruments do was found in all.
+        match fitted.instruments {
+            Some(_) => fit.fit_latents(trials),
+            None => fit.fit_randomness(trials, &context.evidence.noise, true),
+        }
+        stays = fit.settle(trials, context.policy.held_out_moves)?;
+    }
+    if !stays {
+        return Ok(None);
     }
     let predictions = predict(&fit, trials, horizon);
-    Ok(match &fitted.instruments {
-        Some(_) => gap(trials, &predictions, &fit.spread(trials, &fit.randomness.without_latents(), horizon)).total(),
+    Ok(Some(match &fitted.instruments {
+        Some(randomness) => gap(trials, &predictions, &fit.spread(trials, randomness, horizon)).total(),
         None => {
             let noise = &fitted.train.randomness.noise;
             gap(trials, &predictions, noise).total() / attainable(&fit, trials, noise, horizon)
         }
-    })
+    }))
 }
 
 #[cfg(test)]

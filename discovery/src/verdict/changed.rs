@@ -5,21 +5,23 @@ use cdpr::effect::EffectSpec;
 use super::POLICY;
 use super::by_recording::OfRecording;
 use crate::outcome::{HORIZON, HorizonGap};
-use crate::report::gap_text;
+use crate::report::{gap_text, join};
 use crate::write::{in_numbers, in_place};
 
 /// What is said of recordings that the model misses while it agrees with others that were fitted, each by itself; none where there are none.
 pub(crate) fn unlike(recordings: &[OfRecording]) -> Option<String> {
-    let agree: Vec<&OfRecording> = recordings.iter().filter(|recording| recording.gap <= POLICY.at_noise).collect();
+    let noise = POLICY.least..=POLICY.at_noise;
+    let agree: Vec<&OfRecording> = recordings.iter().filter(|recording| noise.contains(&recording.gap)).collect();
     let differ: Vec<&OfRecording> = recordings.iter().filter(|recording| recording.gap >= POLICY.unlike).collect();
     let trained = |recordings: &[&OfRecording]| recordings.iter().any(|recording| !recording.holdout);
     let names = |recordings: &[&OfRecording]| {
-        recordings.iter().map(|recording| recording.name.as_str()).collect::<Vec<_>>().join(", ")
+        let names: Vec<&str> = recordings.iter().map(|recording| recording.name.as_str()).collect();
+        join(&names, "and")
     };
     let most = differ.iter().map(|recording| recording.gap).fold(0.0, f64::max);
     (trained(&agree) && trained(&differ)).then(|| {
         format!(
-            "The model agrees with {}, each by itself, and misses {} by {} times the noise: something was different there. To find it, \
+            "The model agrees with {}, each by itself, and misses {} by up to {} times the noise: something was different there. To find it, \
              search what differs by itself.",
             names(&agree),
             names(&differ),
@@ -88,10 +90,12 @@ mod tests {
             |gaps: [f64; 3]| [of("a.csv", false, gaps[0]), of("b.csv", false, gaps[1]), of("h.csv", true, gaps[2])];
         let said = unlike(&recordings([1.0, 25.04, 1.1])).expect("a recording that differs");
         assert!(
-            said.starts_with("The model agrees with a.csv, h.csv, each by itself, and misses b.csv by 25.0 times"),
+            said.starts_with(
+                "The model agrees with a.csv and h.csv, each by itself, and misses b.csv by up to 25.0 times"
+            ),
             "{said}"
         );
-        for gaps in [[9.0, 25.0, 1.1], [1.0, 1.2, 7.0], [1.0, 1.0, 1.0], [1.0, 1.9, 1.0]] {
+        for gaps in [[9.0, 25.0, 1.1], [1.0, 1.2, 7.0], [1.0, 1.0, 1.0], [1.0, 1.9, 1.0], [0.05, 25.0, 1.0]] {
             assert_eq!(unlike(&recordings(gaps)), None);
         }
     }

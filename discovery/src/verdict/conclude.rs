@@ -91,7 +91,9 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         .map(|w| channel_words(&w.channel.name()).replace('\u{a0}', " "))
         .collect();
     let only_trained = context.journal.only_trained().filter(|_| effects.is_empty() && terms.is_empty());
-    let recordings = if changed::more_is_left(&horizons) { by_recording(&context, fitted)? } else { Vec::new() };
+    // Of one that was fitted there is none that it could be unlike.
+    let may_differ = evidence.train.len() > 1 && changed::more_is_left(&horizons);
+    let recordings = if may_differ { by_recording(&context, fitted)? } else { Vec::new() };
     let unlike = changed::unlike(&recordings);
     let facts = Facts {
         horizons: horizon_facts,
@@ -110,9 +112,10 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
     if !nothing_explains {
         remarks.extend(unlike);
     } else {
+        let names_the_law = unlike.is_none() && only_trained.is_some();
         changed = unlike.or_else(|| changed::changed(only_trained.as_ref(), &horizons));
         let (refused, failed) = context.journal.refused_and_failed();
-        remarks.extend(refused.filter(|_| changed.is_none()).map(|(law, delta_bic)| refused_law(&law, delta_bic)));
+        remarks.extend(refused.filter(|_| !names_the_law).map(|(law, delta_bic)| refused_law(&law, delta_bic)));
         remarks.extend((failed > 0).then(|| could_not_be_tried(failed)));
     }
     let phrases: Vec<String> = effects.iter().map(|found| in_place(&found.effect)).collect();

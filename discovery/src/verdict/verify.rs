@@ -76,16 +76,14 @@ pub(crate) fn whiteness(fit: &Fit, trials: &[Trial], noise: &[f64]) -> Vec<White
             let Some(j) = trial.channels.iter().position(|c| *c == channel) else { continue };
             let m = trial.channels.len();
             // The first tenth is the filter's own transient.
-            let e: Vec<f64> = (trial.len() / 10..trial.len()).map(|k| f.whitened[k * m + j]).collect();
+            let innovations = (trial.len() / 10..trial.len()).map(|k| f.whitened[k * m + j]);
+            // A slow channel has its readings some rows apart.
+            let e: Vec<f64> = innovations.filter(|innovation| innovation.is_finite()).collect();
             for (k, v) in e.iter().enumerate() {
-                if v.is_finite() {
-                    count += 1;
-                    power += v * v;
-                    for (lag, sum) in lagged.iter_mut().enumerate() {
-                        if k > lag && e[k - lag - 1].is_finite() {
-                            *sum += v * e[k - lag - 1];
-                        }
-                    }
+                count += 1;
+                power += v * v;
+                for (lag, sum) in lagged.iter_mut().enumerate().take(k) {
+                    *sum += v * e[k - lag - 1];
                 }
             }
         }
