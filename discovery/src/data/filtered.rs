@@ -54,7 +54,9 @@ pub(crate) fn thin_filtered(trials: &mut [&mut Trial]) -> (Vec<Filtered>, f64) {
             trials.iter().filter_map(of_trial).collect::<Vec<Series>>()
         };
         let found: Vec<f64> = channels.iter().filter_map(|channel| cutoff(&series(*channel))).collect();
-        (2 * found.len() > channels.len()).then(|| Filtered { device, cutoff: middle(&found) })
+        // The lowest: readings that are taken too seldom tell a little less, and those taken too often repeat their noise.
+        let cutoff = found.iter().copied().fold(f64::INFINITY, f64::min);
+        (2 * found.len() > channels.len()).then_some(Filtered { device, cutoff })
     };
     let filtered: Vec<Filtered> = Device::ALL.into_iter().filter_map(of_device).collect();
     let apart = filtered.iter().map(|filtered| 0.5 / filtered.cutoff).fold(0.0, f64::max);
