@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 
-use super::clean::white_noise;
+use super::clean::{median, white_noise};
 use super::device::Device;
 use super::{Channel, Trial};
 
@@ -92,9 +92,9 @@ type Series = (Vec<f64>, Vec<f64>);
 /// The frequency (Hz) above which a channel has no noise; none where it has some up to half of the sampling rate, or motion is all it has.
 fn cutoff(recordings: &[Series]) -> Option<f64> {
     let (times, _) = recordings.iter().max_by_key(|(times, _)| times.len())?;
-    let interval = step(times)?;
+    let interval = step(times);
     // Those that were sampled alike.
-    let alike = |(times, _): &&Series| step(times).is_some_and(|own| (own / interval - 1.0).abs() < SAME);
+    let alike = |(times, _): &&Series| (step(times) / interval - 1.0).abs() < SAME;
     let recordings: Vec<&Series> = recordings.iter().filter(alike).collect();
     let by_differences = |stride: usize| -> f64 {
         let of = |(times, values): &&Series| {
@@ -114,32 +114,25 @@ fn cutoff(recordings: &[Series]) -> Option<f64> {
     }
     let density = density(&recordings, length, interval);
     let (last, variance) = (density.len() - 1, density.iter().sum::<f64>());
-    let left = middle(&density[2 * density.len() / 3..]);
+    let left = median(density[2 * density.len() / 3..].to_vec());
     // The highest octave below a cutoff: what is flat above it may be the digits of a file.
     let is_noise = |top: &usize| {
         let octave = &density[top / 2..=*top];
-        let level = middle(octave);
+        let level = median(octave.to_vec());
         octave.iter().all(|density| *density < FLAT * level && FLAT * *density > level)
             && left <= LEFT * level
             && level * *top as f64 <= NOISE * variance
     };
     let top = (2 * FEWEST_BINS..=last).rev().find(is_noise)?;
-    let level = middle(&density[top / 2..=top]);
+    let level = median(density[top / 2..=top].to_vec());
     // Where half of it is left.
     let at = (2..=top).rev().find(|k| density[k - 1] + density[*k] > level)?;
     Some(at as f64 / (length as f64 * interval))
 }
 
 /// The usual time from one reading to the next (s).
-fn step(times: &[f64]) -> Option<f64> {
-    let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    (!steps.is_empty()).then(|| middle(&steps))
-}
-
-fn middle(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    let at = values.len() / 2;
-    *values.select_nth_unstable_by(at, f64::total_cmp).1
+fn step(times: &[f64]) -> f64 {
+    median(times.windows(2).map(|pair| pair[1] - pair[0]).collect())
 }
 
 /// Density of the variance of a channel over frequency, up to half of the sampling rate, by its readings in stretches of so many
