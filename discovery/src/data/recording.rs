@@ -102,6 +102,17 @@ impl Bench {
         (parameters.platform_inertia, bench.mass[2]) = (1.6, 1.6);
         bench
     }
+
+    /// One of 4 m with stiff cables on heavy rotors: its cables stretch by no more than the noise of what is measured.
+    pub(crate) fn stiff() -> Self {
+        let mut bench = Self::laboratory();
+        let parameters = &mut bench.parameters;
+        (parameters.youngs_modulus, parameters.cable_area, parameters.cable_damping) = (1e11, 1e-5, 500.0);
+        (parameters.winch.drum_radius, parameters.winch.rotor_inertia) = (0.05, Some(0.01));
+        (parameters.platform_inertia, bench.mass[2]) = (1.6, 1.6);
+        bench.noise = [5e-4, 5e-4, 5e-4, 2e-4];
+        bench
+    }
 }
 
 /// Waves of the path: amplitude (m, m, rad) and period (s).

@@ -4,6 +4,7 @@ pub(crate) mod error;
 pub(crate) mod estimate;
 pub(crate) mod kalman;
 pub(crate) mod path;
+pub(crate) mod prior;
 pub(crate) mod sensor_slopes;
 pub(crate) mod shelf;
 pub(crate) mod variation;

@@ -6,8 +6,9 @@ use cdpr::dynamics::{Evaluation, Inputs};
 use cdpr::per_cable::PerCable;
 use rayon::prelude::*;
 
-use crate::data::{Channel, Trial};
+use crate::data::Trial;
 use crate::filter::error::FitError;
+use crate::filter::prior::Prior;
 use crate::filter::sensor_slopes::{SensorSlopes, Slopes};
 use crate::filter::variation::{Step, Variation};
 use crate::filter::vector::padded;
@@ -15,7 +16,6 @@ use crate::filter::within::{Turning, Within};
 use crate::hypothesis::facts::facts;
 use crate::model::delayed::{Clock, at_instants, rates};
 use crate::model::examined::{Examined, Moment, disturb};
-use crate::model::sizes::usual_force;
 use crate::model::state_size::effect_state_scale;
 
 /// States and latents at every sample of a trial.
@@ -84,10 +84,7 @@ pub(crate) struct LinearTrial {
     /// Inputs as the plant feels them, and slack cables, at each sample.
     pub(crate) felt: Vec<Inputs>,
     pub(crate) slack: Vec<PerCable<bool>>,
-    /// Prior guess of the first states minus the trajectory's.
-    pub(crate) prior: Vec<f64>,
-    /// Standard deviation of that guess.
-    pub(crate) prior_deviation: Vec<f64>,
+    pub(crate) prior: Prior,
     /// Sizes of the states.
     scale: Vec<f64>,
 }
@@ -176,26 +173,8 @@ impl LinearTrial {
     }
 }
 
-/// How wrong the first guess of the states may be (one standard deviation).
-///
-/// An unstretched length that nothing measures is guessed from the chord and the winch force: it is wrong by what the cable stretches under such a
-/// force, no more. Two metres, which a measurement puts right at once, are half of a cable of a small robot.
-fn prior_deviation(model: &Examined, trial: &Trial) -> Vec<f64> {
-    let mut deviation = scale(model);
-    let force = usual_force(std::slice::from_ref(trial));
-    let chords = cdpr::kinematics::cable_lengths(model.plant.geometry(), &[0.0; 3]);
-    for (i, (cable, chord)) in model.plant.data().cables.iter().zip(chords).enumerate() {
-        if let Some(at) = model.plant.unstretched_index(i)
-            && !trial.channels.contains(&Channel::UnstretchedLength(i))
-        {
-            deviation[at] = deviation[at].min(chord * force / cable.axial_stiffness);
-        }
-    }
-    deviation
-}
-
 /// Sizes of the states.
-fn scale(model: &Examined) -> Vec<f64> {
+pub(super) fn scale(model: &Examined) -> Vec<f64> {
     let mut scale = vec![1.0; model.states()];
     scale[..6].copy_from_slice(&[1.0, 1.0, 0.1, 0.5, 0.5, 0.05]);
     for i in 0..model.plant.cables() {
@@ -256,8 +235,7 @@ pub(crate) fn linearise(
         outside: vec![0; m],
         felt: vec![Inputs::none(model.plant.cables()); len],
         slack: vec![PerCable::filled(model.plant.cables(), false); len],
-        prior: first.iter().zip(trajectory.states(0)).map(|(a, b)| a - b).collect(),
-        prior_deviation: prior_deviation(model, trial),
+        prior: Prior { mean: Vec::new(), covariance: Vec::new() },
         scale: scale(model),
     };
     let mut transition = vec![0.0; len * padded * width];
@@ -278,6 +256,7 @@ pub(crate) fn linearise(
     let (slopes, within): (_, Vec<Within>) = filled.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
     let slopes = Slopes::joined(slopes);
     linear.within = Within::joined(within);
+    linear.prior = Prior::new(model, trial, trajectory, first, &linear.felt[0], &linear.slack[0]);
     linear.rate = rates(&trial.time, &linear.shown, m);
     for (j, clock) in clocks.iter().enumerate() {
         clock.iter().for_each(|clock| linear.delay(trial, j, *clock));
@@ -419,7 +398,7 @@ mod tests {
     use cdpr::simulation::{Simulation, Start};
 
     use super::*;
-    use crate::data::recording::{Bench, fitted, record, record_on};
+    use crate::data::recording::{fitted, record};
     use crate::filter::variation::tests::ringing;
 
     /// Late by more than a sample, as an effect or by its clock: what is measured is compared with what was then.
@@ -477,23 +456,6 @@ mod tests {
         for (c, sum) in sums.iter().enumerate() {
             assert!(*sum < 1e-4, "state {c}: {sum}");
         }
-    }
-
-    /// Half a metre of a cable of two metres was as likely as a millimetre, and trajectories led to where a cable is wound in.
-    #[test]
-    fn a_length_that_nothing_measures_is_off_by_what_its_cable_stretches() {
-        let bench = Bench::laboratory();
-        let measured = record_on(&bench, &[], 2.0, 3);
-        let mut trial = measured.clone();
-        trial.channels.truncate(3);
-        let model = Model { parameters: bench.parameters, ..Model::default() };
-        let examined = Examined::new(&model).unwrap();
-        let at = examined.plant.unstretched_index(1).unwrap();
-        let stiffness = examined.plant.data().cables[1].axial_stiffness;
-        let stretch = 2.0 * usual_force(std::slice::from_ref(&trial)) / stiffness;
-        let off = prior_deviation(&examined, &trial)[at];
-        assert!((0.5..2.0).contains(&(off / stretch)), "{off} {stretch}");
-        assert_eq!(prior_deviation(&examined, &measured)[at], scale(&examined)[at]);
     }
 
     /// Its own rate says nothing of where a length that rings was two milliseconds before; the chord's does.

@@ -162,13 +162,13 @@ impl Standing {
     fn new(linear: &LinearTrial, randomness: &Randomness) -> Self {
         let (n, w) = (linear.states, linear.states + randomness.processes());
         let mut x = vec![0.0; w];
-        x[..n].copy_from_slice(&linear.prior);
+        x[..n].copy_from_slice(&linear.prior.mean);
         for (slot, latent) in x[n..].iter_mut().zip(linear.latents(0)).take(randomness.estimated()) {
             *slot = -latent;
         }
         let mut p = vec![0.0; w * w];
-        for c in 0..n {
-            p[c * w + c] = linear.prior_deviation[c].powi(2);
+        for (row, covariance) in p.chunks_exact_mut(w).zip(linear.prior.covariance.chunks_exact(n)) {
+            row[..n].copy_from_slice(covariance);
         }
         for l in 0..randomness.processes() {
             p[(n + l) * w + n + l] = randomness.deviation(l).powi(2);

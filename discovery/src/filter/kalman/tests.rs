@@ -16,7 +16,8 @@ fn dense(linear: &LinearTrial, randomness: &Randomness) -> (f64, Vec<f64>, Vec<D
     let shown = randomness.shown_by_channel(m);
     let mut x = DVector::zeros(w);
     let mut p = DMatrix::zeros(w, w);
-    (0..n).for_each(|c| (x[c], p[(c, c)]) = (linear.prior[c], linear.prior_deviation[c].powi(2)));
+    (0..n).for_each(|c| x[c] = linear.prior.mean[c]);
+    (0..n * n).for_each(|at| p[(at / n, at % n)] = linear.prior.covariance[at]);
     let estimated = randomness.estimated();
     (0..estimated).for_each(|l| x[n + l] = -linear.latents(0)[l]);
     (0..w - n).for_each(|l| p[(n + l, n + l)] = randomness.deviation(l).powi(2));
@@ -133,7 +134,7 @@ fn are_those_of_the_textbook(bench: &Bench) {
     // Along a trajectory that has settled next to nothing is left to smooth, and rounding would be compared.
     linear.residual.iter_mut().enumerate().for_each(|(at, slot)| *slot += 5e-3 * (0.01 * at as f64).sin());
     // The textbook inverts covariances, which reach from those of the first states to a billionth squared.
-    linear.prior_deviation.iter_mut().for_each(|deviation| *deviation *= 1e-2);
+    linear.prior.covariance.iter_mut().for_each(|covariance| *covariance *= 1e-4);
     let linear = &linear;
     assert!(expected.has_latents());
     let without = [rich.without_latents(), expected.without_latents()];
