@@ -8,9 +8,9 @@ use rayon::prelude::*;
 
 use crate::data::clean::{median, noise_by_differences};
 use crate::data::counts::least_noise;
-use crate::data::line::{line, longest, straight};
 use crate::data::{Channel, Trial};
 use crate::filter::error::FitError;
+use crate::filter::first::first_trajectory;
 use crate::filter::kalman::{Filtered, Keep, Randomness, filter, smooth, spread};
 use crate::filter::path::{LinearTrial, Trajectory, linearise};
 use crate::filter::shelf::Linear;
@@ -92,53 +92,6 @@ pub(crate) fn for_trial(randomness: &Randomness, trial: &Trial) -> Randomness {
     memory.sort_by_key(|m| m.channel);
     let late = trial.channels.iter().map(|c| all.iter().position(|a| a == c).map_or(0.0, |at| randomness.late[at]));
     Randomness { noise, least_noise, most_noise, memory, late: late.collect(), ..randomness.clone() }
-}
-
-/// A first trajectory from measurements alone: pose by a local straight line, cables at rest under their commands.
-fn first_trajectory(model: &Examined, trial: &Trial, first: &[f64]) -> Trajectory {
-    let n = model.states();
-    let width = n + model.latents();
-    let len = trial.len();
-    let halves: Vec<usize> = (0..trial.channels.len()).map(|j| straight(trial, j)).collect();
-    // Where poses come from several lengths, their rounding is to average out.
-    let half = (0..trial.channels.len()).map(|j| longest(trial, j)).max().unwrap_or(2);
-    let column = |wanted: Channel| trial.channels.iter().position(|c| *c == wanted);
-    let mut values = vec![0.0; len * width];
-    let around = |j: usize, k: usize| line(trial, j, k.saturating_sub(halves[j])..(k + halves[j] + 1).min(len), k);
-    let pose_measured = (0..3).all(|k| column(Channel::Pose(k)).is_some());
-    let mut last = first.to_vec();
-    for k in 0..len {
-        let row = &mut values[k * width..(k + 1) * width];
-        row[..n].copy_from_slice(&last);
-        if pose_measured {
-            for axis in 0..3 {
-                if let Some((value, slope)) = column(Channel::Pose(axis)).and_then(|j| around(j, k)) {
-                    row[axis] = value;
-                    row[3 + axis] = slope;
-                }
-            }
-        } else {
-            let window = trial.part(k.saturating_sub(half)..(k + half + 1).min(len), String::new());
-            let start = model.first_states(&window);
-            row[..3].copy_from_slice(&start[..3]);
-        }
-        let pose = [row[0], row[1], row[2]];
-        let twist = [row[3], row[4], row[5]];
-        let cables = cdpr::kinematics::cables(model.plant.geometry(), &pose, &twist);
-        for i in 0..cables.len() {
-            let Some(at) = model.plant.unstretched_index(i) else { continue };
-            let tension = trial.inputs[k].winch_force[i].max(0.0);
-            let range = model.plant.effect_states(i);
-            let mut states = [0.0; cdpr::dynamics::MAX_EFFECT_STATES];
-            states[..range.len()].copy_from_slice(&row[range]);
-            row[at] = model.plant.unstretched_length_for(i, trial.time[k], cables[i].length, tension, &states);
-            if let Some(rate) = model.plant.rate_index(i) {
-                row[rate] = cables[i].speed;
-            }
-        }
-        last.copy_from_slice(&row[..n]);
-    }
-    Trajectory { values, width, states: n }
 }
 
 /// A new model on trajectories of an old one: states of the same name are taken over, new ones start at rest. Cables keep their tensions,

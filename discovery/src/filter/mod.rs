@@ -2,6 +2,7 @@
 
 pub(crate) mod error;
 pub(crate) mod estimate;
+pub(crate) mod first;
 pub(crate) mod kalman;
 pub(crate) mod path;
 pub(crate) mod prior;
