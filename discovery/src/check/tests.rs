@@ -4,7 +4,7 @@ use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
 
 use super::{another_robot, check, windows};
-use crate::data::recording::{Bench, record, record_on};
+use crate::data::recording::{Bench, of_channels, record, record_on};
 use crate::data::{Channel, Trial};
 use crate::model::examined::Examined;
 
@@ -125,9 +125,7 @@ fn two_units_at_once_are_seen() {
 
 #[test]
 fn kilonewtons_show_in_the_motion_alone() {
-    let mut trial = changed(|forces, _| forces.iter_mut().for_each(|v| *v *= 1e-3));
-    trial.channels.truncate(3);
-    trial.measured.iter_mut().for_each(|row| row.truncate(3));
+    let trial = of_channels(&changed(|forces, _| forces.iter_mut().for_each(|v| *v *= 1e-3)), &[0, 1, 2]);
     assert!(said(&trial).contains("are in kN by size"), "{}", said(&trial));
 }
 

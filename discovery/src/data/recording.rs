@@ -218,6 +218,15 @@ pub(crate) fn record_on(bench: &Bench, effects: &[EffectSpec], duration: f64, se
     trial
 }
 
+/// The recording with some of its channels alone, in this order.
+pub(crate) fn of_channels(trial: &Trial, channels: &[usize]) -> Trial {
+    Trial {
+        channels: channels.iter().map(|j| trial.channels[*j]).collect(),
+        measured: trial.measured.iter().map(|row| channels.iter().map(|j| row[*j]).collect()).collect(),
+        ..trial.clone()
+    }
+}
+
 /// The default model with `effects`, fitted to recordings: trajectories and sizes of what is random.
 pub(crate) fn fitted(effects: &[EffectSpec], trials: &[Trial]) -> Fit {
     fitted_on(&Bench::large(), effects, trials)

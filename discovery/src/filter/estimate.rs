@@ -407,7 +407,7 @@ mod tests {
     use cdpr::effect::EffectSpec;
 
     use super::*;
-    use crate::data::recording::{Bench, record, record_on};
+    use crate::data::recording::{Bench, of_channels, record, record_on};
     use crate::instruments::latents::first_randomness;
 
     /// Friction that turns its sign within a sample: whole moves would go back and forth for ever.
@@ -464,9 +464,7 @@ mod tests {
     fn a_small_robot_settles_by_its_pose_alone() {
         let bench = Bench::ringing();
         let whole = record_on(&bench, &[], 12.0, 6);
-        let mut trial = whole.part(200..whole.len(), String::new());
-        trial.channels.truncate(3);
-        trial.measured.iter_mut().for_each(|row| row.truncate(3));
+        let trial = of_channels(&whole.part(200..whole.len(), String::new()), &[0, 1, 2]);
         let model = Model { parameters: bench.parameters, ..Model::default() };
         let trials = [trial];
         let randomness = first_randomness(&model, &trials, &noise_of_data(&trials)).without_latents();

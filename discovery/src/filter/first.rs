@@ -75,7 +75,7 @@ mod tests {
     use cdpr::model_file::Model;
 
     use super::*;
-    use crate::data::recording::{Bench, record_on};
+    use crate::data::recording::{Bench, of_channels, record_on};
 
     /// Coordinates that are not measured stood still where others went by lines, and were those of a tenth of a second before: cables of a
     /// small robot were off by more than they stretch.
@@ -85,11 +85,7 @@ mod tests {
         let whole = record_on(&bench, &[], 6.0, 3);
         let model = Examined::new(&Model { parameters: bench.parameters, ..Model::default() }).unwrap();
         let on = |channels: &[usize]| {
-            let mut trial = whole.clone();
-            trial.channels = channels.iter().map(|j| whole.channels[*j]).collect();
-            for row in &mut trial.measured {
-                *row = channels.iter().map(|j| row[*j]).collect();
-            }
+            let trial = of_channels(&whole, channels);
             first_trajectory(&model, &trial, &model.first_states(&trial))
         };
         let all = on(&[0, 1, 2, 3, 4, 5, 6]);
