@@ -88,8 +88,8 @@ pub(super) struct Equations {
     pub(super) residual: DVector<f64>,
     /// What a unit of each unknown does to what is expected.
     pub(super) slopes: DMatrix<f64>,
-    /// Covariance of the residuals by noise.
-    pub(super) covariance: DMatrix<f64>,
+    /// The root `L` of the covariance `L Lᵀ` of the residuals by noise.
+    pub(super) root: DMatrix<f64>,
     /// What the axes of the pose that were not measured do to what is expected over their whole range, a column each (m).
     pub(super) free: DMatrix<f64>,
     pub(super) channels: Vec<Channel>,
@@ -157,7 +157,7 @@ impl Problem {
             let equations = self.equations_at(sample, &sample.pose, &given);
             let is_number = |row: usize| {
                 let of = |matrix: &DMatrix<f64>| matrix.row(row).iter().all(|v| v.is_finite());
-                equations.residual[row].powi(2).is_finite() && of(&equations.covariance) && of(&equations.slopes)
+                equations.residual[row].powi(2).is_finite() && of(&equations.root) && of(&equations.slopes)
             };
             if let Some(row) = (0..sample.lengths.len()).find(|row| !is_number(*row)) {
                 let length = &sample.lengths[row];
@@ -227,7 +227,7 @@ impl Problem {
         for sample in &self.samples {
             let Some(row) = sample.lengths.iter().position(|length| length.channel == channel) else { continue };
             let equations = self.equations(sample, &given);
-            sum += equations.residual[row].powi(2) / equations.covariance[(row, row)];
+            sum += equations.residual[row].powi(2) / equations.root.row(row).norm_squared();
             count += 1.0;
         }
         f64::sqrt(sum / count)
@@ -284,7 +284,6 @@ impl Problem {
         let mut slopes = DMatrix::zeros(rows, self.unknowns.len());
         let mut by_pose = DMatrix::zeros(rows, 3);
         let mut residual = DVector::zeros(rows);
-        let mut covariance = DMatrix::zeros(rows, rows);
         let at = |wanted: Unknown| self.unknowns.iter().position(|u| *u == wanted);
         let added = |wanted: Unknown| at(wanted).map_or(0.0, |k| change[k]);
         let [x, y, phi] = *pose;
@@ -306,7 +305,6 @@ impl Problem {
             let sensor = usize::from(is_paid_out);
             let shown = plant.shown_lengths(cable, real, real)[sensor] + added(Unknown::Offset(length.channel));
             residual[row] = length.value - shown;
-            covariance[(row, row)] = length.noise * length.noise;
             let slope = slope * plant.length_sensor_slopes(cable, real)[sensor];
             for axis in 0..2 {
                 if let Some(k) = at(Unknown::Anchor(cable, axis)) {
@@ -324,14 +322,13 @@ impl Problem {
                 slopes[(row, k)] = 1.0;
             }
         }
-        let measured = sample.pose_noise.iter().map(|noise| noise.map_or(0.0, |s| s * s));
-        let pose = DMatrix::from_diagonal(&DVector::from_iterator(3, measured));
-        covariance += &by_pose * pose * by_pose.transpose();
+        let own: Vec<f64> = sample.lengths.iter().map(|length| length.noise).collect();
+        let root = root(&own, &by_pose, sample.pose_noise.map(|noise| noise.unwrap_or(0.0)));
         let axes = (0..3).filter(|axis| sample.pose_noise[*axis].is_none());
         let free: Vec<DVector<f64>> = axes.map(|axis| by_pose.column(axis) * self.range[axis]).collect();
         let free = if free.is_empty() { DMatrix::zeros(rows, 0) } else { DMatrix::from_columns(&free) };
         let channels = sample.lengths.iter().map(|l| l.channel).collect();
-        Equations { residual, slopes, covariance, free, channels }
+        Equations { residual, slopes, root, free, channels }
     }
 
     /// What of a distance (m) is paid out, and how much more of one more metre.
@@ -348,9 +345,9 @@ impl Problem {
 }
 
 impl Equations {
-    /// The root `L` of the covariance, `L Lᵀ`.
-    pub(super) fn root(&self) -> DMatrix<f64> {
-        self.covariance.clone().cholesky().unwrap_or_else(|| unreachable!("noise above zero on every row")).l()
+    /// Residuals, or what changes them, by columns, with the noise made white.
+    pub(super) fn whitened(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        self.root.solve_lower_triangular(columns).unwrap_or_else(|| unreachable!("noise above zero on every row"))
     }
 
     /// What the unmeasured axes do to the whitened rows, where the lengths tell more of it than the axes' range: directions of
@@ -359,8 +356,11 @@ impl Equations {
         if self.free.ncols() == 0 {
             return (DMatrix::zeros(self.free.nrows(), 0), DMatrix::zeros(0, 0), Vec::new());
         }
-        let solved = self.root().solve_lower_triangular(&self.free).unwrap_or_else(|| unreachable!("as above"));
+        let solved = self.whitened(&self.free);
         let (rows, axes) = solved.shape();
+        if !solved.iter().all(|value| value.is_finite()) {
+            return (DMatrix::zeros(rows, 0), DMatrix::zeros(axes, 0), Vec::new());
+        }
         let eigen = (solved.transpose() * &solved).symmetric_eigen();
         let told: Vec<usize> = (0..axes).filter(|k| eigen.eigenvalues[*k] > 1.0).collect();
         let sizes: Vec<f64> = told.iter().map(|k| eigen.eigenvalues[*k].sqrt()).collect();
@@ -373,9 +373,8 @@ impl Equations {
     /// Step to the pose that the lengths tell, as shares of the unmeasured axes' ranges (Gauss-Newton).
     fn step(&self) -> DVector<f64> {
         let (of_rows, of_axes, sizes) = self.white_free();
-        let residual =
-            self.root().solve_lower_triangular(&self.residual).unwrap_or_else(|| unreachable!("noise above zero"));
-        let along = of_rows.transpose() * residual;
+        let residual = self.whitened(&DMatrix::from_columns(std::slice::from_ref(&self.residual)));
+        let along = of_rows.transpose() * residual.column(0);
         of_axes * DVector::from_fn(sizes.len(), |k, _| along[k] / sizes[k])
     }
 
@@ -389,6 +388,23 @@ impl Equations {
         // In the order of the rows, so that the directions follow the pose without a leap.
         all.qr().q().columns(axes, rows - axes).into_owned()
     }
+}
+
+/// The root `L` of the covariance `L Lᵀ` of lengths that have noise of their `own` and that of a pose, by what the pose does to them
+/// (a row a length). No squares are taken: the noise of a pose may be any multiple of that of lengths.
+fn root(own: &[f64], by_pose: &DMatrix<f64>, pose: [f64; 3]) -> DMatrix<f64> {
+    let rows = own.len();
+    let stacked = DMatrix::from_fn(rows + 3, rows, |r, c| match r.checked_sub(rows) {
+        None if r == c => own[r],
+        None => 0.0,
+        Some(axis) => by_pose[(c, axis)] * pose[axis],
+    });
+    let mut root = stacked.qr().r().transpose();
+    // What is not known of a length by those before it is its own noise at least.
+    for (k, own) in own.iter().enumerate() {
+        root[(k, k)] = root[(k, k)].abs().max(*own).copysign(root[(k, k)]);
+    }
+    root
 }
 
 /// The samples of a recording.
@@ -475,4 +491,26 @@ fn of_trial(model: &Model, examined: &Examined, t: usize, trial: &Trial) -> Resu
         }
     }
     Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two lengths of one cable beside a pose with noise far above theirs: the covariance itself was no longer positive, and a
+    /// calibration ended with a panic.
+    #[test]
+    fn the_root_of_a_covariance_holds_whatever_the_pose_has_of_noise() {
+        let by_pose = DMatrix::from_row_slice(3, 3, &[0.6, 0.8, 0.0, 0.6, 0.8, 0.0, -1.0, 0.0, 2.0]);
+        let own = [1e-3, 2e-3, 1e-3];
+        for noise in [1e-3, 1.0, 1e9, 1e100] {
+            let root = root(&own, &by_pose, [noise, 0.5 * noise, 0.0]);
+            let pose = DMatrix::from_diagonal(&DVector::from_column_slice(&[noise * noise, 0.25 * noise * noise, 0.0]));
+            let mut covariance = &by_pose * pose * by_pose.transpose();
+            own.iter().enumerate().for_each(|(k, own)| covariance[(k, k)] += own * own);
+            let error = (&root * root.transpose() - &covariance).amax() / covariance.amax();
+            assert!(error < 1e-14, "{noise}: {error}");
+            assert!((0..3).all(|k| root[(k, k)].abs() >= own[k]), "{noise}: {root}");
+        }
+    }
 }

@@ -40,12 +40,9 @@ struct White {
 
 fn white(problem: &Problem, sample: &Sample, change: &DVector<f64>) -> White {
     let plain = problem.equations(sample, change);
-    let root = plain.root();
-    let solved = |right: &DMatrix<f64>| {
-        root.solve_lower_triangular(right).unwrap_or_else(|| unreachable!("noise above zero on every row"))
-    };
-    let mut slopes = solved(&(&plain.slopes * DMatrix::from_diagonal(&problem.plausible)));
-    let mut residual = solved(&DMatrix::from_columns(std::slice::from_ref(&plain.residual))).column(0).into_owned();
+    let mut slopes = plain.whitened(&(&plain.slopes * DMatrix::from_diagonal(&problem.plausible)));
+    let residual = DMatrix::from_columns(std::slice::from_ref(&plain.residual));
+    let mut residual = plain.whitened(&residual).column(0).into_owned();
     if plain.free.ncols() > 0 {
         let left_over = plain.left_over().transpose();
         (slopes, residual) = (&left_over * slopes, &left_over * residual);
@@ -97,6 +94,9 @@ fn settle(problem: &Problem, start: DVector<f64>, least: f64) -> Result<Settled,
                 gram.ger(weight, &row, &row, 1.0);
                 right.axpy(weight * (residual + row.dot(&now)), &row, 1.0);
             }
+        }
+        if !gram.iter().chain(right.iter()).all(|value| value.is_finite()) {
+            return Err(CalibrateError::NotSettled { rounds: ROUNDS, moved: f64::INFINITY });
         }
         let eigen = gram.symmetric_eigen();
         let told: Vec<usize> = (0..unknowns).filter(|k| eigen.eigenvalues[*k] > least).collect();

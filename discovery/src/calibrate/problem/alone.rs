@@ -31,7 +31,7 @@ impl Problem {
         let look = |change: &DVector<f64>| -> Vec<(f64, DVector<f64>)> {
             let one = |(sample, row): &(&Sample, usize)| {
                 let equations = self.equations_at(sample, &sample.pose, change);
-                let deviation = equations.covariance[(*row, *row)].sqrt();
+                let deviation = equations.root.row(*row).norm();
                 let slope = |k: &usize| equations.slopes[(*row, *k)] * self.plausible[*k] / deviation;
                 (equations.residual[*row] / deviation, DVector::from_iterator(own.len(), own.iter().map(slope)))
             };
