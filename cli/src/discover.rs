@@ -5,6 +5,7 @@ use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::time::Duration;
 
 use anyhow::Context;
 use cdpr::model_file::Model;
@@ -13,11 +14,11 @@ use cdpr_discovery::data::{ColumnMap, DataError, Trial, read_trial};
 use cdpr_discovery::outcome::{Discovery, Found, Verdict};
 use cdpr_discovery::report::{self, FileUsed, Report, Setting};
 use cdpr_discovery::write::{self, About, discovery_json, gap_csv};
-use cdpr_discovery::{DiscoverError, Geometry, discover};
+use cdpr_discovery::{DiscoverError, Geometry, Settings, discover, usual_time_limit};
 
 use crate::failure::BadInput;
 use crate::progress::Progress;
-use crate::{fmu, model, terminal, whole};
+use crate::{fmu, model, number, terminal, whole};
 
 /// Find the physical effect that a model is missing, from recordings of the real robot.
 #[derive(clap::Args)]
@@ -61,6 +62,10 @@ pub(crate) struct Arguments {
     /// lengths without a pose cannot be read by it; and a pose that was computed from lengths is left out
     #[arg(long)]
     as_given: bool,
+    /// Minutes after which the search ends and what it has found is written, which takes a little longer; without it 8, and more
+    /// in proportion where there are more than 15000 rows
+    #[arg(long, value_name = "MINUTES", value_parser = number::positive)]
+    time_limit: Option<f64>,
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -84,7 +89,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     fmu::try_temporary_folder()?;
     model::folder(&arguments.out)?;
     let geometry = if arguments.as_given { Geometry::AsGiven } else { Geometry::Corrected };
-    let discovery = search(&base, train, holdout, geometry)?;
+    let time_limit = match arguments.time_limit {
+        Some(minutes) => Duration::try_from_secs_f64(60.0 * minutes).unwrap_or(Duration::MAX),
+        None => usual_time_limit(train.iter().chain(&holdout)),
+    };
+    let settings = Settings { geometry, time_limit: Some(time_limit) };
+    let discovery = search(&base, train, holdout, settings)?;
     let results = write_results(&discovery, about(arguments, &base, discovery.horizon), &arguments.out)?;
     let mut out = terminal::out();
     write!(out, "{}", results.summary)?;
@@ -105,7 +115,7 @@ pub(crate) fn search(
     base: &Model,
     train: Vec<Trial>,
     holdout: Vec<Trial>,
-    geometry: Geometry,
+    settings: Settings,
 ) -> anyhow::Result<Discovery> {
     let progress = Mutex::new(Progress::new("searching"));
     let tell = |message: &str, share: f64| {
@@ -114,7 +124,7 @@ pub(crate) fn search(
             progress.tell(message, share);
         }
     };
-    discover(base, train, holdout, geometry, &tell).map_err(|error| match error {
+    discover(base, train, holdout, settings, &tell).map_err(|error| match error {
         DiscoverError::Data(message) => BadInput(message).into(),
         DiscoverError::Fit(_) => error.into(),
     })

@@ -61,6 +61,7 @@ fn sample(verdict: Verdict) -> Report {
         verdict,
         effects: vec![friction()],
         not_shown: vec![],
+        ended_early: false,
         changed: None,
         located: located(),
         terms: vec![],

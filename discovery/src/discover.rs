@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::Duration;
 
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
@@ -31,6 +31,7 @@ use crate::strategy::policy::POLICY;
 use crate::strategy::search::search;
 use crate::strategy::standing::Standing;
 use crate::strategy::terms::{refine_terms, terms};
+use crate::strategy::time_limit::{Hours, TimeLimit};
 use crate::strategy::undoing::with_laws;
 use crate::verdict::POLICY as VERDICT;
 use crate::verdict::conclude::{About, conclude};
@@ -58,6 +59,25 @@ pub enum Geometry {
     AsGiven,
 }
 
+/// How a search is done.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// What is done about the geometry.
+    pub geometry: Geometry,
+    /// How long is searched; what was found up to then is concluded, which takes a little longer. None for as long as it takes.
+    pub time_limit: Option<Duration>,
+}
+
+/// The time that a search of these trials is given where nobody says how long: eight minutes, which nearly all take less than on one
+/// processor, and more in proportion where there are more rows than in three recordings of 100 s at 50 Hz.
+#[must_use]
+pub fn usual_time_limit<'a>(trials: impl IntoIterator<Item = &'a Trial>) -> Duration {
+    const USUAL: Duration = Duration::from_secs(8 * 60);
+    const ROWS: f64 = 15_000.0;
+    let rows: usize = trials.into_iter().map(Trial::len).sum();
+    USUAL.mul_f64((rows as f64 / ROWS).max(1.0))
+}
+
 /// Finds out what `model` is missing, from training trials; held-out trials verify.
 ///
 /// With no held-out trial the last 30 % of the longest trial are held out. `progress` gets a message and a fraction.
@@ -68,10 +88,10 @@ pub fn discover(
     model: &Model,
     train: Vec<Trial>,
     holdout: Vec<Trial>,
-    geometry: Geometry,
+    settings: Settings,
     progress: Progress<'_>,
 ) -> Result<Discovery, DiscoverError> {
-    let begun = Instant::now();
+    let hours = Hours::from_now(settings.time_limit);
     let cables = model.parameters.cables();
     if let Some(other) = train.iter().chain(&holdout).find(|trial| trial.cables() != cables) {
         let found = other.cables();
@@ -91,7 +111,7 @@ pub fn discover(
     }
     progress("cleaning the data", 0.0);
     let (mut train, mut holdout) = (train, holdout);
-    let may_correct = geometry == Geometry::Corrected;
+    let may_correct = settings.geometry == Geometry::Corrected;
     let left_out = may_correct.then(|| leave_out_computed_poses(model, train.iter_mut().chain(&mut holdout))).flatten();
     let mut ready = prepare(train, holdout).map_err(DiscoverError::Data)?;
     ready.remarks.extend(left_out);
@@ -104,7 +124,7 @@ pub fn discover(
         ready.remarks.push(remark);
     }
     let survey = may_correct.then(|| survey_errors(model, &ready.evidence.train)).filter(|errors| !errors.is_empty());
-    let mut discovery = examine(model, survey, model.effects.len(), ready, begun, progress)?;
+    let mut discovery = examine(model, survey, model.effects.len(), ready, hours, progress)?;
     discovery.survey = both(before, discovery.survey);
     Ok(discovery)
 }
@@ -285,7 +305,7 @@ pub(crate) fn examine(
     survey: Option<Vec<EffectSpec>>,
     free_from: usize,
     mut ready: Ready,
-    begun: Instant,
+    hours: Hours,
     progress: Progress<'_>,
 ) -> Result<Discovery, DiscoverError> {
     let Ready { laws, steps, .. } = &mut ready;
@@ -296,12 +316,18 @@ pub(crate) fn examine(
     context.journal.begins_with(steps);
     context.geometry_may_be_off = survey.is_some();
     context.given_may_be_off = !ready.as_given;
+    context.time = TimeLimit::new(hours);
     let standing = Standing::new(&context, base);
     let standing = match laws {
         Some(laws) => with_laws(&context, standing, &laws)?,
         None => standing,
     };
-    let standing = search(&context, standing)?;
+    let mut standing = search(&context, standing)?;
+    let in_time = !context.time.is_over();
+    if !in_time && standing.begins_anew() {
+        context.time.leave_undone();
+        standing = standing.with_nothing_begun_anew();
+    }
     let steps = || context.journal.entries();
     if let Some(at) = standing.given_is_off {
         let mut without = model.clone();
@@ -311,7 +337,7 @@ pub(crate) fn examine(
         let with = format!("without the {name} of the model as given, whose numbers are off");
         let mut again = ready.again(evidence.clone(), steps(), &with);
         again.taken_out.push(effect);
-        let why = match examine(&without, survey.clone(), free_from - 1, again, begun, progress) {
+        let why = match examine(&without, survey.clone(), free_from - 1, again, hours, progress) {
             Ok(found) if found.criterion < standing.fit.score - EVIDENCE => return Ok(found),
             Ok(_) => "does not explain more".to_owned(),
             Err(error) => format!("fails ({error})"),
@@ -322,7 +348,7 @@ pub(crate) fn examine(
             "Other numbers of the {name} that the model has seem to explain more than any other effect, but a search for them {why}: it was \
              taken as given."
         ));
-        return examine(model, survey, free_from, as_given, begun, progress);
+        return examine(model, survey, free_from, as_given, hours, progress);
     }
     if standing.undone_in_vain
         && let Some(recorded) = evidence.as_recorded.as_deref()
@@ -331,13 +357,13 @@ pub(crate) fn examine(
         let as_recorded = Evidence { forces_in_time: true, ..recorded.clone() };
         let as_recorded = ready.again(as_recorded, steps(), "with winch forces as they were recorded");
         let as_recorded = Ready { laws: Some(Box::new(standing)), ..as_recorded };
-        return examine(model, survey.clone(), free_from, as_recorded, begun, progress).or_else(|error| {
+        return examine(model, survey.clone(), free_from, as_recorded, hours, progress).or_else(|error| {
             let undone = Evidence { as_recorded: None, ..evidence.clone() };
             let mut undone = ready.again(undone, steps(), "with winch forces that were recorded late");
             undone.remarks.push(format!(
                 "With winch forces as they were recorded the search fails ({error}): they were taken to be recorded late."
             ));
-            examine(model, survey, free_from, undone, begun, progress)
+            examine(model, survey, free_from, undone, hours, progress)
         });
     }
     if let Some(undone) = standing.to_undo {
@@ -347,9 +373,10 @@ pub(crate) fn examine(
             Undone::Clock(_) => "with a slow clock of the time stamps undone",
         };
         let before = ready.again(evidence.clone().before(undone), steps(), why);
-        return examine(model, survey, free_from, before, begun, progress);
+        return examine(model, survey, free_from, before, hours, progress);
     }
-    if standing.white_force_error()
+    if in_time
+        && standing.white_force_error()
         && let Some(instruments) = standing.fit.instruments
     {
         let expected = evidence.clone().with_expected_forces(instruments);
@@ -358,16 +385,17 @@ pub(crate) fn examine(
             steps(),
             "with the winch forces to be expected by those recorded, which have an error",
         );
-        return examine(model, survey, free_from, expected, begun, progress);
+        return examine(model, survey, free_from, expected, hours, progress);
     }
-    if let Some(errors) = survey
+    if in_time
+        && let Some(errors) = survey
         && (standing.geometry_is_off || survey_gains(&context, &standing)?.is_some())
     {
         progress("finding errors of the geometry as well", 0.02);
         let (before, alone) =
             (standing.base.gap[0], Alone { laws: standing.accepted.len(), leave: standing.fit.gap[0] });
         let jointly = ready.again(evidence.clone(), steps(), "with errors of the geometry free beside every law");
-        let joint = examine(&with_errors(model, &errors), None, free_from, jointly, begun, progress);
+        let joint = examine(&with_errors(model, &errors), None, free_from, jointly, hours, progress);
         let as_corrected = |mut discovery: Discovery| {
             discovery.remarks.insert(0, corrected(&discovery, before, &alone));
             discovery
@@ -399,7 +427,7 @@ pub(crate) fn examine(
         if standing.geometry_is_off {
             // The search ended where it asked for them.
             let as_given = ready.again(evidence.clone(), tried.unwrap_or_else(steps), "with the geometry as given");
-            let alone = match (examine(model, None, free_from, as_given, begun, progress), joint.take()) {
+            let alone = match (examine(model, None, free_from, as_given, hours, progress), joint.take()) {
                 (Err(error), Some(mut joint)) => {
                     joint.remarks.push(format!("With the geometry as given the search fails ({error})."));
                     return Ok(as_corrected(joint));
@@ -417,10 +445,14 @@ pub(crate) fn examine(
             return Ok(joint.filter(likelier).map_or(alone, as_corrected));
         }
     }
-    let standing = refine_terms(&context, terms(&context, standing)?)?;
+    context.time.keep(&standing);
+    let with_terms = terms(&context, standing).and_then(|standing| refine_terms(&context, standing));
+    let standing = context.time.or_what_stood(with_terms)?;
+    let ended_early = context.time.has_cut();
+    context.time.lift();
     let few_errors = few_errors_would_do(&context, &standing);
     let Ready { holdout_source, outliers, remarks, taken_out, .. } = ready.clone();
-    let about = About { holdout_source, outliers, remarks, taken_out, begun };
+    let about = About { holdout_source, outliers, remarks, taken_out, hours, ended_early };
     Ok(Discovery { few_errors, ..conclude(context, standing, about)? })
 }
 

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::LazyLock;
-use std::time::Instant;
 
 use cdpr::model_file::Model;
 
@@ -12,9 +11,10 @@ use crate::check::check;
 use crate::data::recording::{noise, record};
 use crate::data::{ColumnMap, Trial, read_trial};
 use crate::discover::{examine, prepare};
+use crate::strategy::time_limit::Hours;
 
-static TRAIN: LazyLock<Trial> = LazyLock::new(|| record(&[], 15.0, 21));
-static HELD: LazyLock<Trial> = LazyLock::new(|| record(&[], 8.0, 22));
+static TRAIN: LazyLock<Trial> = LazyLock::new(|| record(&[], 10.0, 21));
+static HELD: LazyLock<Trial> = LazyLock::new(|| record(&[], 6.0, 22));
 
 const MODELS: [&str; 8] = [
     "",
@@ -147,7 +147,7 @@ fn whatever_is_read_is_refused_or_checked_without_a_panic() {
 fn searched(seed: usize, model: &str, trial: Trial) {
     let model = Model::from_toml(model).unwrap();
     let done = catch_unwind(AssertUnwindSafe(|| match prepare(vec![trial], vec![HELD.clone()]) {
-        Ok(ready) => examine(&model, None, model.effects.len(), ready, Instant::now(), &|_, _| {})
+        Ok(ready) => examine(&model, None, model.effects.len(), ready, Hours::from_now(None), &|_, _| {})
             .map_or_else(|e| e.to_string(), |d| format!("{:?}", d.verdict)),
         Err(message) => message,
     }));
@@ -175,7 +175,7 @@ fn a_search_on_forces_that_all_push_ends_without_a_panic() {
 
 #[test]
 fn a_search_with_cables_without_mass_ends_without_a_panic() {
-    searched(0, "cable_density = 0.0\n", record(&[], 15.0, 23));
+    searched(0, "cable_density = 0.0\n", record(&[], 10.0, 23));
 }
 
 #[test]

@@ -29,6 +29,6 @@ mod strategy;
 mod verdict;
 mod weigh;
 
-pub use discover::{DiscoverError, Geometry, discover};
+pub use discover::{DiscoverError, Geometry, Settings, discover, usual_time_limit};
 pub use filter::error::FitError;
 pub use strategy::context::Progress;

@@ -417,6 +417,8 @@ pub struct Discovery {
     pub effects: Vec<Found>,
     /// Effects that the model as given has and `model` does not: the data show nothing of them.
     pub not_shown: Vec<EffectSpec>,
+    /// Whether the search left something undone because its time was over.
+    pub ended_early: bool,
     /// What is to be said where nothing explains the gap, but something changed between training and held-out data: a sentence.
     pub changed: Option<String>,
     /// Terms outside the catalogue (`expression` effects).

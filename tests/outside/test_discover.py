@@ -61,6 +61,22 @@ def result(folder):
 # ---- what it finds and writes
 
 
+def test_a_search_that_runs_out_of_time_says_so_and_writes_what_it_has(cdpr, friction):
+    folder = friction[0].parent
+    hurried = folder / "hurried"
+    arguments = ("--data", folder / "run.csv", "--out", hurried)
+    done = cdpr("discover", *arguments, "--time-limit", "1e-6")
+    assert "ran out of time" in done.stdout
+    found = result(hurried)
+    assert (found["ended_early"], found["verdict"], found["effects"]) == (True, "unnamed", [])
+    assert found["detection_limits"]
+    assert any("--time-limit" in remark for remark in found["remarks"])
+    assert all((hurried / name).is_file() for name in FILES)
+    wrong = cdpr("discover", *arguments, "--time-limit", "0", ok=False)
+    assert wrong.returncode == 2
+    assert "0 is not greater than 0" in wrong.stderr
+
+
 def test_the_hidden_effect_is_named(friction):
     folder, done = friction
     found = result(folder)

@@ -6,11 +6,11 @@ use std::path::Path;
 use anyhow::Context;
 use cdpr::effect::EffectSpec;
 use cdpr::model_file::Model;
-use cdpr_discovery::Geometry;
 use cdpr_discovery::data::{ColumnMap, read_trial};
 use cdpr_discovery::outcome::{Compared, Discovery};
 use cdpr_discovery::report::{self, FileUsed, Report};
 use cdpr_discovery::write::{self, About};
+use cdpr_discovery::{Geometry, Settings};
 use cdpr_fmu_build::temporary::TemporaryFolder;
 
 use super::Made;
@@ -44,7 +44,9 @@ pub(super) fn tell(out: &Path) -> anyhow::Result<Vec<Made>> {
     }
     introduce()?;
     let read = |path: &Path| read_trial(path, &ColumnMap::default(), base.parameters.cables());
-    let discovery = search(&base, vec![read(&paths[0])?], vec![read(&paths[1])?], Geometry::Corrected)?;
+    // The same on every machine, however slow.
+    let search_settings = Settings { geometry: Geometry::Corrected, time_limit: None };
+    let discovery = search(&base, vec![read(&paths[0])?], vec![read(&paths[1])?], search_settings)?;
     let file = |role: &str, path: &Path| FileUsed { role: role.to_owned(), path: path.display().to_string() };
     let about = About {
         title: "demonstration on generated recordings".to_owned(),

@@ -25,6 +25,9 @@ pub enum FitError {
         /// The trial.
         trial: String,
     },
+    /// The time of a search is over, and nothing is fitted any more.
+    #[error("the time of the search is over")]
+    OutOfTime,
 }
 
 /// What failed and when. The states there are a trajectory's on its way, which say nothing to a reader of recordings.

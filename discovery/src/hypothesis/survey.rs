@@ -187,7 +187,7 @@ mod tests {
     use crate::weigh::regression::rank;
     use crate::weigh::signatures::Signatures;
     use crate::weigh::signatures::levels;
-    use crate::{Geometry as Given, discover};
+    use crate::{Geometry as Given, Settings, discover};
 
     fn effect(id: &str, cable: usize, values: &[f64]) -> EffectSpec {
         EffectSpec::new(id, Some(cable), values).expect("an effect")
@@ -291,9 +291,10 @@ mod tests {
             hidden.push(effect("anchor_offset", cable + 1, &[0.02 * x, 0.02 * y]));
             hidden.push(effect("attachment_offset", cable + 1, &[4e-3 * y, 4e-3 * x]));
         }
-        let record = |seed| record(&hidden, 40.0, seed);
+        let record = |seed| record(&hidden, 25.0, seed);
         let trials = [record(63), record(64)].to_vec();
-        let found = discover(&Model::default(), trials, vec![record(65)], Given::Corrected, &|_, _| ());
+        let settings = Settings { geometry: Given::Corrected, time_limit: None };
+        let found = discover(&Model::default(), trials, vec![record(65)], settings, &|_, _| ());
         let found = found.expect("a verdict");
         // So short recordings leave open whether it is Stribeck's.
         assert!(matches!(found.verdict, Verdict::Named | Verdict::Ambiguous), "{:?}", found.remarks);

@@ -21,6 +21,8 @@ pub struct Report {
     pub located: Vec<Located>,
     /// Effects of the model as given of which the data show nothing, each with its place: they were taken out.
     pub not_shown: Vec<String>,
+    /// Whether the search left something undone because its time was over.
+    pub ended_early: bool,
     /// What changed between training and held-out data, where nothing explains the gap: a sentence.
     pub changed: Option<String>,
     /// Terms outside the catalogue that were added as expressions.

@@ -36,6 +36,7 @@ fn report() -> Report {
         verdict: Verdict::Named,
         effects: vec![effect("winch_coulomb_friction", "Coulomb friction", "winch[3]")],
         not_shown: vec![],
+        ended_early: false,
         changed: None,
         located: vec![Located {
             place: "winch[3]".to_owned(),

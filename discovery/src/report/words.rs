@@ -49,6 +49,7 @@ pub fn summary(report: &Report) -> Summary {
             Verdict::Named => "Found and named",
             Verdict::Ambiguous => "Found, not yet unique",
             Verdict::PartlyNamed => "Found in part",
+            Verdict::Unnamed if report.ended_early => "Not tried in full",
             Verdict::Unnamed if report.terms.is_empty() => "Not explained",
             Verdict::Unnamed => "Outside the catalogue",
         },
@@ -125,6 +126,9 @@ fn unnamed(report: &Report, named: &[String]) -> String {
     let (are, so_are) = (is_are(named.len()), is_are(places.len()));
     match (named, unknown.as_str()) {
         ([], _) if report.changed.is_some() => report.changed.clone().unwrap_or_default(),
+        ([], "") if report.ended_early => {
+            "The search ran out of time before all was tried: it found no law that is missing, and clears the model of none.".to_owned()
+        }
         ([], "") => "Something is missing from the model that nothing tried explains.".to_owned(),
         ([], what) => capital(&format!("{what} {so_are} missing from the model, of a kind outside the catalogue.")),
         (named, "") => capital(&format!(
@@ -151,7 +155,12 @@ fn partly_named(report: &Report, changed: Option<String>) -> String {
     let missing =
         (!all.is_empty()).then(|| format!("{} {} missing from the model", join(&all, "and"), is_are(all.len())));
     let found: Vec<String> = [changed, missing].into_iter().flatten().collect();
-    capital(&format!("{}, but that is not all: more than the noise is left.", found.join("; ")))
+    let but = if report.ended_early {
+        "the search ran out of time before all was tried"
+    } else {
+        "that is not all: more than the noise is left"
+    };
+    capital(&format!("{}, but {but}.", found.join("; ")))
 }
 
 fn missing(named: &[String]) -> String {

@@ -14,6 +14,7 @@ use crate::strategy::asked::Asked;
 use crate::strategy::begin::{begun_by_data, held_by_data};
 use crate::strategy::fitted::{Evidence, Fitted};
 use crate::strategy::policy::{POLICY, Policy};
+use crate::strategy::time_limit::TimeLimit;
 use crate::verdict::{self, Reaches, verify};
 use crate::weigh::criterion::Penalty;
 use crate::weigh::refine::refine;
@@ -21,7 +22,7 @@ use crate::weigh::refine::refine;
 /// Progress: a message and the fraction done.
 pub type Progress<'a> = &'a (dyn Fn(&str, f64) + Sync);
 
-/// What a search goes by. Only the journal and what instruments asked for are written to, by every step.
+/// What a search goes by. Only the journal, what instruments asked for and what stood last are written to, by every step.
 pub(crate) struct Context<'a> {
     pub(crate) evidence: &'a Evidence,
     pub(crate) policy: &'static Policy,
@@ -42,6 +43,7 @@ pub(crate) struct Context<'a> {
     pub(crate) beginning: f64,
     pub(crate) journal: Journal,
     pub(crate) asked: Asked,
+    pub(crate) time: TimeLimit,
     pub(crate) progress: Progress<'a>,
 }
 
@@ -78,6 +80,7 @@ impl<'a> Context<'a> {
             beginning: (policy.turns * turning_time(trials, noise)).min(policy.longest_beginning),
             journal,
             asked: Asked::default(),
+            time: TimeLimit::default(),
             progress,
         };
         let base = context.finish(train, holdout, instruments.clone());

@@ -20,6 +20,7 @@ use crate::weigh::refine::refine;
 impl Context<'_> {
     /// A model fitted to both sets from the data alone; gaps count as those of `from`.
     pub(crate) fn refined_by_data(&self, model: &Model, from: &Fitted) -> Result<Fitted, FitError> {
+        self.time.check()?;
         let e = self.evidence;
         let mut train = begun_by_data(e, model, &self.journal)?;
         let ended = refine(&mut train, &e.train, self.free_from, self.policy.rounds, None)?;
@@ -94,6 +95,7 @@ impl Context<'_> {
         rounds: usize,
         aim: Option<f64>,
     ) -> Result<Trained, FitError> {
+        self.time.check()?;
         let noise = &self.evidence.noise;
         let mut fit = self.started(model, from, trials)?;
         let ended = refine(&mut fit, trials, self.free_from, rounds, aim)?;
@@ -154,6 +156,7 @@ impl Context<'_> {
 
     /// A fit of `model` from which others can start: with latent forces as large as in the model as given.
     pub(crate) fn loosened(&self, model: &Model, from: &Fit, trials: &[Trial]) -> Result<Fit, FitError> {
+        self.time.check()?;
         let latents = &self.base_randomness;
         let randomness = Randomness { force: latents.force, winch: latents.winch, ..from.randomness.clone() };
         let mut start = Fit::new(model, trials, &randomness, Some(from))?;

@@ -114,6 +114,7 @@ fn with_those(
     if !context.something_left(&fitted.train, trials) {
         return Ok(None);
     }
+    context.time.check()?;
     let taken = sizing.take_up(&fitted.train, gain, context.free_from);
     let taken = context.journal.or_remark("What the instruments seem to add does not go with the data", taken)?;
     let Some(Some(fit)) = taken else { return Ok(None) };
@@ -313,7 +314,7 @@ mod tests {
     #[test]
     fn an_error_of_forces_that_is_more_than_recordings_have_is_taken_where_nothing_else_was_found() {
         let bench = Bench::large().with_unrecorded_forces(500.0);
-        let recorded = |seed: u64| record_on(&bench, &[], 40.0, seed);
+        let recorded = |seed: u64| record_on(&bench, &[], 28.0, seed);
         let (train, holdout) = (vec![recorded(61), recorded(62)], vec![recorded(63)]);
         let noise = noise_of_data(&train);
         let evidence = Evidence::new(train, holdout, noise);

@@ -34,4 +34,5 @@ pub(crate) mod second_look;
 pub(crate) mod settle;
 pub(crate) mod standing;
 pub(crate) mod terms;
+pub(crate) mod time_limit;
 pub(crate) mod undoing;

@@ -47,6 +47,7 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
         if standing.count() >= context.policy.most_effects {
             return Ok(standing);
         }
+        context.time.keep(&standing);
         let score = standing.fit.score;
         let signatures = signatures(context, &standing, &standing.fit, Source::Catalogue);
         standing = given_before_more(context, undo_before_more(context, standing, &signatures)?, &signatures)?;
@@ -82,6 +83,7 @@ pub(crate) fn rounds(context: &Context<'_>, mut standing: Standing) -> Result<St
                 continue;
             }
             Round::Found(next) => {
+                context.time.keep(&next);
                 // As long as more is found, times at which an effect acts may only stand for what is not found yet.
                 standing = onset(context, one_friction(context, on_every_cable(context, next)), context.policy.most);
                 true

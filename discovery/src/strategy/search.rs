@@ -42,20 +42,29 @@ const ONCE_FOUND: [Step; 7] = [
 ];
 
 /// Looks for effects of the catalogue and settles what was found; terms outside the catalogue are not looked for yet. Where
-/// the recorded forces have an error, or the geometry may be off and is, it ends as soon as that is known.
+/// the recorded forces have an error, or the geometry may be off and is, it ends as soon as that is known; and where its time is over, with
+/// what stood last.
 pub(crate) fn search(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
+    context.time.keep(&standing);
+    context.time.or_what_stood(in_full(context, standing))
+}
+
+/// The search, as long as it takes.
+fn in_full(context: &Context<'_>, standing: Standing) -> Result<Standing, FitError> {
     let standing = evident_wander(context, evident_delay(context, standing)?)?;
     let standing = catalogue_rounds(context, standing)?;
+    context.time.keep(&standing);
     let standing = with_any_error_of_forces(context, standing)?;
     if standing.begins_anew() {
         return Ok(standing);
     }
-    ONCE_FOUND.iter().try_fold(
-        standing,
-        |standing, step| {
-            if standing.begins_anew() { Ok(standing) } else { step(context, standing) }
-        },
-    )
+    ONCE_FOUND.iter().try_fold(standing, |standing, step| {
+        if standing.begins_anew() {
+            return Ok(standing);
+        }
+        context.time.keep(&standing);
+        step(context, standing)
+    })
 }
 
 /// Adds effects of the catalogue as long as they earn their place.
@@ -140,6 +149,7 @@ fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standin
             }
         }
     };
+    context.time.keep(&standing);
     standing = undoing(context, standing, &Others::MORE)?;
     if standing.begins_anew() {
         return Ok(standing);
@@ -149,6 +159,7 @@ fn first_effect(context: &Context<'_>, mut standing: Standing) -> Result<Standin
         standing = form_if(context, standing, policy.most);
     }
     // Also where none was taken: alone, one of two may not predict the held-out data better.
+    context.time.keep(&standing);
     if standing.fit.gap[0] > policy.nothing_left {
         standing = pair(context, standing, &signatures)?;
     }

@@ -191,6 +191,11 @@ impl Standing {
             || self.geometry_is_off
     }
 
+    /// What stands, with nothing by which the search would begin again.
+    pub(crate) fn with_nothing_begun_anew(self) -> Self {
+        Self { geometry_is_off: false, given_is_off: None, to_undo: None, undone_in_vain: false, ..self }
+    }
+
     /// Has the beginnings of the trials start shortly before the last of the new effects begins: before that they show
     /// nothing of it.
     pub(crate) fn begin_in_force(&mut self, context: &Context<'_>) {

@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::sync::Arc;
-use std::time::Instant;
 
 use cdpr::effect::{DependsOn, EffectSpec, Place, SpecError};
 
@@ -25,6 +24,7 @@ use crate::strategy::instruments::beside_those_of;
 use crate::strategy::onset::time_errors;
 use crate::strategy::other_optimum::{Other, hardly_told};
 use crate::strategy::standing::Standing;
+use crate::strategy::time_limit::Hours;
 use crate::verdict::alike::likeness;
 use crate::verdict::by_block::{ByBlock, Column};
 use crate::verdict::by_recording::by_recording;
@@ -49,7 +49,9 @@ pub(crate) struct About {
     pub(crate) remarks: Vec<String>,
     /// Effects that were taken out of the model as given.
     pub(crate) taken_out: Vec<EffectSpec>,
-    pub(crate) begun: Instant,
+    pub(crate) hours: Hours,
+    /// Whether the search left something undone because its time was over.
+    pub(crate) ended_early: bool,
 }
 
 /// Effects and terms with what is known of each, and the places where they act.
@@ -71,7 +73,7 @@ struct Explained {
 pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -> Result<Discovery, FitError> {
     (context.progress)("verifying on held-out data", 0.92);
     let evidence = context.evidence;
-    let About { holdout_source, outliers, mut remarks, taken_out, begun } = about;
+    let About { holdout_source, outliers, mut remarks, taken_out, hours, ended_early } = about;
     let standing = beside_as_given(&context, standing, &taken_out)?;
     let (standing, horizons) = better_than_given(&context, standing);
     let (standing, horizons) = beside_what_was_found(&context, standing, horizons)?;
@@ -104,6 +106,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         terms: terms.len(),
         contradicted: only_trained.is_some(),
         unlike: unlike.is_some(),
+        ended_early,
         chance: standing.chance,
     };
     let Judgement { verdict, reasons, named } = verdict::judge(&facts, &POLICY);
@@ -193,6 +196,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         model: fitted.train.model.clone(),
         effects,
         not_shown,
+        ended_early,
         changed,
         terms,
         located,
@@ -214,7 +218,7 @@ pub(crate) fn conclude(context: Context<'_>, standing: Standing, about: About) -
         journal: entries,
         detection_limits,
         remarks,
-        seconds: begun.elapsed().as_secs_f64(),
+        seconds: hours.begun.elapsed().as_secs_f64(),
     })
 }
 

@@ -168,6 +168,8 @@ pub(crate) struct Facts {
     pub(crate) contradicted: bool,
     /// Whether the model misses some recordings and agrees with others that were fitted, each by itself.
     pub(crate) unlike: bool,
+    /// Whether the search left something undone because its time was over.
+    pub(crate) ended_early: bool,
     /// Terms outside the catalogue.
     pub(crate) terms: usize,
     /// What chance did in the last weighing, after which nothing more was taken up.

@@ -41,6 +41,8 @@ pub(crate) enum Reason {
     Chance { effect: usize, runs: usize, of: usize },
     /// Free runs miss by a tenth of the noise or less over a horizon (s), which they cannot.
     BelowNoise { horizon: f64 },
+    /// The search ended before all was tried, for its time was over.
+    EndedEarly,
     /// Free runs longer than so (s) say nothing: an error of their start grows too fast.
     Growth { horizon: f64 },
 }
@@ -121,7 +123,11 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
             Some(worst) => {
                 let (gap, horizon) = (worst.after(), worst.reach.horizon);
                 let beyond_chance = facts.chance.is_some_and(|test| test.as_strong == 0);
-                reasons.push(Reason::Unexplained { gap, horizon, beyond_chance });
+                reasons.push(if facts.ended_early {
+                    Reason::MoreIsLeft { gap, horizon }
+                } else {
+                    Reason::Unexplained { gap, horizon, beyond_chance }
+                });
                 Verdict::Unnamed
             }
             None => Verdict::Unnamed,
@@ -150,6 +156,15 @@ pub(crate) fn judge(facts: &Facts, policy: &Policy) -> Judgement {
     };
     if !white {
         reasons.push(Reason::Coloured { channels: facts.coloured.clone() });
+    }
+    // Neither has what is missing been looked for everywhere, nor has what was found been held against all that may explain as much.
+    let verdict = match verdict {
+        Verdict::NoMissingEffect if facts.ended_early => Verdict::Unnamed,
+        Verdict::Named if facts.ended_early => Verdict::PartlyNamed,
+        verdict => verdict,
+    };
+    if facts.ended_early {
+        reasons.push(Reason::EndedEarly);
     }
     let named = if verdict == Verdict::Unnamed && facts.terms == 0 { vec![false; named.len()] } else { named };
     Judgement { verdict, reasons, named }

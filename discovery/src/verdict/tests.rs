@@ -46,6 +46,7 @@ fn facts(gaps: [(f64, f64); 3], effects: &[EffectFacts]) -> Facts {
         effects: effects.to_vec(),
         contradicted: false,
         unlike: false,
+        ended_early: false,
         terms: 0,
         chance: None,
     }
@@ -82,6 +83,19 @@ fn a_recording_that_is_unlike_the_others_is_no_all_clear() {
     let left = Facts { disturbance, ..facts([(1.1, 1.1), (1.9, 1.9), (13.0, 13.0)], &[]) };
     assert_eq!(verdict(&left), Verdict::NoMissingEffect);
     assert_eq!(verdict(&Facts { unlike: true, ..left }), Verdict::Unnamed);
+}
+
+#[test]
+fn a_search_that_ended_early_neither_clears_nor_names_in_full() {
+    let nothing = facts(NOISE, &[]);
+    assert_eq!(verdict(&nothing), Verdict::NoMissingEffect);
+    let named = facts(FOUND, &[SURE]);
+    assert_eq!(verdict(&named), Verdict::Named);
+    for (facts, less) in [(nothing, Verdict::Unnamed), (named, Verdict::PartlyNamed)] {
+        let judged = judged(&Facts { ended_early: true, ..facts });
+        assert_eq!(judged.verdict, less);
+        assert!(judged.reasons.contains(&Reason::EndedEarly), "{:?}", judged.reasons);
+    }
 }
 
 /// Friction of the training data that was mended before the held-out data.
@@ -454,7 +468,7 @@ mod growth {
     use crate::data::recording::{Bench, fitted, record, record_on};
     use crate::filter::estimate::noise_of_data;
     use crate::verdict::gap::{gap, predict};
-    use crate::{Geometry, discover};
+    use crate::{Geometry, Settings, discover};
 
     /// What carries the covariance of the start is right if a model without fault leaves that gap.
     #[test]
@@ -479,8 +493,8 @@ mod growth {
         let bench = Bench::laboratory();
         let model = Model { parameters: bench.parameters.clone(), ..Model::default() };
         let record = |seed| record_on(&bench, &[], 20.0, seed);
-        let found =
-            discover(&model, vec![record(51), record(52)], vec![record(53)], Geometry::Corrected, &|_, _| ()).unwrap();
+        let settings = Settings { geometry: Geometry::Corrected, time_limit: None };
+        let found = discover(&model, vec![record(51), record(52)], vec![record(53)], settings, &|_, _| ()).unwrap();
         assert_eq!(found.verdict, Verdict::NoMissingEffect, "{:?}", found.remarks);
         let five = found.horizons.iter().find(|h| h.horizon == 5.0).unwrap();
         assert!(five.holdout.after > 20.0 && !five.judged, "{five:?}");

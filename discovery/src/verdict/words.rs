@@ -109,6 +109,11 @@ pub(crate) fn sentence(reason: &Reason, effects: &[String]) -> String {
         Reason::Chance { effect, runs, of } => {
             format!("Chance explains as much as the {} in {runs} of {of} control runs.", name(effect))
         }
+        Reason::EndedEarly => {
+            "The search ended before all was tried, for its time was over (journal): other laws may be missing, or may \
+                               explain as much as what was found. With a longer --time-limit it tries more."
+                .to_owned()
+        }
         Reason::Growth { horizon } if *horizon > 0.0 => format!(
             "Free runs beyond {horizon} s say nothing of the model: an error of their start grows too fast. They are not \
              judged."

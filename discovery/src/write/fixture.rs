@@ -118,6 +118,7 @@ pub(super) fn discovery() -> Discovery {
         few_errors: false,
         effects: vec![friction()],
         not_shown: Vec::new(),
+        ended_early: false,
         changed: None,
         terms: Vec::new(),
         located: vec![Located {

@@ -29,6 +29,8 @@ struct Document<'a> {
     candidates: Vec<EffectEntry<'a>>,
     /// Effects of the model as given of which the data show nothing: they were taken out.
     not_shown: Vec<GivenEntry<'a>>,
+    /// Whether the search left something undone because its time was over.
+    ended_early: bool,
     /// What changed between training and held-out data, where nothing explains the gap.
     changed: Option<&'a str>,
     terms: Vec<TermEntry<'a>>,
@@ -228,6 +230,7 @@ pub fn discovery_json<'a>(discovery: &'a Discovery) -> Result<String, serde_json
         effects: entries(effects),
         candidates: entries(candidates),
         not_shown: discovery.not_shown.iter().map(given).collect(),
+        ended_early: discovery.ended_early,
         changed: discovery.changed.as_deref(),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),
         calibration: discovery.survey.iter().map(survey).collect(),

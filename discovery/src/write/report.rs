@@ -54,6 +54,7 @@ pub fn report(discovery: &Discovery, about: &About) -> Report {
         },
         effects: discovery.effects.iter().map(|found| effect(found, &discovery.trials)).collect(),
         not_shown: discovery.not_shown.iter().map(in_place).collect(),
+        ended_early: discovery.ended_early,
         changed: discovery.changed.as_ref().map(|said| shortened(said, &discovery.trials, &names)),
         located: discovery.located.iter().map(|l| located(l, &discovery.trials)).collect(),
         terms: discovery.terms.iter().map(|found| term(found, &discovery.trials)).collect(),

@@ -1,20 +1,19 @@
 //! Limits against refinements, against searches for effects of their size, and of a machine at rest.
 
-use std::time::Instant;
-
 use super::*;
 use crate::data::recording::{noise, record};
 use crate::discover::{examine, prepare};
 use crate::filter::estimate::noise_of_data;
 use crate::outcome::{Discovery, Verdict};
 use crate::strategy::fitted::Evidence;
+use crate::strategy::time_limit::Hours;
 use crate::verdict::by_block::ByBlock;
 use cdpr::dynamics::Inputs;
 use cdpr::model_file::Model;
 
 fn evidence(hidden: &[EffectSpec], seed: u64) -> Evidence {
-    let train = vec![record(hidden, 60.0, seed), record(hidden, 60.0, seed + 1)];
-    let holdout = vec![record(hidden, 60.0, seed + 2)];
+    let train = vec![record(hidden, 35.0, seed), record(hidden, 35.0, seed + 1)];
+    let holdout = vec![record(hidden, 35.0, seed + 2)];
     let noise = noise_of_data(&[&train[..], &holdout[..]].concat());
     Evidence::new(train, holdout, noise)
 }
@@ -38,7 +37,7 @@ fn limit(limits: &[DetectionLimit], id: &str, cable: Option<usize>) -> f64 {
 
 fn discovery(train: Vec<Trial>, holdout: Vec<Trial>) -> Discovery {
     let ready = prepare(train, holdout).expect("recordings");
-    examine(&Model::default(), None, 0, ready, Instant::now(), &|_, _| {}).expect("a verdict")
+    examine(&Model::default(), None, 0, ready, Hours::from_now(None), &|_, _| {}).expect("a verdict")
 }
 
 /// Whether a search of recordings with this effect finds anything.
