@@ -28,6 +28,7 @@ use crate::strategy::fitted::Evidence;
 use crate::strategy::geometry::{few_errors_would_do, survey_gains};
 use crate::strategy::lost_forces::without_lost_forces;
 use crate::strategy::policy::POLICY;
+use crate::strategy::prune::prune;
 use crate::strategy::search::search;
 use crate::strategy::standing::Standing;
 use crate::strategy::terms::{refine_terms, terms};
@@ -450,6 +451,8 @@ pub(crate) fn examine(
     let standing = context.time.or_what_stood(with_terms)?;
     let ended_early = context.time.has_cut();
     context.time.lift();
+    // What came in last may do all that others were in for.
+    let standing = if ended_early { prune(&context, standing)? } else { standing };
     let few_errors = few_errors_would_do(&context, &standing);
     let Ready { holdout_source, outliers, remarks, taken_out, .. } = ready.clone();
     let about = About { holdout_source, outliers, remarks, taken_out, hours, ended_early };
