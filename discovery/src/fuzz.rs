@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::LazyLock;
+use std::time::Duration;
 
 use cdpr::model_file::Model;
 
@@ -144,11 +145,21 @@ fn whatever_is_read_is_refused_or_checked_without_a_panic() {
     assert!(passed > 3 && passed < read - 10, "{passed} of {read}: the dice throw too much of one kind");
 }
 
+/// Time for a search (s): most end before it, and one that does not must end with it.
+const TIME: u64 = 4;
+
 fn searched(seed: usize, model: &str, trial: Trial) {
     let model = Model::from_toml(model).unwrap();
     let done = catch_unwind(AssertUnwindSafe(|| match prepare(vec![trial], vec![HELD.clone()]) {
-        Ok(ready) => examine(&model, None, model.effects.len(), ready, Hours::from_now(None), &|_, _| {})
-            .map_or_else(|e| e.to_string(), |d| format!("{:?}", d.verdict)),
+        Ok(ready) => examine(
+            &model,
+            None,
+            model.effects.len(),
+            ready,
+            Hours::from_now(Some(Duration::from_secs(TIME))),
+            &|_, _| {},
+        )
+        .map_or_else(|e| e.to_string(), |d| format!("{:?}", d.verdict)),
         Err(message) => message,
     }));
     assert!(!done.unwrap_or_else(|_| panic!("panic with {seed}")).is_empty());

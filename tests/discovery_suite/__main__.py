@@ -33,7 +33,9 @@ def main(argv=None):
         sub.add_argument("--jobs", type=int, metavar="N", help="processes (default: all cores)")
     for sub in (make, listing, measure, scoring):
         sub.add_argument("--case", nargs="+", metavar="NAME", help="only these cases")
-        sub.add_argument("--small", action="store_true", help="the small subset")
+        sub.add_argument(
+            "--small", action="store_true", help="the small subset, in recordings of 60 s"
+        )
         for name, words in BESIDE.items():
             sub.add_argument(
                 f"--{name}", action="store_const", dest="beside", const=name, help=words

@@ -49,31 +49,44 @@ SETS = {"field": FIELD, "chance": CHANCE}
 def select(names=None, small=False, redraw=0, beside=None):
     """The cases of these names, the small subset, the set `beside` the suite, or the suite.
 
-    With `redraw` the same effects are hidden in other trials: all seeds move by that much, so
-    paths, wind, noise, gaps and outliers are others.
+    Names choose among all cases, or within the set `beside` the suite or the small subset. With
+    `redraw` the same effects are hidden in other trials: all seeds move by that much, so paths,
+    wind, noise, gaps and outliers are others. The small subset has recordings of 60 s.
     """
-    return [
-        _redrawn(case, redraw) for case in (SETS[beside] if beside else _selected(names, small))
-    ]
+    cases = _chosen(names, small, beside)
+    return [_redrawn(_shortened(case) if small else case, redraw) for case in cases]
 
 
 def _redrawn(case, by):
-    def moved(settings):
-        return settings.but(seed=settings.seed + by)
-
-    return replace(case, train=tuple(map(moved, case.train)), holdout=moved(case.holdout))
+    return _changed(case, lambda settings: settings.but(seed=settings.seed + by))
 
 
-def _selected(names, small):
-    if small:
-        names = SMALL
+def _shortened(case):
+    return _changed(case, lambda settings: settings.but(duration=min(settings.duration, SHORT)))
+
+
+def _changed(case, change):
+    return replace(case, train=tuple(map(change, case.train)), holdout=change(case.holdout))
+
+
+def _chosen(names, small, beside):
+    if beside:
+        among = SETS[beside]
+    elif small:
+        among = [_BY_NAME[name] for name in SMALL]
+    else:
+        among = _ALL if names else SUITE
     if not names:
-        return SUITE
-    unknown = sorted(set(names) - set(_BY_NAME))
+        return among
+    by_name = {case.name: case for case in among}
+    unknown = sorted(set(names) - set(by_name))
     if unknown:
-        raise ValueError(f"unknown case {unknown[0]!r}; known: {', '.join(sorted(_BY_NAME))}")
-    return [_BY_NAME[name] for name in names]
+        raise ValueError(f"unknown case {unknown[0]!r}; known: {', '.join(sorted(by_name))}")
+    return [by_name[name] for name in names]
 
+
+# Length of the recordings of the small subset (s).
+SHORT = 60.0
 
 # Two singles, a pair, a null, one outside the catalogue, the paper's own story, one that begins
 # while the robot moves, and one each of three, six and eight cables.

@@ -113,7 +113,7 @@ mod tests {
     /// Ids that stand where `hidden` acts, x wanders by so much (m), and it or else all unstretched lengths were said to remember.
     fn in_the_place_of(memory: Memory, hidden: &[EffectSpec], wander: f64) -> Vec<String> {
         let recorded = |seed: u64| -> Trial {
-            let mut trial = record(hidden, 40.0, seed);
+            let mut trial = record(hidden, 28.0, seed);
             let last = trial.time[trial.len() - 1];
             for (row, time) in trial.measured.iter_mut().zip(&trial.time) {
                 row[0] += wander * (std::f64::consts::TAU * time / last + seed as f64).sin();
